@@ -94,7 +94,11 @@ impl Dropped {
         let source = Cursor::new(self.table.plain.clone());
         let stem = self.name.rsplit_once('.').map_or(&*self.name, |(stem, _)| stem);
         let readings = Format::Csv.read(source, stem, &layout)?;
-        Ok((readings.recordings, text, readings.notes))
+        let (mut notes, ignored) = (readings.notes, readings.columns.ignored);
+        if !ignored.is_empty() {
+            notes.push(format!("columns that were not used: {}", ignored.join(", ")));
+        }
+        Ok((readings.recordings, text, notes))
     }
 }
 

@@ -24,6 +24,15 @@ export function column(values: number[], i: number, n: number): number[] {
   return Array.from({ length: Math.floor(values.length / n) }, (_, k) => values[k * n + i] ?? NaN);
 }
 
+/** Angles between −π and π, with a gap where they turn over. */
+export function wrapped(angles: number[]): number[] {
+  const turn = (x: number) => Math.round(x / (2 * Math.PI));
+  return angles.map((x, k) => {
+    const before = angles[k - 1];
+    return before !== undefined && turn(before) !== turn(x) ? NaN : x - 2 * Math.PI * turn(x);
+  });
+}
+
 /** A clock that calls for each frame while it runs. */
 export class Player {
   private frame: number | undefined;

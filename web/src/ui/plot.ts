@@ -21,8 +21,6 @@ export interface Settings {
   x: string;
   y: string;
   logarithmic?: boolean;
-  /** Values of y that are always shown. */
-  include?: number[];
   /** Whether both axes have one scale. */
   equal?: boolean;
 }
@@ -36,17 +34,18 @@ export class Plot {
   readonly element: HTMLElement;
   private readonly canvas = el("canvas", { tabindex: 0, role: "img" });
   private readonly legend = el("div", { class: "legend" });
-  private readonly reading = el("div", { class: "reading", "aria-live": "off" });
+  private readonly reading = el("span", { class: "reading", "aria-live": "off" });
   private curves: Curve[] = [];
   private hidden = new Set<string>();
   private cursor: number | undefined;
   private pointer: number | undefined;
   private axes: { x: Axis; y: Axis } | undefined;
   private drawn = false;
+  private span = 0;
 
   constructor(private readonly settings: Settings) {
-    const caption = el("figcaption", {}, settings.title);
-    this.element = el("figure", { class: "plot" }, caption, this.canvas, this.legend, this.reading);
+    const caption = el("figcaption", {}, settings.title, this.reading);
+    this.element = el("figure", { class: "plot" }, caption, this.canvas, this.legend);
     this.canvas.addEventListener("pointermove", (event) => this.point(event.offsetX));
     this.canvas.addEventListener("pointerleave", () => this.point(undefined));
     this.canvas.addEventListener("keydown", (event) => this.key(event));
@@ -54,8 +53,9 @@ export class Plot {
     onTheme(() => this.later());
   }
 
-  /** Shows other curves. */
-  show(curves: Curve[]): void {
+  /** Shows other curves, over a range of y of at least `span`. */
+  show(curves: Curve[], span = 0): void {
+    this.span = span;
     const names = (all: Curve[]) => all.map((curve) => curve.name).join("\n");
     const same = names(curves) === names(this.curves);
     this.curves = curves;
@@ -135,7 +135,8 @@ export class Plot {
   private fitted(shown: Curve[], width: number, height: number): { x: Axis; y: Axis } {
     const x = axisOver(shown.flatMap((curve) => extremes(curve.x)), false);
     const ys = shown.flatMap((curve) => (this.settings.logarithmic ? curve.y : extremes(curve.y)));
-    const y = axisOver([...ys, ...(this.settings.include ?? [])], Boolean(this.settings.logarithmic));
+    const y = axisOver(ys, Boolean(this.settings.logarithmic));
+    widen(y, this.span);
     if (this.settings.equal) equalise(x, y, (width - LEFT - RIGHT) / (height - TOP - BOTTOM));
     return { x, y };
   }
@@ -229,6 +230,11 @@ function extremes(values: number[]): number[] {
     if (value > high) high = value;
   }
   return [low, high];
+}
+
+function widen(axis: Axis, span: number): void {
+  const more = span - (axis.high - axis.low);
+  if (more > 0) [axis.low, axis.high] = [axis.low - more / 2, axis.high + more / 2];
 }
 
 function equalise(x: Axis, y: Axis, aspect: number): void {

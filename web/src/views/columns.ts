@@ -22,23 +22,27 @@ export function columnsForm(file: Inspected, changed: (columns: Columns) => void
   const columns: Columns = { t: time, q: [...file.coordinates], angles: file.coordinates.filter((name) => ANGULAR.test(name)), degrees: file.degrees };
   if (motions) columns.trajectory = motions;
   const options = file.headers.map((header): [string, string] => [header, header]);
-  const each = el("div", { class: "sliders" });
+  const rows = el("tbody");
   const tell = () => changed({ ...columns });
-  const write = () => each.replaceChildren(...file.headers.filter((h) => h !== columns.t && h !== columns.trajectory).map(row));
+  const write = () => rows.replaceChildren(...file.headers.filter((h) => h !== columns.t && h !== columns.trajectory).map(row));
+  const put = (list: "q" | "angles", name: string, on: boolean) => {
+    const chosen = new Set(columns[list]);
+    if (on) chosen.add(name);
+    else chosen.delete(name);
+    if (list === "q" && !on) columns.angles = columns.angles.filter((own) => own !== name);
+    columns[list] = file.headers.filter((header) => chosen.has(header));
+    write();
+    tell();
+  };
+  const box = (list: "q" | "angles", name: string, label: string, off = false) => {
+    const input = el("input", { type: "checkbox", "aria-label": `${name} is ${label}`, disabled: off });
+    input.checked = columns[list].includes(name);
+    input.addEventListener("change", () => put(list, name, input.checked));
+    return el("td", {}, input);
+  };
   const row = (name: string): HTMLElement => {
-    const put = (list: "q" | "angles", on: boolean) => {
-      const chosen = new Set(columns[list]);
-      if (on) chosen.add(name);
-      else chosen.delete(name);
-      if (list === "q" && !on) columns.angles = columns.angles.filter((own) => own !== name);
-      columns[list] = file.headers.filter((header) => chosen.has(header));
-      write();
-      tell();
-    };
-    const isCoordinate = columns.q.includes(name);
-    const coordinate = toggle("a coordinate", isCoordinate, (on) => put("q", on));
-    const angle = isCoordinate && toggle("an angle", columns.angles.includes(name), (on) => put("angles", on));
-    return el("fieldset", {}, el("legend", {}, name), coordinate, angle);
+    const angle = box("angles", name, "an angle", !columns.q.includes(name));
+    return el("tr", {}, el("th", { scope: "row" }, name), box("q", name, "a coordinate"), angle);
   };
   const chooseTime = select("Time, in seconds", options, time, (name) => {
     columns.t = name;
@@ -59,7 +63,10 @@ export function columnsForm(file: Inspected, changed: (columns: Columns) => void
   });
   write();
   tell();
-  return el("div", { class: "card-part" }, el("div", { class: "row" }, chooseTime, several, degrees), each);
+  const heads = ["Column", "Coordinate", "Angle"].map((head) => el("th", { scope: "col" }, head));
+  const table = el("table", {}, el("thead", {}, el("tr", {}, ...heads)), rows);
+  const hint = el("p", { class: "hint" }, "Velocities qd1 …, accelerations qdd1 … and forces tau1 … are taken by these names; what is missing is estimated.");
+  return el("div", { class: "card-part" }, el("div", { class: "row" }, chooseTime, several, degrees), table, hint);
 }
 
 /** The first rows of a file. */

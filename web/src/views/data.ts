@@ -98,8 +98,8 @@ class Data implements View {
     return this.attempt(async () => {
       const of = { name: "double-pendulum", parameters: {} };
       await this.engine.ask({ ask: "experiment", of, motions: 30, duration: 4, interval: 0.02, noise: 0, seed: 7 });
-      const bytes = await this.engine.file({ ask: "data" });
-      await this.take(new File([bytes], "double-pendulum.csv"));
+      const table = new TextDecoder().decode(await this.engine.file({ ask: "data" }));
+      await this.take(new File([table.replace("q1,q2", "theta1,theta2")], "double-pendulum.csv"));
     });
   }
 

@@ -14,9 +14,12 @@ export function findings(checked: Checked): HTMLElement {
     const items = checked.items.filter((item) => verdicts.includes(item.verdict));
     return items.toSorted((a, b) => order.indexOf(a.verdict) - order.indexOf(b.verdict)).map(entry);
   };
-  const [troubles, fine] = [list(["fail", "warn"]), list(["pass"])];
+  const troubles = list(["fail", "warn"]);
+  const passed = new Set(checked.items.filter((item) => item.verdict === "pass").map((item) => item.name));
+  const first = (name: string) => checked.items.find((item) => item.name === name && item.verdict === "pass");
+  const fine = [...passed].flatMap((name) => first(name) ?? []).map(entry);
   const head = el("p", { class: "big" }, "The data are ", el("span", { class: `badge ${checked.verdict}` }, WORDS[checked.verdict]), ".");
-  const rest = el("details", {}, el("summary", {}, `${fine.length} findings are good`), el("ul", { class: "findings" }, ...fine));
+  const rest = el("details", {}, el("summary", {}, `${fine.length} checks passed`), el("ul", { class: "findings" }, ...fine));
   return el("div", { class: "card-part" }, head, troubles.length > 0 && el("ul", { class: "findings" }, ...troubles), rest);
 }
 

@@ -45,8 +45,8 @@ class Learn implements View {
       released: (state) => this.add(state),
     });
     this.hand = this.byHand();
-    this.element.append(this.controls(), this.race.figures, this.race.element);
-    this.element.append(this.questions());
+    const left = el("div", { class: "column" }, this.controls(), this.race.element);
+    this.element.append(left, el("div", { class: "column" }, this.race.figures, this.questions()));
     this.write();
   }
 

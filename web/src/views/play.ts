@@ -2,7 +2,7 @@
 
 import type { Motion } from "../engine/answers";
 import { Engine } from "../engine/engine";
-import { Player, column, stateAt } from "../stage/player";
+import { Player, column, stateAt, wrapped } from "../stage/player";
 import { SCENES, type Scene, type State, scene } from "../stage/scenes";
 import { type Body, Stage } from "../stage/stage";
 import * as address from "../ui/address";
@@ -150,12 +150,16 @@ class Play implements View {
   private showFigures(motion: Motion): void {
     const n = motion.coordinates.length;
     const energy = { name: "energy", colour: "--truth", x: motion.t, y: motion.energy };
-    this.energy.show([energy]);
+    this.energy.show([energy], 0.2 * this.scene.reference);
     const name = (i: number) => motion.coordinates[i]?.name ?? "";
+    const positions = (i: number) => {
+      const all = column(motion.q, i, n);
+      return motion.coordinates[i]?.circle ? wrapped(all) : all;
+    };
     const curve = (i: number): Curve => ({
       name: n > 1 ? name(i) : "motion",
       colour: COLOURS[i] ?? "--truth",
-      x: column(motion.q, i, n),
+      x: positions(i),
       y: column(motion.qd, i, n),
     });
     this.phase.show(Array.from({ length: n }, (_, i) => curve(i)));
@@ -196,7 +200,7 @@ class Play implements View {
   /** The figures beside the stage. */
   private write(motion: Motion, now: number): void {
     const k = motion.t.findLastIndex((t) => t <= now);
-    const entry = (name: string, value: string) => [el("dt", {}, name), el("dd", {}, value)];
+    const entry = (name: string, value: string) => el("div", {}, el("dt", {}, name), el("dd", {}, value));
     const state = stateAt(motion, now);
     const rows = [
       entry("time", `${now.toFixed(1)} s`),
@@ -205,6 +209,6 @@ class Play implements View {
       entry("position q", state.q.map(short).join(", ")),
       entry("velocity q̇", state.qd.map(short).join(", ")),
     ];
-    this.figures.replaceChildren(...rows.flat());
+    this.figures.replaceChildren(...rows);
   }
 }

@@ -189,6 +189,7 @@ export class Race {
         const motion = this.motions[own] as Motion;
         return { name: names[own], colour: colours[own], x: motion.t, y: motion.energy, dashed: own === "truth" };
       }),
+      0.1 * this.setup.scene.reference,
     );
   }
 
