@@ -1,16 +1,20 @@
-// Works offline once loaded: what was fetched is kept, the network comes first where there is one.
+// Works offline once loaded: all files of the page are kept, and the network comes first where there is one.
 const CACHE = "lagrangian-laboratory";
 
-self.addEventListener("install", () => self.skipWaiting());
+self.addEventListener("install", (event) => {
+  self.skipWaiting();
+  event.waitUntil(keep());
+});
 self.addEventListener("activate", (event) => event.waitUntil(self.clients.claim()));
 
-self.addEventListener("message", (event) => {
-  // Files that were loaded before this worker was there.
-  if (Array.isArray(event.data?.keep)) {
-    const own = event.data.keep.filter((url) => new URL(url).origin === self.location.origin);
-    event.waitUntil(caches.open(CACHE).then((cache) => cache.addAll(own)));
-  }
-});
+async function keep() {
+  const files = await (await fetch("./files.json")).json();
+  const cache = await caches.open(CACHE);
+  const old = await cache.keys();
+  const wanted = files.map((file) => new URL(file, self.location).href);
+  await Promise.all(old.filter((request) => !wanted.includes(request.url)).map((request) => cache.delete(request)));
+  await cache.addAll(wanted);
+}
 
 self.addEventListener("fetch", (event) => {
   const url = new URL(event.request.url);
@@ -22,7 +26,7 @@ async function fromNetwork(request) {
   const cache = await caches.open(CACHE);
   try {
     const response = await fetch(request);
-    if (response.ok) await cache.put(request, response.clone());
+    if (response.ok && (await cache.match(request))) await cache.put(request, response.clone());
     return response;
   } catch (error) {
     const kept = await cache.match(request, { ignoreSearch: true });

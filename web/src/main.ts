@@ -42,9 +42,6 @@ function byId(id: string): HTMLElement {
 async function keep(): Promise<void> {
   if (!("serviceWorker" in navigator) || !location.protocol.startsWith("http")) return;
   await navigator.serviceWorker.register("./sw.js");
-  const { active } = await navigator.serviceWorker.ready;
-  const files = performance.getEntriesByType("resource").map((entry) => entry.name);
-  active?.postMessage({ keep: [location.href.split("#")[0], ...files] });
 }
 
 byId("tabs").append(...ENTRIES.map((entry) => el("a", { href: address.link(entry.name), "data-view": entry.name }, entry.title)));

@@ -46,6 +46,7 @@ export class Plot {
   constructor(private readonly settings: Settings) {
     const caption = el("figcaption", {}, settings.title, this.reading);
     this.element = el("figure", { class: "plot" }, caption, this.canvas, this.legend);
+    this.show([]);
     this.canvas.addEventListener("pointermove", (event) => this.point(event.offsetX));
     this.canvas.addEventListener("pointerleave", () => this.point(undefined));
     this.canvas.addEventListener("keydown", (event) => this.key(event));

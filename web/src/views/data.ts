@@ -37,6 +37,7 @@ class Data implements View {
   private seconds = 15;
   private friction = false;
   private fitting = false;
+  private last: Promise<void> = Promise.resolve();
 
   constructor() {
     this.results.append(el("h3", {}, "Results"), el("p", { class: "hint" }, "Nothing yet: drop a file, or take the example."));
@@ -70,28 +71,32 @@ class Data implements View {
     return el("section", { class: "card", "aria-label": "File" }, el("h3", {}, "A file of yours"), zone, this.message.element);
   }
 
-  /** Does something that may fail, and says so. */
-  private async attempt(work: () => Promise<void>): Promise<void> {
-    this.message.clear();
-    try {
-      await work();
-    } catch (error) {
-      this.message.fail(error);
-    }
+  /** Does something that may fail after what is being done, and says so where it fails; a fit ends with what it has. */
+  private attempt(work: () => Promise<void>): Promise<void> {
+    this.fitting = false;
+    this.last = this.last.then(async () => {
+      this.message.clear();
+      try {
+        await work();
+      } catch (error) {
+        this.message.fail(error);
+      }
+    });
+    return this.last;
   }
 
-  private take(file: File | undefined): Promise<void> {
-    return this.attempt(async () => {
-      if (!file) return;
-      if (file.size > MOST_BYTES) {
-        throw new Error(`'${file.name}' has ${Math.round(file.size / 2 ** 20)} MiB, at most 64 are read here: take a part of it, or use the command lagrangian`);
-      }
-      this.stopFit();
-      this.file = file;
-      const bytes = new Uint8Array(await file.arrayBuffer());
-      if (/\.safetensors$/i.test(file.name)) await this.openModel(bytes);
-      else this.look(await this.engine.ask<Inspected>({ ask: "inspect", name: file.name }, bytes));
-    });
+  private async take(file: File | undefined): Promise<void> {
+    if (file) await this.attempt(() => this.read(file));
+  }
+
+  private async read(file: File): Promise<void> {
+    if (file.size > MOST_BYTES) {
+      throw new Error(`'${file.name}' has ${Math.round(file.size / 2 ** 20)} MiB, at most 64 are read here: take a part of it, or use the command lagrangian`);
+    }
+    this.file = file;
+    const bytes = new Uint8Array(await file.arrayBuffer());
+    if (/\.safetensors$/i.test(file.name)) await this.openModel(bytes);
+    else this.look(await this.engine.ask<Inspected>({ ask: "inspect", name: file.name }, bytes));
   }
 
   private example(): Promise<void> {
@@ -99,7 +104,7 @@ class Data implements View {
       const of = { name: "double-pendulum", parameters: {} };
       await this.engine.ask({ ask: "experiment", of, motions: 30, duration: 4, interval: 0.02, noise: 0, seed: 7 });
       const table = new TextDecoder().decode(await this.engine.file({ ask: "data" }));
-      await this.take(new File([table.replace("q1,q2", "theta1,theta2")], "double-pendulum.csv"));
+      await this.read(new File([table.replace("q1,q2", "theta1,theta2")], "double-pendulum.csv"));
     });
   }
 
@@ -124,7 +129,6 @@ class Data implements View {
 
   private check(): Promise<void> {
     return this.attempt(async () => {
-      this.stopFit();
       const summary = await this.engine.ask<Summary>({ ask: "read", ...this.columns });
       const checked = await this.engine.ask<Checked>({ ask: "check" });
       const n = summary.coordinates.length;
@@ -149,19 +153,14 @@ class Data implements View {
     return el("div", { class: "card-part" }, el("h3", {}, "Fit a model"), el("div", { class: "row" }, model, friction), time.element, el("div", { class: "row" }, go), place);
   }
 
-  private stopFit(): void {
-    if (this.fitting) this.engine.stop();
-    this.fitting = false;
-  }
-
   private async fit(go: HTMLButtonElement, place: HTMLElement): Promise<void> {
     if (this.fitting) {
       this.fitting = false;
       return;
     }
-    this.fitting = true;
-    go.textContent = "Stop and keep the best";
     await this.attempt(async () => {
+      this.fitting = true;
+      go.textContent = "Stop and keep the best";
       const settings = this.friction && this.family !== "mlp" ? { dissipation: true } : {};
       const begun = await this.engine.ask<Begun>({ ask: "start", family: this.family, settings, seconds: this.seconds });
       await this.watch(place, begun);

@@ -73,6 +73,8 @@ class Play implements View {
     this.scene = next;
     this.friction = 0;
     this.motion = undefined;
+    this.player.pause();
+    this.figures.replaceChildren();
     this.stage.use(next);
     this.start = next.start;
     this.writeSliders();
