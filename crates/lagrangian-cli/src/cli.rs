@@ -82,6 +82,9 @@ pub(crate) enum Command {
     Action(Box<ActionArgs>),
     /// Write the page of a run again, and pictures of it
     Report(ReportArgs),
+    /// Open the laboratory in the browser: play with systems, learn their Lagrangians, check and fit files
+    #[cfg(feature = "lab")]
+    Lab(LabArgs),
 }
 
 /// How the columns of a file are read; a TOML file beside it may say the same.
@@ -599,6 +602,23 @@ impl Cli {
             })
         })
     }
+}
+
+/// What `lagrangian lab` serves.
+#[cfg(feature = "lab")]
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  lagrangian lab
+  lagrangian lab --no-open --folder web/dist")]
+pub(crate) struct LabArgs {
+    /// Folder of the page, where this build does not hold it or another is wanted
+    #[arg(long, value_name = "DIR")]
+    pub(crate) folder: Option<PathBuf>,
+
+    /// Do not open a browser
+    #[arg(long)]
+    pub(crate) no_open: bool,
 }
 
 #[cfg(test)]

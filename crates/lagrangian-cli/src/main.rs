@@ -23,6 +23,8 @@ mod identify_args;
 mod input;
 mod instructions;
 mod interrupt;
+#[cfg(feature = "lab")]
+mod lab;
 mod law_args;
 mod motion;
 mod out_args;

@@ -3,7 +3,8 @@
 //! bits of what it computes with a record, `cargo xtask sanitize` runs the tests of unsafe code under a sanitizer, `cargo xtask
 //! kill` ends fits in every way in which they may end, `cargo xtask fuzz` gives changed files to every parser, `cargo xtask deny`
 //! checks the licences of what is linked, `cargo xtask docs` builds the documentation as a site and runs its tutorials, `cargo xtask
-//! adapters` runs exported models in `CasADi` and `FMPy`, `cargo xtask wheel` builds the wheel of the Python package and tries it.
+//! adapters` runs exported models in `CasADi` and `FMPy`, `cargo xtask wheel` builds the wheel of the Python package and tries it,
+//! `cargo xtask web` builds the laboratory in the browser and tests it there.
 
 mod adapters;
 mod bench;
@@ -17,6 +18,7 @@ mod page;
 mod python;
 mod race;
 mod sanitize;
+mod web;
 mod wheel;
 
 use std::env;
@@ -37,8 +39,9 @@ usage: cargo xtask test
        cargo xtask docs …
        cargo xtask wheel
        cargo xtask adapters
+       cargo xtask web …
 
-  test   format, clippy, tests (unit, integration, doc), documentation, examples, benches once, the Python package, exported models in other programs, the site of the documentation with its tutorials, the sanitizer, some killed fits, changed files, a small race; stops at the first failure";
+  test   format, clippy, tests (unit, integration, doc), documentation, examples, benches once, the Python package, exported models in other programs, the laboratory in a browser, the site of the documentation with its tutorials, the sanitizer, some killed fits, changed files, a small race; stops at the first failure";
 
 /// One command that must succeed.
 struct Step {
@@ -74,7 +77,7 @@ impl Step {
 }
 
 /// In the order of what fails soonest.
-const TEST: [Step; 13] = [
+const TEST: [Step; 14] = [
     Step {
         component: Some("rustfmt"),
         ..Step::of_cargo("format", &["fmt", "--all", "--check"])
@@ -113,6 +116,7 @@ const TEST: [Step; 13] = [
     Step::chore("python", &["python"]),
     Step::chore("adapters", &["adapters"]),
     Step::chore("docs", &["docs", "--quick", "--where-possible"]),
+    Step::chore("web", &["web", "--where-possible"]),
     Step::chore("sanitizer", &["sanitize", "--where-possible"]),
     Step::chore("kill", &["kill", "--each", "3"]),
     Step::chore("fuzz", &["fuzz"]),
@@ -166,10 +170,11 @@ fn main() -> ExitCode {
         ["adapters", ref flags @ ..] => adapters::main(flags).map(|()| None),
         ["docs", ref flags @ ..] => docs::main(flags).map(|()| None),
         ["wheel", ref flags @ ..] => wheel::main(flags).map(|()| None),
+        ["web", ref flags @ ..] => web::main(flags).map(|()| None),
         ["sanitize", ref flags @ ..] => sanitize::main(flags).map(|()| None),
         ["help" | "-h" | "--help"] => {
             println!(
-                "{USAGE}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}",
+                "{USAGE}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}",
                 race::usage(),
                 bench::USAGE,
                 bits::USAGE,
@@ -180,7 +185,8 @@ fn main() -> ExitCode {
                 python::USAGE,
                 wheel::USAGE,
                 docs::USAGE,
-                adapters::USAGE
+                adapters::USAGE,
+                web::USAGE
             );
             return ExitCode::SUCCESS;
         }

@@ -12,6 +12,8 @@ mod existence;
 mod export;
 mod fit;
 mod identify;
+#[cfg(feature = "lab")]
+mod lab;
 mod report;
 mod rollout;
 mod score;
@@ -73,6 +75,8 @@ pub(crate) fn run(cli: Cli) -> Result<ExitCode> {
         Command::Conserved(args) => conserved::run(&args, mode),
         Command::Action(args) => action::run(&args, mode),
         Command::Report(args) => report::run(&args, mode),
+        #[cfg(feature = "lab")]
+        Command::Lab(args) => lab::run(&args, mode),
     }?;
     Ok(match interrupt::is_pressed() {
         true => ExitCode::from(interrupt::INTERRUPTED),

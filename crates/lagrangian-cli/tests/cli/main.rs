@@ -12,6 +12,8 @@ mod identified;
 mod inputs;
 mod instructions;
 mod interrupted;
+#[cfg(feature = "lab")]
+mod lab;
 mod laws;
 mod long_logs;
 mod parameters;

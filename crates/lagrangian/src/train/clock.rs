@@ -3,7 +3,9 @@
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
+
+use nets::Instant;
 
 /// How often the time is taken.
 const TICK: Duration = Duration::from_millis(100);
@@ -14,8 +16,9 @@ const LONGEST: Duration = Duration::from_secs(1);
 /// A clock that runs while the process does.
 pub(super) struct Clock {
     time: Arc<Mutex<Time>>,
-    /// Ends the thread of the ticks when it is dropped.
-    _running: Sender<()>,
+    /// Ends the thread of the ticks when it is dropped; none where there are no threads, in a browser: only what runs between two
+    /// readings of the time is then counted.
+    _running: Option<Sender<()>>,
 }
 
 struct Time {
@@ -41,14 +44,14 @@ impl Clock {
         }));
         let (running, ended) = channel::<()>();
         let ticking = Arc::clone(&time);
-        thread::spawn(move || {
+        let ticks = thread::Builder::new().spawn(move || {
             while ended.recv_timeout(TICK) == Err(RecvTimeoutError::Timeout) {
                 advance(&ticking);
             }
         });
         Self {
             time,
-            _running: running,
+            _running: ticks.is_ok().then_some(running),
         }
     }
 

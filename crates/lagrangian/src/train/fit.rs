@@ -1,7 +1,6 @@
 //! `fit`: from a dataset to a model.
 
-use std::time::Instant;
-
+use nets::Instant;
 use serde::{Deserialize, Serialize};
 
 use super::adam::AdamConfig;

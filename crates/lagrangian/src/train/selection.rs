@@ -1,7 +1,6 @@
 //! Several models for the same data, of which the best on held-out samples is kept.
 
-use std::time::Instant;
-
+use nets::Instant;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 

@@ -54,6 +54,10 @@ pub(super) struct Resolved {
 
 impl Resolved {
     /// Positions of all columns that are read, that of the trajectory last.
+    #[cfg_attr(
+        target_family = "wasm",
+        expect(dead_code, reason = "serves formats that a browser does not read")
+    )]
     pub(super) fn used(&self) -> impl Iterator<Item = usize> {
         self.numbers.iter().copied().chain(self.trajectory)
     }

@@ -3,6 +3,8 @@
 use std::io::{Read, Seek, Write};
 
 use super::contents::Contents;
+#[cfg(not(target_family = "wasm"))]
+use super::npz;
 #[cfg(feature = "parquet")]
 use super::parquet;
 #[cfg(feature = "ros")]
@@ -70,7 +72,7 @@ impl Format {
     {
         let mut readings = match self {
             Self::Csv => super::csv::read(source, name, layout),
-            Self::Npz => super::npz::read(source, name, layout),
+            Self::Npz => npz::read(source, name, layout),
             Self::Parquet => parquet::read(source, name, layout),
             Self::Db3 => ros::read_db3(source, name, layout),
             Self::Mcap => ros::read_mcap(source, name, layout),
@@ -104,7 +106,7 @@ impl Format {
     fn write_contents<W: Write + Seek + Send>(self, sink: W, contents: &Contents) -> Result<()> {
         match self {
             Self::Csv => super::csv::write_contents(sink, contents),
-            Self::Npz => super::npz::write(sink, contents),
+            Self::Npz => npz::write(sink, contents),
             Self::Parquet => parquet::write(sink, contents),
             Self::Db3 => Err(only_read("db3")),
             Self::Mcap => Err(only_read("mcap")),
@@ -139,6 +141,27 @@ fn omitted(extension: &str, what: &str, feature: &str) -> Error {
         remedy: format!(
             "this build omits {what}: build it with the feature {feature}, or convert to CSV or NPZ"
         ),
+    }
+}
+
+/// NPZ in a browser, where what reads zip archives would ask for random numbers.
+#[cfg(target_family = "wasm")]
+mod npz {
+    use super::{Contents, Error, Layout, Readings, Result};
+
+    pub(super) fn read<R>(_: R, _: &str, _: &Layout) -> Result<Readings> {
+        Err(without_npz())
+    }
+
+    pub(super) fn write<W>(_: W, _: &Contents<'_>) -> Result<()> {
+        Err(without_npz())
+    }
+
+    fn without_npz() -> Error {
+        Error::Format {
+            extension: "npz".into(),
+            remedy: "a browser reads CSV alone: `lagrangian convert` writes it".into(),
+        }
     }
 }
 

@@ -178,6 +178,10 @@ impl Layout {
 
     /// Whether a column of this name would be read, with or without a number after it, if it could be: it is named, or is the
     /// default of what is not named. Momenta have no default here, since `p` may be a pressure.
+    #[cfg_attr(
+        target_family = "wasm",
+        expect(dead_code, reason = "serves formats that a browser does not read")
+    )]
     pub(super) fn asks_for(&self, name: &str) -> bool {
         let own = |single: &Option<String>, default| single.as_deref().unwrap_or(default) == name;
         let plain = name.trim_end_matches(|c: char| c.is_ascii_digit());

@@ -12,7 +12,9 @@ mod layout;
 pub(crate) mod local_polynomial;
 pub(crate) mod low_pass;
 pub(crate) mod noise;
+#[cfg(not(target_family = "wasm"))]
 mod npy;
+#[cfg(not(target_family = "wasm"))]
 mod npz;
 #[cfg(feature = "parquet")]
 mod parquet;
@@ -21,6 +23,7 @@ mod recording;
 mod ros;
 mod rows;
 mod sample;
+#[cfg(not(target_family = "wasm"))]
 mod shared;
 mod signals;
 mod simulated;

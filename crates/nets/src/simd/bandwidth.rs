@@ -1,6 +1,6 @@
 //! How fast this CPU reads memory: the other limit that benches are compared with.
 
-use std::time::Instant;
+use crate::Instant;
 
 use super::{Arithmetic, Buffer, Isa, Memory, Task, Vector, dispatch};
 

@@ -271,6 +271,7 @@ fn column<I: Isa, T: Real, const P: usize>(
     // group of LANES rows.
     let even = g.a.group == T::LANES * g.a.row;
     let wide = I::TILE_PANELS == 2;
+    let tall = I::TILE_ROWS >= 4;
     while r < end {
         let left = end - r;
         // SAFETY: `check` has seen that all rows, panels and terms are inside the slices.
@@ -285,10 +286,10 @@ fn column<I: Isa, T: Real, const P: usize>(
                 8.. if P <= 2 && wide && (even || r.is_multiple_of(8)) => {
                     tile::<I, T, P, 8>(g, p, r, terms)
                 }
-                4.. if P <= 2 && (even || r.is_multiple_of(4)) => {
+                4.. if P <= 2 && tall && (even || r.is_multiple_of(4)) => {
                     tile::<I, T, P, 4>(g, p, r, terms)
                 }
-                3 if P <= 4 && (even || r.is_multiple_of(4)) => tile::<I, T, P, 3>(g, p, r, terms),
+                3 if P <= 4 && tall && (even || r.is_multiple_of(4)) => tile::<I, T, P, 3>(g, p, r, terms),
                 2.. if P <= 4 && (even || r.is_multiple_of(2)) => {
                     tile::<I, T, P, 2>(g, p, r, terms)
                 }

@@ -22,6 +22,9 @@ pub enum Level {
     /// NEON, which every AArch64 has.
     #[cfg(target_arch = "aarch64")]
     Neon,
+    /// The vectors of WebAssembly; a module that is compiled with them runs nowhere else.
+    #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+    Simd128,
 }
 
 /// All levels of this architecture, the fastest first.
@@ -32,6 +35,8 @@ const ALL: &[Level] = &[
     Level::Avx2,
     #[cfg(target_arch = "aarch64")]
     Level::Neon,
+    #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+    Level::Simd128,
     Level::Portable,
 ];
 
@@ -50,6 +55,8 @@ impl Level {
             Self::Avx512 => "avx512",
             #[cfg(target_arch = "aarch64")]
             Self::Neon => "neon",
+            #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+            Self::Simd128 => "simd128",
         }
     }
 
@@ -76,6 +83,8 @@ impl Level {
             }
             #[cfg(target_arch = "aarch64")]
             Self::Neon => true,
+            #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+            Self::Simd128 => true,
         }
     }
 }

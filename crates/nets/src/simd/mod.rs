@@ -1,7 +1,7 @@
 //! Kernels over vectors of 64 bytes, compiled for each instruction set and chosen when the program runs.
 //!
 //! A kernel is a [`Task`], written once over an instruction set [`Isa`]; [`dispatch`] runs it with AVX-512, AVX2 with
-//! FMA, NEON or portable code. Everything below this entry is `#[inline(always)]`, so that it is compiled with the
+//! FMA, NEON, the vectors of WebAssembly or portable code. Everything below this entry is `#[inline(always)]`, so that it is compiled with the
 //! instructions of the entry; without them a fused multiply-add is a library call, thirty times slower.
 //!
 //! This is the only module with `unsafe` code: loads and stores of vectors, buffers aligned to 64 bytes, and calls of
@@ -70,6 +70,8 @@ pub trait Isa: Copy + sealed::Sealed {
     type F64: Vector<Elem = f64>;
     /// The number of panels, each 64 bytes wide, that one register tile of the matrix product spans.
     const TILE_PANELS: usize;
+    /// The most rows of a register tile of one panel.
+    const TILE_ROWS: usize = 4;
     /// The sums of the lanes of eight vectors, sum i in lane i.
     #[inline(always)]
     fn sums(vectors: [Self::F64; 8]) -> Self::F64 {
@@ -102,6 +104,8 @@ pub(crate) fn dispatch_on<K: Task>(level: Level, task: K) {
         Level::Avx512 => unsafe { enter_avx512(task) },
         #[cfg(target_arch = "aarch64")]
         Level::Neon => task.run::<Neon>(),
+        #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+        Level::Simd128 => task.run::<Simd128>(),
     }
 }
 
@@ -168,4 +172,18 @@ impl Isa for Neon {
     type F32 = vector::Pair<vector::Pair<vector::F32x4>>;
     type F64 = vector::Pair<vector::Pair<vector::F64x2>>;
     const TILE_PANELS: usize = 1;
+}
+
+/// The vectors of WebAssembly.
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Simd128;
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+impl sealed::Sealed for Simd128 {}
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+impl Isa for Simd128 {
+    type F32 = vector::Pair<vector::Pair<vector::F32x4>>;
+    type F64 = vector::Pair<vector::Pair<vector::F64x2>>;
+    const TILE_PANELS: usize = 1;
+    const TILE_ROWS: usize = 2;
 }

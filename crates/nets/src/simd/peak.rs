@@ -1,8 +1,7 @@
 //! How fast this CPU can multiply and add: the limit that benches are compared with.
 
-use std::time::Instant;
-
 use super::{Arithmetic, Isa, Memory, Real, Task, Vector, dispatch};
+use crate::Instant;
 
 /// Multiply–adds of one chain of dependent operations.
 const CHAIN: usize = 1 << 16;

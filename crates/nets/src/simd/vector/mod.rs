@@ -6,6 +6,8 @@ mod pair;
 mod portable;
 mod register;
 mod scalar;
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+mod wasm;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
@@ -15,6 +17,8 @@ use std::fmt::Debug;
 pub(crate) use neon::{F32x4, F64x2};
 pub(crate) use pair::Pair;
 pub(crate) use portable::Lanes;
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+pub(crate) use wasm::{F32x4, F64x2};
 #[cfg(target_arch = "x86_64")]
 pub(crate) use x86::{F32x8, F32x16, F64x4, F64x8, sums_of_eight};
 

@@ -1,0 +1,18 @@
+//! Is the library as fast in a browser as here? Runs requests of the page natively, one JSON object a line on standard input.
+//!
+//! `echo '{"ask":"speed"}' | RAYON_NUM_THREADS=1 cargo run --release -p lagrangian-web --example native`
+
+use std::io::{BufRead, Write};
+
+use lagrangian_web::{Message, Session};
+
+fn main() -> std::io::Result<()> {
+    let (mut session, mut out) = (Session::default(), std::io::stdout());
+    for line in std::io::stdin().lock().lines() {
+        match session.answer(&Message::text(&line?)) {
+            Ok(answer) => writeln!(out, "{}", answer.text)?,
+            Err(error) => writeln!(out, "error: {error}")?,
+        }
+    }
+    Ok(())
+}

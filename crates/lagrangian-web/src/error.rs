@@ -1,0 +1,56 @@
+//! What can be wrong with a request.
+
+/// Why a request was not served; the message says what to do.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The library refused it.
+    #[error(transparent)]
+    Library(#[from] lagrangian::Error),
+
+    /// The request is no request of this crate.
+    #[error("the page asked for something that is not known ({0}): load the page again, so that all of it is of one version")]
+    Request(#[from] serde_json::Error),
+
+    /// The message is shorter than it says.
+    #[error("the message of the page is incomplete: load the page again")]
+    Incomplete,
+
+    /// A file or a number exceeds its bound.
+    #[error("{what} is {given}, at most {most} is possible here: {remedy}")]
+    TooLarge {
+        /// What is too large.
+        what: &'static str,
+        /// Its size.
+        given: f64,
+        /// The bound.
+        most: f64,
+        /// What to do.
+        remedy: &'static str,
+    },
+
+    /// Something that the request needs is not there yet.
+    #[error("there is no {what} yet: {remedy}")]
+    Missing {
+        /// What is missing.
+        what: &'static str,
+        /// What to do first.
+        remedy: &'static str,
+    },
+}
+
+/// The result of a request.
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// Refuses a value beyond its bound, or one that is no number.
+pub(crate) fn bounded(what: &'static str, given: f64, most: f64, remedy: &'static str) -> Result<()> {
+    match given <= most {
+        true => Ok(()),
+        false => Err(Error::TooLarge {
+            what,
+            given,
+            most,
+            remedy,
+        }),
+    }
+}

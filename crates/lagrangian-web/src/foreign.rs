@@ -1,0 +1,185 @@
+//! Tables of other programs, made plain before the library reads them: what video tracking and phone sensors export.
+//!
+//! Tracker writes a line with the name of the mass before the header; phyphox and spreadsheets write decimal commas where the
+//! language of the machine has them, with semicolons or tabs between the columns. Both are unambiguous, and each change is told.
+//! Whether angles are in degrees is never guessed.
+
+/// Rows that are shown.
+const SHOWN: usize = 5;
+/// Lines before the header that are passed over at most.
+const TITLES: usize = 5;
+
+/// A table as text that the library reads, with what is seen of it.
+#[derive(Debug, Default)]
+pub(crate) struct Table {
+    /// The bytes that the library reads.
+    pub(crate) plain: Vec<u8>,
+    pub(crate) headers: Vec<String>,
+    pub(crate) first: Vec<Vec<String>>,
+    pub(crate) notes: Vec<String>,
+}
+
+/// The table of a file; bytes that are no text stay as they are, for the library to say what they are.
+pub(crate) fn table(bytes: &[u8]) -> Table {
+    let Ok(text) = std::str::from_utf8(bytes) else {
+        return Table {
+            plain: bytes.to_vec(),
+            ..Table::default()
+        };
+    };
+    let mut notes = Vec::new();
+    let text = without_titles(text.trim_start_matches('\u{feff}'), &mut notes);
+    let separator = separator(text);
+    let mut lines = text.lines();
+    let headers = cells(lines.next().unwrap_or_default(), separator);
+    let commas = separator != ',' && lines.clone().any(|line| has_decimal_commas(line, separator));
+    let plain = match commas {
+        true => {
+            notes.push("the numbers have decimal commas, which were read as points".into());
+            with_points(text, separator)
+        }
+        false => text.into(),
+    };
+    let rows = plain.lines().skip(1).take(SHOWN);
+    Table {
+        first: rows.map(|line| cells(line, separator)).collect(),
+        headers,
+        notes,
+        plain: plain.into_bytes(),
+    }
+}
+
+/// The text from its header on: titles and comments have one cell where the line after them has several.
+fn without_titles<'a>(mut text: &'a str, notes: &mut Vec<String>) -> &'a str {
+    for _ in 0..TITLES {
+        let Some((title, rest)) = text.split_once('\n') else {
+            break;
+        };
+        let next = rest.lines().next().unwrap_or_default();
+        let comment = title.starts_with('#') && !next.is_empty();
+        let alone = !title.contains([',', ';', '\t']) && next.contains([',', ';', '\t']);
+        if !comment && !alone {
+            break;
+        }
+        notes.push(format!("the line '{}' before the header was passed over", title.trim()));
+        text = rest;
+    }
+    text
+}
+
+fn separator(text: &str) -> char {
+    let header = text.lines().next().unwrap_or_default();
+    let count = |c: &char| header.matches(*c).count();
+    // The last of equals wins, as in the library.
+    ['\t', ';', ','].into_iter().max_by_key(count).unwrap_or(',')
+}
+
+fn cells(line: &str, separator: char) -> Vec<String> {
+    let plain = |cell: &str| cell.trim().trim_matches('"').trim().to_string();
+    line.split(separator).map(plain).collect()
+}
+
+fn has_decimal_commas(line: &str, separator: char) -> bool {
+    line.split(separator).any(is_decimal_comma)
+}
+
+fn is_decimal_comma(cell: &str) -> bool {
+    let cell = cell.trim().trim_matches('"');
+    cell.matches(',').count() == 1 && cell.replacen(',', ".", 1).parse::<f64>().is_ok()
+}
+
+/// The rows with points; the header stays as it is.
+fn with_points(text: &str, separator: char) -> String {
+    let mut plain = String::with_capacity(text.len());
+    for (k, line) in text.lines().enumerate() {
+        for (i, cell) in line.split(separator).enumerate() {
+            if i > 0 {
+                plain.push(separator);
+            }
+            match k > 0 && is_decimal_comma(cell) {
+                true => plain += &cell.replacen(',', ".", 1),
+                false => plain += cell,
+            }
+        }
+        plain.push('\n');
+    }
+    plain
+}
+
+/// Names that a column of time has, before a unit in brackets.
+const TIMES: [&str; 4] = ["t", "time", "zeit", "temps"];
+/// Beginnings of names that are no coordinates: rates, forces, and what tells motions apart.
+const OTHERS: [&str; 9] = [
+    "qd", "tau", "trajectory", "v", "a_", "dq", "step", "frame", "p",
+];
+
+impl Table {
+    /// The column that looks like time.
+    pub(crate) fn time(&self) -> Option<String> {
+        let own = |header: &&String| TIMES.contains(&&*bare(header));
+        self.headers.iter().find(own).cloned()
+    }
+
+    /// The columns that look like coordinates: `q1 …`, else angles, else x and y, else the first after time.
+    pub(crate) fn coordinates(&self) -> Vec<String> {
+        let time = self.time();
+        let rest = self.headers.iter().filter(|h| Some(*h) != time.as_ref());
+        let rest: Vec<&String> = rest.collect();
+        let of = |begins: &[&str]| -> Vec<String> {
+            let own = |h: &&&String| {
+                let name = bare(h);
+                begins.iter().any(|b| name.starts_with(b))
+                    && !OTHERS.iter().any(|other| name.starts_with(other))
+            };
+            rest.iter().filter(own).map(|h| (*h).clone()).collect()
+        };
+        let sets = [&["q"][..], &["theta", "θ", "angle", "phi", "φ"], &["x", "y", "z"]];
+        let found = sets.into_iter().map(of).find(|found| !found.is_empty());
+        found.unwrap_or_else(|| rest.first().map(|h| (*h).clone()).into_iter().collect())
+    }
+
+    /// Whether a name speaks of degrees.
+    pub(crate) fn speaks_of_degrees(&self) -> bool {
+        self.headers.iter().any(|h| h.contains('°') || h.to_lowercase().contains("deg"))
+    }
+}
+
+/// The name of a column without its unit, in lower case.
+fn bare(header: &str) -> String {
+    let name = header.split(['(', '[']).next().unwrap_or_default();
+    name.trim().to_lowercase()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn decimal_commas_between_semicolons_become_points_and_the_header_stays() {
+        let read = table(b"\"Time (s)\";\"x, y\"\n0,5;1,25e-1\n1;-2,5\n");
+        assert_eq!(read.plain, b"\"Time (s)\";\"x, y\"\n0.5;1.25e-1\n1;-2.5\n");
+        assert_eq!(read.notes.len(), 1);
+        assert_eq!(read.time().as_deref(), Some("Time (s)"));
+    }
+
+    #[test]
+    fn a_comma_between_columns_is_no_decimal_comma() {
+        let read = table(b"t,q1\n0,5\n1,6\n");
+        assert_eq!(read.plain, b"t,q1\n0,5\n1,6\n");
+        assert!(read.notes.is_empty());
+    }
+
+    #[test]
+    fn the_title_of_a_tracker_export_is_passed_over_and_told() {
+        let read = table(b"mass A\nt\tx\ty\n0\t1\t2\n");
+        assert_eq!(read.headers, ["t", "x", "y"]);
+        assert_eq!(read.coordinates(), ["x", "y"]);
+        assert!(read.notes[0].contains("'mass A'"));
+    }
+
+    #[test]
+    fn bytes_that_are_no_text_are_left_to_the_library() {
+        let bytes = [0xff, 0xfe, 0, 1];
+        assert_eq!(table(&bytes).plain, bytes);
+    }
+}

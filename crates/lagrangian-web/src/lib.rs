@@ -1,0 +1,34 @@
+//! The library for a page in a browser: requests in JSON, with the bytes of a file where there is one, to answers in JSON.
+//!
+//! The page runs this crate as WebAssembly in a worker (`exports`), and tests run it as it is: everything below
+//! [`Session::answer`] is the same. A request that cannot be served is an [`Error`] whose message ends with the remedy; nothing
+//! that a page or a file can contain makes it panic, and every size is bounded by [`limits`] before memory is taken.
+//!
+//! ```
+//! use lagrangian_web::{Message, Session};
+//!
+//! let mut session = Session::default();
+//! let asked = r#"{"ask": "simulate", "by": {"system": "pendulum"}, "q0": [1.0], "qd0": [0.0], "duration": 2.0}"#;
+//! let answer = session.answer(&Message::text(asked))?;
+//! assert!(answer.text.contains(r#""energy":["#));
+//! # Ok::<(), lagrangian_web::Error>(())
+//! ```
+
+#![forbid(unsafe_op_in_unsafe_fn)]
+
+mod error;
+mod experiment;
+pub mod exports;
+mod fitting;
+mod foreign;
+pub mod limits;
+mod motion;
+mod recordings;
+mod request;
+mod session;
+mod speed;
+mod system;
+
+pub use error::{Error, Result};
+pub use exports::reply;
+pub use session::{Message, Session};

@@ -1,0 +1,168 @@
+//! Data from files.
+
+use std::io::Cursor;
+
+use lagrangian::{Format, Layout, Recording, Signal, Signals};
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Result, bounded};
+use crate::foreign::{self, Table};
+use crate::limits;
+
+/// A file that was dropped on the page.
+#[derive(Debug)]
+pub(crate) struct Dropped {
+    name: String,
+    table: Table,
+}
+
+/// The first look at a file.
+#[derive(Debug, Serialize)]
+pub(crate) struct Inspected {
+    /// Its columns.
+    headers: Vec<String>,
+    /// Its first rows.
+    rows: Vec<Vec<String>>,
+    /// What was passed over or changed, in sentences.
+    notes: Vec<String>,
+    /// The column that looks like time.
+    time: Option<String>,
+    /// The columns that look like coordinates.
+    coordinates: Vec<String>,
+    /// Whether names of columns speak of degrees. Nothing is converted before a person says so.
+    degrees: bool,
+}
+
+/// Which columns of the file are what.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Columns {
+    t: String,
+    q: Vec<String>,
+    #[serde(default)]
+    qd: Vec<String>,
+    #[serde(default)]
+    tau: Vec<String>,
+    #[serde(default)]
+    angles: Vec<String>,
+    #[serde(default)]
+    degrees: bool,
+    #[serde(default)]
+    trajectory: Option<String>,
+}
+
+/// What the data are.
+#[derive(Debug, Serialize)]
+pub(crate) struct Summary {
+    recordings: usize,
+    samples: usize,
+    coordinates: Vec<crate::system::Axis>,
+    notes: Vec<String>,
+    /// Times and positions of the first recording.
+    t: Vec<f64>,
+    q: Vec<Option<f64>>,
+}
+
+impl Dropped {
+    /// Takes a file.
+    pub(crate) fn new(name: String, bytes: &[u8]) -> Result<Self> {
+        let remedy = "take a part of the file, or use the command `lagrangian`, which has no such bound";
+        bounded("the size of the file in bytes", bytes.len() as f64, limits::FILE as f64, remedy)?;
+        Ok(Self {
+            name,
+            table: foreign::table(bytes),
+        })
+    }
+
+    /// The first look at it.
+    pub(crate) fn inspected(&self) -> Inspected {
+        let table = &self.table;
+        Inspected {
+            time: table.time(),
+            coordinates: table.coordinates(),
+            degrees: table.speaks_of_degrees(),
+            headers: table.headers.clone(),
+            rows: table.first.clone(),
+            notes: table.notes.clone(),
+        }
+    }
+
+    /// Its recordings by these columns, the layout that a model keeps, and what the reader passed over.
+    pub(crate) fn read(&self, columns: Columns) -> Result<(Vec<Recording>, String, Vec<String>)> {
+        let layout = columns.layout();
+        let text = layout.to_toml()?;
+        let source = Cursor::new(self.table.plain.clone());
+        let stem = self.name.rsplit_once('.').map_or(&*self.name, |(stem, _)| stem);
+        let readings = Format::Csv.read(source, stem, &layout)?;
+        let (mut notes, ignored) = (readings.notes, readings.columns.ignored);
+        if !ignored.is_empty() {
+            notes.push(format!("columns that were not used: {}", ignored.join(", ")));
+        }
+        Ok((readings.recordings, text, notes))
+    }
+}
+
+impl Columns {
+    fn layout(self) -> Layout {
+        Layout {
+            t: Some(self.t),
+            trajectory: self.trajectory,
+            columns: Signals {
+                q: self.q,
+                qd: self.qd,
+                tau: self.tau,
+                ..Signals::default()
+            },
+            angles: self.angles,
+            degrees: self.degrees,
+            ..Layout::default()
+        }
+    }
+}
+
+impl Summary {
+    /// What these recordings are.
+    pub(crate) fn of(recordings: &[Recording], notes: Vec<String>) -> Result<Self> {
+        let first = recordings.first().ok_or(Error::Missing {
+            what: "recording in the data",
+            remedy: "take a file that holds some rows",
+        })?;
+        let shown = first.len().min(2000);
+        let finite = |x: &f64| x.is_finite().then_some(*x);
+        Ok(Self {
+            recordings: recordings.len(),
+            samples: recordings.iter().map(Recording::len).sum(),
+            coordinates: crate::system::axes(&first.coordinates),
+            notes,
+            t: first.t.iter().take(shown).copied().collect(),
+            q: first.q.iter().take(shown * first.dof()).map(finite).collect(),
+        })
+    }
+}
+
+/// Recordings as CSV by the usual names of columns.
+pub(crate) fn csv(recordings: &[Recording]) -> Vec<u8> {
+    let Some(first) = recordings.first() else {
+        return Vec::new();
+    };
+    let n = first.dof();
+    let signals = [Signal::Q, Signal::Qd, Signal::Qdd, Signal::Tau];
+    let known: Vec<Signal> = signals
+        .into_iter()
+        .filter(|s| recordings.iter().all(|r| r.get(*s).len() == r.len() * n))
+        .collect();
+    let names = known.iter().flat_map(|s| (1..=n).map(move |i| format!("{}{i}", s.name())));
+    let header = ["trajectory".to_string(), "t".into()].into_iter().chain(names);
+    let mut text = header.collect::<Vec<_>>().join(",") + "\n";
+    for (number, recording) in recordings.iter().enumerate() {
+        for (k, t) in recording.t.iter().enumerate() {
+            text += &format!("{},{t}", number + 1);
+            for signal in &known {
+                let row = &recording.get(*signal)[k * n..(k + 1) * n];
+                row.iter().for_each(|x| text += &format!(",{x}"));
+            }
+            text.push('\n');
+        }
+    }
+    text.into_bytes()
+}

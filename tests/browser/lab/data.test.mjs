@@ -1,0 +1,104 @@
+// Your data: good files become models, bad ones a message with a remedy.
+
+import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
+import { after, before, test } from "node:test";
+import { browser, open, serve } from "./harness.mjs";
+
+let server, own;
+before(async () => ([server, own] = [await serve(), await browser()]));
+after(async () => {
+  await own.close();
+  server.close();
+});
+
+const give = (page, name, content) => page.getByLabel("Choose a file").setInputFiles({ name, mimeType: "text/csv", buffer: Buffer.from(content) });
+
+/** A swinging pendulum, as phyphox writes it where decimal commas are usual. */
+function phyphox() {
+  const rows = Array.from({ length: 400 }, (_, k) => {
+    const t = k * 0.02;
+    return [t, 30 * Math.cos(3.1 * t) + 5 * Math.sin(1.1 * t)].map((x) => x.toFixed(5).replace(".", ",")).join(";");
+  });
+  return `"Time (s)";"Angle (deg)"\n${rows.join("\n")}\n`;
+}
+
+test("a recording is checked, fitted, saved, and its model dropped again", async () => {
+  const { page, wrong, close } = await open(own, `${server.url}#data`);
+  await page.getByRole("button", { name: /example/ }).click();
+  await page.getByRole("button", { name: "Check the data" }).click();
+  await page.getByText("The data are").waitFor();
+  await page.getByLabel("Time to learn").focus();
+  await page.keyboard.press("Home");
+  await page.keyboard.press("ArrowRight");
+  await page.keyboard.press("ArrowRight");
+  await page.getByRole("button", { name: "Fit", exact: true }).click();
+  await page.getByText("on motions that were held back").waitFor({ timeout: 60_000 });
+  const grade = await page.locator("[data-grade]").getAttribute("data-grade");
+  assert.ok(["good", "fair", "poor"].includes(grade));
+  const [saved] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Save the model" }).click()]);
+  const bytes = await readFile(await saved.path());
+  assert.match(bytes.subarray(8, 400).toString(), /lagrangian-model/);
+  await page.getByLabel("Choose a file").setInputFiles({ name: "kept.safetensors", mimeType: "application/octet-stream", buffer: bytes });
+  await page.getByText("The model 'kept.safetensors'").waitFor();
+  await page.getByText(/Its energy stays between/).waitFor();
+  const damaged = Buffer.from(bytes);
+  damaged[damaged.length - 100] ^= 1;
+  await page.getByLabel("Choose a file").setInputFiles({ name: "damaged.safetensors", mimeType: "application/octet-stream", buffer: damaged });
+  await page.getByText(/checksum/).waitFor();
+  assert.deepEqual(wrong, []);
+  await close();
+});
+
+test("decimal commas are understood and degrees are declared by a person", async () => {
+  const { page, wrong, close } = await open(own, `${server.url}#data`);
+  await give(page, "phone.csv", phyphox());
+  await page.getByText("decimal commas").waitFor();
+  assert.equal(await page.getByLabel("Time, in seconds").inputValue(), "Time (s)");
+  assert.ok(await page.getByLabel("Angle (deg) is an angle").isChecked());
+  assert.ok(await page.getByLabel("Angles are in degrees").isChecked());
+  await page.getByRole("button", { name: "Check the data" }).click();
+  await page.getByText(/400 samples of 1 motion\./).waitFor();
+  assert.deepEqual(wrong, []);
+  await close();
+});
+
+test("files that are no data are refused with a remedy, and the page goes on", async () => {
+  const { page, wrong, close } = await open(own, `${server.url}#data`);
+  const message = page.locator(".message.bad");
+  const random = Buffer.from(Array.from({ length: 5000 }, (_, k) => (k * 7919) % 251));
+  const hostile = [
+    ["empty.csv", ""],
+    ["binary.csv", random],
+    ["one.csv", "hello\nworld\n"],
+    ["model.safetensors", random],
+    ["claims.safetensors", Buffer.concat([Buffer.from([255, 255, 255, 255, 255, 255, 255, 127]), random])],
+    ["short.safetensors", Buffer.from([1])],
+  ];
+  for (const [name, content] of hostile) {
+    await page.getByLabel("Choose a file").setInputFiles({ name, mimeType: "text/plain", buffer: Buffer.from(content) });
+    await message.waitFor();
+    const text = await message.textContent();
+    assert.ok(text.length > 20, `${name}: ${text}`);
+    await page.getByRole("button", { name: /example/ }).click();
+    await message.waitFor({ state: "hidden" });
+  }
+  const rows = [
+    ["words.csv", "t,q1\n0,a\n1,b\n"],
+    ["gaps.csv", "t,q1\n0,1\n1\n2,3,4\n"],
+    ["nothing.csv", "t,q1\n"],
+    ["infinite.csv", "t,q1\n0,1e999\n1,2\n"],
+    ["quote.csv", `t,q1\n0,"1\n${"9,9\n".repeat(2000)}`],
+    ["backwards.csv", `t,q1\n${Array.from({ length: 100 }, (_, k) => `${100 - k},${k}`).join("\n")}\n`],
+  ];
+  for (const [name, content] of rows) {
+    await give(page, name, content);
+    await page.getByRole("button", { name: "Check the data" }).click();
+    await page.locator(".message.bad:visible, [data-verdict=fail]").first().waitFor();
+  }
+  await page.getByRole("button", { name: /example/ }).click();
+  await page.getByRole("button", { name: "Check the data" }).click();
+  await page.getByText("The data are").waitFor();
+  assert.deepEqual(wrong, []);
+  await close();
+});

@@ -1,0 +1,58 @@
+// A server for the built page, and a browser that notes what must not happen.
+
+import { readFile } from "node:fs/promises";
+import { createServer } from "node:http";
+import { existsSync } from "node:fs";
+import path from "node:path";
+import { fileURLToPath } from "node:url";
+import { chromium } from "playwright-core";
+
+const ROOT = fileURLToPath(new URL("../../../web/dist/", import.meta.url));
+const TYPES = {
+  ".html": "text/html; charset=utf-8",
+  ".js": "text/javascript",
+  ".css": "text/css",
+  ".svg": "image/svg+xml",
+  ".wasm": "application/wasm",
+  ".webmanifest": "application/manifest+json",
+};
+const PLACES = [process.env.CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
+
+/** Serves the page on a free port of this machine. */
+export async function serve() {
+  const server = createServer(async (request, response) => {
+    const name = new URL(request.url, "http://localhost").pathname;
+    const file = path.join(ROOT, path.normalize(name === "/" ? "/index.html" : name));
+    try {
+      const body = await readFile(file);
+      response.writeHead(200, { "content-type": TYPES[path.extname(file)] ?? "application/octet-stream" });
+      response.end(body);
+    } catch {
+      response.writeHead(404).end();
+    }
+  });
+  await new Promise((ready) => server.listen(0, "127.0.0.1", ready));
+  return { url: `http://127.0.0.1:${server.address().port}/`, close: () => server.close() };
+}
+
+/** A browser of the distribution. */
+export async function browser() {
+  const found = PLACES.find((place) => place && existsSync(place));
+  if (!found) throw new Error("there is no Chromium: apt-get install chromium, or say where it is by CHROMIUM");
+  return chromium.launch({ executablePath: found, args: ["--no-sandbox"] });
+}
+
+/** A page that keeps errors of the console and requests to other origins. */
+export async function open(own, url, options = {}) {
+  const context = await own.newContext({ viewport: { width: 1280, height: 900 }, reducedMotion: "reduce", ...options });
+  const page = await context.newPage();
+  const wrong = [];
+  page.on("console", (message) => message.type() === "error" && wrong.push(message.text()));
+  page.on("pageerror", (error) => wrong.push(String(error)));
+  page.on("request", (request) => {
+    const to = new URL(request.url());
+    if (!["blob:", "data:"].includes(to.protocol) && to.origin !== new URL(url).origin) wrong.push(`a request to ${to.origin}`);
+  });
+  await page.goto(url);
+  return { page, wrong, close: () => context.close() };
+}

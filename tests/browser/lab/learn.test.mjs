@@ -1,0 +1,72 @@
+// Learn: both networks learn while the page is used, and only one keeps the energy.
+
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+import { browser, open, serve } from "./harness.mjs";
+
+let server, own;
+before(async () => ([server, own] = [await serve(), await browser()]));
+after(async () => {
+  await own.close();
+  server.close();
+});
+
+const TIME = { timeout: 90_000 };
+
+async function percent(page, side) {
+  const figure = page.locator(`[data-side="${side}"]`);
+  await figure.waitFor(TIME);
+  return Number(await figure.getAttribute("data-percent"));
+}
+
+test("a Lagrangian of a pendulum keeps the energy, a plain network of the same size less", async () => {
+  const { page, wrong, close } = await open(own, `${server.url}#learn?system=pendulum&seconds=6&width=32&motions=20`);
+  await page.getByRole("button", { name: "Learn", exact: true }).click();
+  const [lagrangian, plain] = [await percent(page, "lagrangian"), await percent(page, "plain")];
+  assert.ok(lagrangian < 0.5, `the Lagrangian is ${lagrangian} % off after 100 s`);
+  assert.ok(plain > lagrangian, `the plain network is ${plain} % off`);
+  const curves = await page.locator(".plot canvas").nth(1).getAttribute("aria-label");
+  assert.match(curves, /Lagrangian: .*e−/);
+  const [saved] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Save the Lagrangian" }).click()]);
+  assert.equal(saved.suggestedFilename(), "pendulum.safetensors");
+  assert.deepEqual(wrong, []);
+  await close();
+});
+
+test("learning stops at once, and the page answers while it learns", async () => {
+  const { page, wrong, close } = await open(own, `${server.url}#learn?system=double-pendulum&seconds=60`);
+  await page.getByRole("button", { name: "Learn", exact: true }).click();
+  await page.locator("progress").evaluate((bar) => new Promise((done) => {
+    const look = () => (bar.value > 0 ? done() : requestAnimationFrame(look));
+    look();
+  }));
+  const longest = await page.evaluate(() => new Promise((done) => {
+    let [last, worst, frames] = [performance.now(), 0, 0];
+    const look = (now) => {
+      worst = Math.max(worst, now - last);
+      last = now;
+      frames += 1;
+      if (frames < 60) requestAnimationFrame(look);
+      else done(worst);
+    };
+    requestAnimationFrame(look);
+  }));
+  assert.ok(Number.isFinite(longest));
+  await page.getByRole("button", { name: "Stop" }).click();
+  await page.getByRole("button", { name: "Learn", exact: true }).waitFor();
+  assert.equal(await page.locator(".message:visible").count(), 0);
+  assert.deepEqual(wrong, []);
+  await close();
+});
+
+test("friction is learned beside the Lagrangian, and positions alone are enough", async () => {
+  const { page, wrong, close } = await open(own, `${server.url}#learn?system=pendulum&seconds=6&width=32&motions=20`);
+  await page.getByLabel("What if there is friction?").check();
+  await page.getByLabel("What if we only have positions?").check();
+  await page.waitForFunction(() => location.hash.includes("friction=0.1") && location.hash.includes("positions=1"));
+  await page.getByRole("button", { name: "Learn", exact: true }).click();
+  const off = await percent(page, "lagrangian");
+  assert.ok(off < 5, `${off} % off the true energy after 30 s`);
+  assert.deepEqual(wrong, []);
+  await close();
+});

@@ -1,0 +1,71 @@
+// What holds for the whole page: access for all, its size, no network, nothing beside it.
+
+import assert from "node:assert/strict";
+import { readFile, readdir } from "node:fs/promises";
+import { createRequire } from "node:module";
+import { after, before, test } from "node:test";
+import { brotliCompressSync, constants } from "node:zlib";
+import { browser, open, serve } from "./harness.mjs";
+
+const axe = await readFile(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+const VIEWS = ["play?system=double-pendulum", "learn", "data", "lesson?step=1", "lesson?step=3", "lesson?step=5"];
+
+let server, own;
+before(async () => ([server, own] = [await serve(), await browser()]));
+after(async () => {
+  await own.close();
+  server.close();
+});
+
+for (const colorScheme of ["light", "dark"]) {
+  test(`no view has a barrier that axe finds, in ${colorScheme}`, async () => {
+    for (const view of VIEWS) {
+      // The policy of the page would refuse a script that it does not hold.
+      const { page, wrong, close } = await open(own, `${server.url}#${view}`, { colorScheme, bypassCSP: true });
+      await page.waitForTimeout(600);
+      if (view === "data") {
+        await page.getByRole("button", { name: /example/ }).click();
+        await page.getByRole("button", { name: "Check the data" }).click();
+        await page.getByText("The data are").waitFor();
+      }
+      await page.evaluate(axe);
+      const { violations } = await page.evaluate(() => window.axe.run());
+      assert.deepEqual(violations.map((v) => `${view}: ${v.id}: ${v.nodes.map((n) => n.html).join(" ")}`), []);
+      assert.deepEqual(wrong, []);
+      await close();
+    }
+  });
+}
+
+test("no view is wider than a telephone", async () => {
+  for (const view of VIEWS) {
+    const { page, close } = await open(own, `${server.url}#${view}`, { viewport: { width: 390, height: 800 } });
+    await page.waitForTimeout(400);
+    const width = await page.evaluate(() => document.documentElement.scrollWidth);
+    assert.ok(width <= 390, `${view} is ${width} px wide`);
+    await close();
+  }
+});
+
+test("the first load is at most 1.5 MB", async () => {
+  const folder = new URL("../../../web/dist/", import.meta.url);
+  const names = await readdir(folder, { recursive: true, withFileTypes: true });
+  const files = names.filter((entry) => entry.isFile()).map((entry) => `${entry.parentPath ?? entry.path}/${entry.name}`);
+  const settings = { params: { [constants.BROTLI_PARAM_QUALITY]: 9 } };
+  const sizes = await Promise.all(files.map(async (file) => brotliCompressSync(await readFile(file), settings).length));
+  const sum = sizes.reduce((a, b) => a + b, 0);
+  console.log(`first load: ${sum} bytes with brotli`);
+  assert.ok(sum <= 1.5e6, `${sum} bytes`);
+});
+
+test("once loaded, the laboratory works without a network", async () => {
+  const { page, close } = await open(own, `${server.url}#play?system=pendulum`);
+  await page.locator(".figures dd").first().waitFor();
+  await page.evaluate(() => navigator.serviceWorker.ready);
+  await page.waitForFunction(async () => (await (await caches.open("lagrangian-laboratory")).keys()).some((key) => key.url.endsWith(".wasm")));
+  await page.context().setOffline(true);
+  await page.reload();
+  await page.locator(".figures dd").first().waitFor();
+  assert.match(await page.locator("#engine").textContent(), /ready/);
+  await close();
+});

@@ -1,0 +1,103 @@
+// A library in a worker, as promises. A worker that ends, or that is stopped, is replaced by a fresh one.
+
+import type { Answer } from "./module";
+import type { FromWorker, ToWorker } from "./messages";
+import wasm from "../../wasm/lagrangian.wasm?url";
+
+let compiled: Promise<WebAssembly.Module> | undefined;
+
+/** The module, compiled once for all workers. */
+export function compile(): Promise<WebAssembly.Module> {
+  compiled ??= fetch(wasm).then(async (response) => {
+    if (!response.ok) throw new Error(`the library could not be loaded (${response.status}): load the page again`);
+    const typed = response.headers.get("content-type")?.startsWith("application/wasm");
+    return typed ? WebAssembly.compileStreaming(response) : WebAssembly.compile(await response.arrayBuffer());
+  });
+  return compiled;
+}
+
+/** The request was given up by the page. */
+export class Cancelled extends Error {
+  constructor() {
+    super("cancelled");
+  }
+}
+
+interface Waiting {
+  resolve(answer: Answer): void;
+  reject(error: Error): void;
+}
+
+/** One worker with its library. */
+export class Engine {
+  private worker: Promise<Worker> | undefined;
+  private waiting = new Map<number, Waiting>();
+  private next = 0;
+  private generation = 0;
+
+  /** Asks, and expects an answer of type T. */
+  async ask<T>(request: object, file?: Uint8Array): Promise<T> {
+    return (await this.answer(request, file)).value as T;
+  }
+
+  /** Asks for the bytes of a file. */
+  async file(request: object): Promise<Uint8Array<ArrayBuffer>> {
+    return (await this.answer(request)).bytes;
+  }
+
+  /** Ends what is computed at once; the next request begins afresh. */
+  stop(): void {
+    const worker = this.worker;
+    this.worker = undefined;
+    this.generation += 1;
+    void worker?.then((own) => own.terminate());
+    this.refuse(new Cancelled());
+  }
+
+  private async answer(request: object, file?: Uint8Array): Promise<Answer> {
+    this.worker ??= this.start();
+    const generation = this.generation;
+    const worker = await this.worker;
+    if (generation !== this.generation) throw new Cancelled();
+    const id = this.next++;
+    return new Promise((resolve, reject) => {
+      this.waiting.set(id, { resolve, reject });
+      worker.postMessage({ id, request, file } satisfies ToWorker);
+    });
+  }
+
+  private async start(): Promise<Worker> {
+    const module = await compile();
+    const worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module" });
+    worker.onmessage = (event: MessageEvent<FromWorker>) => this.receive(event.data);
+    worker.onerror = () => this.fail("the worker of the library could not be started: load the page again");
+    worker.postMessage({ module } satisfies ToWorker);
+    return worker;
+  }
+
+  private receive(message: FromWorker): void {
+    if ("ended" in message && message.ended) {
+      this.fail(`the library ended itself (${message.error}); it was started again, please take a smaller problem`);
+      return;
+    }
+    const waiting = this.waiting.get(message.id);
+    this.waiting.delete(message.id);
+    if ("error" in message) waiting?.reject(new Error(message.error));
+    else waiting?.resolve(message);
+  }
+
+  /** The worker is lost: a fresh one is there for the next request. */
+  private fail(words: string): void {
+    const worker = this.worker;
+    this.worker = undefined;
+    this.generation += 1;
+    void worker?.then((own) => own.terminate());
+    this.refuse(new Error(words));
+  }
+
+  private refuse(error: Error): void {
+    const all = [...this.waiting.values()];
+    this.waiting.clear();
+    all.forEach((one) => one.reject(error));
+  }
+}

@@ -1,0 +1,60 @@
+// The page: its tabs, its theme, and the view that the address names.
+
+import { compile } from "./engine/engine";
+import * as address from "./ui/address";
+import { el } from "./ui/element";
+import { themeButton } from "./ui/theme";
+import "./style.css";
+import { data } from "./views/data";
+import { learn } from "./views/learn";
+import { lesson } from "./views/lesson";
+import { play } from "./views/play";
+import type { View } from "./views/view";
+
+const ENTRIES = [play, learn, data, lesson];
+
+let open: View | undefined;
+let shown = "";
+
+function show(): void {
+  const { view, values } = address.read();
+  const entry = ENTRIES.find((own) => own.name === view) ?? play;
+  open?.close();
+  open = entry.open(values);
+  document.title = `${entry.title} · lagrangian laboratory`;
+  const main = byId("main");
+  main.replaceChildren(el("h2", { class: "hidden" }, entry.title), open.element);
+  if (shown && shown !== entry.name) main.focus({ preventScroll: true });
+  shown = entry.name;
+  for (const tab of byId("tabs").querySelectorAll("a")) {
+    if (tab.dataset["view"] === entry.name) tab.setAttribute("aria-current", "page");
+    else tab.removeAttribute("aria-current");
+  }
+}
+
+function byId(id: string): HTMLElement {
+  const element = document.getElementById(id);
+  if (!element) throw new Error(`the page has no element ${id}`);
+  return element;
+}
+
+/** Keeps the page for times without a network. */
+async function keep(): Promise<void> {
+  if (!("serviceWorker" in navigator) || !location.protocol.startsWith("http")) return;
+  await navigator.serviceWorker.register("./sw.js");
+}
+
+byId("tabs").append(...ENTRIES.map((entry) => el("a", { href: address.link(entry.name), "data-view": entry.name }, entry.title)));
+themeButton(byId("theme"));
+addEventListener("hashchange", show);
+byId("main").replaceChildren();
+show();
+compile().then(
+  () => {
+    byId("engine").textContent = "The library is ready.";
+    return keep().catch(() => undefined);
+  },
+  (error: unknown) => {
+    byId("engine").textContent = `The library could not be loaded (${String(error)}): load the page again, with a browser of 2023 or later.`;
+  },
+);

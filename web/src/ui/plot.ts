@@ -1,0 +1,254 @@
+// A plot on a canvas: curves, a legend that hides them, values under the pointer, a cursor in time.
+
+import { short } from "./controls";
+import { el } from "./element";
+import { colour, onTheme } from "./theme";
+import { type Axis, axisOver, place, ticks, tickText, valueAt } from "./axes";
+
+export interface Curve {
+  name: string;
+  /** A colour of the style sheet, such as `--truth`. */
+  colour: string;
+  x: number[];
+  y: number[];
+  dashed?: boolean;
+  /** Points and no line. */
+  dots?: boolean;
+}
+
+export interface Settings {
+  title: string;
+  x: string;
+  y: string;
+  logarithmic?: boolean;
+  /** Whether both axes have one scale. */
+  equal?: boolean;
+}
+
+const LEFT = 52;
+const RIGHT = 10;
+const TOP = 8;
+const BOTTOM = 36;
+
+export class Plot {
+  readonly element: HTMLElement;
+  private readonly canvas = el("canvas", { tabindex: 0, role: "img" });
+  private readonly legend = el("div", { class: "legend" });
+  private readonly reading = el("span", { class: "reading", "aria-live": "off" });
+  private curves: Curve[] = [];
+  private hidden = new Set<string>();
+  private cursor: number | undefined;
+  private pointer: number | undefined;
+  private axes: { x: Axis; y: Axis } | undefined;
+  private drawn = false;
+  private span = 0;
+
+  constructor(private readonly settings: Settings) {
+    const caption = el("figcaption", {}, settings.title, this.reading);
+    this.element = el("figure", { class: "plot" }, caption, this.canvas, this.legend);
+    this.show([]);
+    this.canvas.addEventListener("pointermove", (event) => this.point(event.offsetX));
+    this.canvas.addEventListener("pointerleave", () => this.point(undefined));
+    this.canvas.addEventListener("keydown", (event) => this.key(event));
+    new ResizeObserver(() => this.later()).observe(this.canvas);
+    onTheme(() => this.later());
+  }
+
+  /** Shows other curves, over a range of y of at least `span`. */
+  show(curves: Curve[], span = 0): void {
+    this.span = span;
+    const names = (all: Curve[]) => all.map((curve) => curve.name).join("\n");
+    const same = names(curves) === names(this.curves);
+    this.curves = curves;
+    if (!same) this.writeLegend();
+    const ends = curves.map((curve) => `${curve.name}: ${short(curve.y.at(-1) ?? NaN)}`).join(", ");
+    this.canvas.setAttribute("aria-label", `${this.settings.title}. Last values: ${ends || "none yet"}`);
+    this.later();
+  }
+
+  /** Marks a value of x, or none. */
+  mark(x: number | undefined): void {
+    this.cursor = x;
+    this.later();
+  }
+
+  private writeLegend(): void {
+    const entry = (curve: Curve) => {
+      const swatch = el("span", { class: `swatch ${curve.colour.slice(2)}`, "aria-hidden": "true" });
+      const press = () => {
+        if (!this.hidden.delete(curve.name)) this.hidden.add(curve.name);
+        item.setAttribute("aria-pressed", String(!this.hidden.has(curve.name)));
+        this.later();
+      };
+      const item = el("button", { type: "button", "aria-pressed": "true", click: press }, swatch, curve.name);
+      return item;
+    };
+    this.hidden.clear();
+    this.legend.replaceChildren(...(this.curves.length > 1 ? this.curves.map(entry) : []));
+  }
+
+  private point(x: number | undefined): void {
+    this.pointer = x;
+    this.later();
+  }
+
+  private key(event: KeyboardEvent): void {
+    const width = this.canvas.clientWidth;
+    const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+    if (event.key === "Escape") this.point(undefined);
+    if (!step) return;
+    event.preventDefault();
+    const from = this.pointer ?? (step > 0 ? LEFT : width - RIGHT);
+    this.point(Math.min(width - RIGHT, Math.max(LEFT, from + step * 8)));
+  }
+
+  /** Draws with the next frame, once. */
+  private later(): void {
+    if (this.drawn) return;
+    this.drawn = true;
+    requestAnimationFrame(() => {
+      this.drawn = false;
+      this.draw();
+    });
+  }
+
+  private draw(): void {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    if (width === 0 || height === 0) return;
+    const scale = devicePixelRatio || 1;
+    this.canvas.width = Math.round(width * scale);
+    this.canvas.height = Math.round(height * scale);
+    const context = this.canvas.getContext("2d");
+    if (!context) return;
+    context.scale(scale, scale);
+    const shown = this.curves.filter((curve) => !this.hidden.has(curve.name));
+    this.axes = this.fitted(shown, width, height);
+    this.grid(context, width, height);
+    context.save();
+    context.beginPath();
+    context.rect(LEFT, TOP, width - LEFT - RIGHT, height - TOP - BOTTOM);
+    context.clip();
+    shown.forEach((curve) => this.curve(context, curve));
+    context.restore();
+    this.lines(context, shown, height);
+  }
+
+  private fitted(shown: Curve[], width: number, height: number): { x: Axis; y: Axis } {
+    const x = axisOver(shown.flatMap((curve) => extremes(curve.x)), false);
+    const ys = shown.flatMap((curve) => (this.settings.logarithmic ? curve.y : extremes(curve.y)));
+    const y = axisOver(ys, Boolean(this.settings.logarithmic));
+    widen(y, this.span);
+    if (this.settings.equal) equalise(x, y, (width - LEFT - RIGHT) / (height - TOP - BOTTOM));
+    return { x, y };
+  }
+
+  private at(x: number, y: number): [number, number] {
+    const [width, height] = [this.canvas.clientWidth, this.canvas.clientHeight];
+    const axes = this.axes as { x: Axis; y: Axis };
+    const across = LEFT + place(axes.x, x) * (width - LEFT - RIGHT);
+    return [across, TOP + (1 - place(axes.y, y)) * (height - TOP - BOTTOM)];
+  }
+
+  private grid(context: CanvasRenderingContext2D, width: number, height: number): void {
+    const axes = this.axes as { x: Axis; y: Axis };
+    context.strokeStyle = colour("--grid");
+    context.fillStyle = colour("--faint");
+    context.font = "12px system-ui, sans-serif";
+    context.lineWidth = 1;
+    context.beginPath();
+    context.textAlign = "center";
+    for (const value of ticks(axes.x, width / 90)) {
+      const [x] = this.at(value, axes.y.low);
+      context.moveTo(x, TOP);
+      context.lineTo(x, height - BOTTOM);
+      context.fillText(tickText(value), x, height - BOTTOM + 15);
+    }
+    context.textAlign = "right";
+    for (const value of ticks(axes.y, height / 45)) {
+      const [, y] = this.at(axes.x.low, value);
+      context.moveTo(LEFT, y);
+      context.lineTo(width - RIGHT, y);
+      context.fillText(tickText(value), LEFT - 6, y + 4);
+    }
+    context.stroke();
+    context.textAlign = "center";
+    context.fillText(this.settings.x, LEFT + (width - LEFT - RIGHT) / 2, height - 5);
+    context.save();
+    context.translate(11, TOP + (height - TOP - BOTTOM) / 2);
+    context.rotate(-Math.PI / 2);
+    context.fillText(this.settings.y, 0, 0);
+    context.restore();
+  }
+
+  private curve(context: CanvasRenderingContext2D, curve: Curve): void {
+    context.strokeStyle = context.fillStyle = colour(curve.colour);
+    context.lineWidth = 1.8;
+    context.lineJoin = "round";
+    context.setLineDash(curve.dashed ? [6, 4] : []);
+    context.beginPath();
+    let pen = false;
+    for (let k = 0; k < curve.x.length; k++) {
+      const [x, y] = this.at(curve.x[k] ?? NaN, curve.y[k] ?? NaN);
+      const fine = Number.isFinite(x) && Number.isFinite(y);
+      if (fine && curve.dots) context.rect(x - 1, y - 1, 2, 2);
+      else if (fine && pen) context.lineTo(x, Math.max(-1e4, Math.min(1e4, y)));
+      else if (fine) context.moveTo(x, Math.max(-1e4, Math.min(1e4, y)));
+      pen = fine;
+    }
+    if (curve.dots) context.fill();
+    else context.stroke();
+    context.setLineDash([]);
+  }
+
+  /** The cursor in time, and the values under the pointer. */
+  private lines(context: CanvasRenderingContext2D, shown: Curve[], height: number): void {
+    const axes = this.axes as { x: Axis; y: Axis };
+    const vertical = (x: number, name: string) => {
+      context.strokeStyle = colour(name);
+      context.lineWidth = 1;
+      context.beginPath();
+      context.moveTo(x, TOP);
+      context.lineTo(x, height - BOTTOM);
+      context.stroke();
+    };
+    if (this.cursor !== undefined) vertical(this.at(this.cursor, axes.y.low)[0], "--accent");
+    if (this.pointer === undefined || shown.length === 0) {
+      this.reading.textContent = "";
+      return;
+    }
+    const width = this.canvas.clientWidth - LEFT - RIGHT;
+    const x = valueAt(axes.x, (this.pointer - LEFT) / width);
+    vertical(this.pointer, "--faint");
+    const values = shown.map((curve) => `${curve.name} ${short(curve.y[nearest(curve.x, x)] ?? NaN)}`);
+    this.reading.textContent = `${this.settings.x.split(",")[0]} ${short(x)}: ${values.join(" · ")}`;
+  }
+}
+
+function extremes(values: number[]): number[] {
+  let [low, high] = [Infinity, -Infinity];
+  for (const value of values) {
+    if (value < low) low = value;
+    if (value > high) high = value;
+  }
+  return [low, high];
+}
+
+function widen(axis: Axis, span: number): void {
+  const more = span - (axis.high - axis.low);
+  if (more > 0) [axis.low, axis.high] = [axis.low - more / 2, axis.high + more / 2];
+}
+
+function equalise(x: Axis, y: Axis, aspect: number): void {
+  const [across, up] = [x.high - x.low, y.high - y.low];
+  const more = up * aspect - across;
+  if (more > 0) [x.low, x.high] = [x.low - more / 2, x.high + more / 2];
+  else [y.low, y.high] = [y.low + more / aspect / 2, y.high - more / aspect / 2];
+}
+
+function nearest(values: number[], x: number): number {
+  let best = 0;
+  for (let k = 1; k < values.length; k++) {
+    if (Math.abs((values[k] ?? NaN) - x) < Math.abs((values[best] ?? NaN) - x)) best = k;
+  }
+  return best;
+}

@@ -1,0 +1,119 @@
+// Learn: data with their flaws, two networks, and what each of them keeps.
+
+import { SCENES, type State, scene } from "../stage/scenes";
+import { Stage } from "../stage/stage";
+import * as address from "../ui/address";
+import { button, select, slider, toggle } from "../ui/controls";
+import { el } from "../ui/element";
+import { Race, type Setup } from "./race";
+import type { Entry, View } from "./view";
+
+/** Systems that a plain network and a Lagrangian can both be tried on. */
+const NAMES = ["pendulum", "double-pendulum", "cart-pole", "mass-spring"];
+
+export const learn: Entry = { name: "learn", title: "Learn", open: (values) => new Learn(values) };
+
+/** The setup that an address names. */
+export function setupOf(values: address.Values): Setup {
+  const system = NAMES.includes(values["system"] ?? "") ? values["system"] : "double-pendulum";
+  return {
+    scene: scene(system),
+    motions: Math.round(address.number(values["motions"], 30, 2, 60)),
+    starts: [],
+    noise: address.number(values["noise"], 0, 0, 0.05),
+    friction: address.number(values["friction"], 0, 0, 1),
+    positionsOnly: values["positions"] === "1",
+    width: Math.round(address.number(values["width"], 64, 8, 128)),
+    seconds: address.number(values["seconds"], 20, 1, 120),
+    seed: Math.round(address.number(values["seed"], 0, 0, 1e6)),
+  };
+}
+
+class Learn implements View {
+  readonly element = el("div", { class: "view learn" });
+  private readonly race: Race;
+  private readonly count = el("output");
+  private readonly throws: Stage;
+  private readonly hand: HTMLElement;
+  private setup: Setup;
+
+  constructor(values: address.Values) {
+    this.setup = setupOf(values);
+    this.race = new Race(this.setup);
+    this.throws = new Stage(this.setup.scene, {
+      moved: (state) => this.throws.show([{ state, colour: "--truth" }]),
+      released: (state) => this.add(state),
+    });
+    this.hand = this.byHand();
+    const left = el("div", { class: "column" }, this.controls(), this.race.element);
+    this.element.append(left, el("div", { class: "column" }, this.race.figures, this.questions()));
+    this.write();
+  }
+
+  close(): void {
+    this.race.close();
+  }
+
+  private change(part: Partial<Setup>): void {
+    this.setup = { ...this.setup, ...part };
+    this.race.change(this.setup);
+    if ("friction" in part) this.race.again();
+    this.write();
+  }
+
+  private write(): void {
+    const { scene: own, motions, starts, noise, friction, positionsOnly, width, seconds, seed } = this.setup;
+    const values: address.Values = { system: own.name, motions: String(motions), width: String(width), seconds: String(seconds) };
+    if (noise > 0) values["noise"] = String(noise);
+    if (friction > 0) values["friction"] = String(friction);
+    if (positionsOnly) values["positions"] = "1";
+    if (seed > 0) values["seed"] = String(seed);
+    address.write("learn", values);
+    const recorded = starts.length > 0 ? `${starts.length} thrown by hand` : `${motions} from random states`;
+    this.count.textContent = `${recorded}, 4 s each, 50 samples a second`;
+  }
+
+  private controls(): HTMLElement {
+    const systems = SCENES.filter((own) => NAMES.includes(own.name)).map((own): [string, string] => [own.name, own.title]);
+    const chosen = select("System", systems, this.setup.scene.name, (name) => {
+      this.throws.use(scene(name));
+      this.throws.show([{ state: scene(name).start, colour: "--truth" }]);
+      this.change({ scene: scene(name), starts: [] });
+    });
+    const { motions, noise, width, seconds } = this.setup;
+    const range = { min: 0, max: 1, step: 1, value: 0 };
+    const sliders = [
+      slider({ ...range, label: "Motions", min: 2, max: 60, value: motions, changed: (x) => this.change({ motions: x, starts: [] }) }),
+      slider({ ...range, label: "Noise", unit: "rad or m", max: 0.05, step: 0.001, value: noise, changed: (x) => this.change({ noise: x }) }),
+      slider({ ...range, label: "Width of the networks", min: 8, max: 128, step: 8, value: width, changed: (x) => this.change({ width: x }) }),
+      slider({ ...range, label: "Time to learn", unit: "s", min: 1, max: 60, value: seconds, changed: (x) => this.change({ seconds: x }) }),
+    ];
+    const title = el("h3", {}, "What is learned from");
+    return el("section", { class: "card", "aria-label": "Data and networks" }, title, chosen, this.count, el("div", { class: "sliders" }, ...sliders.map((own) => own.element)), this.hand);
+  }
+
+  /** Motions that a person starts. */
+  private byHand(): HTMLElement {
+    const none = button("Forget them", () => this.change({ starts: [] }));
+    const hint = el("p", { class: "hint" }, "Drag the body and release it: each release is recorded as a motion. Three or more make a data set.");
+    this.throws.show([{ state: this.setup.scene.start, colour: "--truth" }]);
+    this.throws.canvas.classList.add("small");
+    return el("details", {}, el("summary", {}, "Record motions by hand"), hint, this.throws.canvas, el("div", { class: "row" }, none));
+  }
+
+  private add(state: State): void {
+    this.change({ starts: [...this.setup.starts, state] });
+  }
+
+  private questions(): HTMLElement {
+    const friction = toggle("What if there is friction?", this.setup.friction > 0, (on) => this.change({ friction: on ? 0.1 : 0 }));
+    const positions = toggle("What if we only have positions?", this.setup.positionsOnly, (on) => this.change({ positionsOnly: on }));
+    const answers = el(
+      "div",
+      {},
+      el("p", { class: "hint" }, "Friction takes energy: the Lagrangian is then learned together with a force against the velocity, and the energy falls as it does in the truth."),
+      el("p", { class: "hint" }, "From positions alone, velocities and accelerations are estimated first. Noise then weighs more: try both."),
+    );
+    return el("section", { class: "card", "aria-label": "Questions" }, el("h3", {}, "Questions"), friction, positions, answers);
+  }
+}

@@ -1,0 +1,216 @@
+// Play: set the state of a system by hand, and see its motion, its energy and its phase portrait.
+
+import type { Motion } from "../engine/answers";
+import { Engine } from "../engine/engine";
+import { Player, column, stateAt, wrapped } from "../stage/player";
+import { SCENES, type Scene, type State, scene } from "../stage/scenes";
+import { type Body, Stage } from "../stage/stage";
+import * as address from "../ui/address";
+import { type Slider, button, select, short, slider } from "../ui/controls";
+import { el } from "../ui/element";
+import { Message } from "../ui/message";
+import { type Curve, Plot } from "../ui/plot";
+import type { Entry, View } from "./view";
+
+/** Seconds of its way that a body leaves behind. */
+const TRAIL = 2.5;
+const COLOURS = ["--first", "--second"];
+
+export const play: Entry = { name: "play", title: "Play", open: (values) => new Play(values) };
+
+class Play implements View {
+  readonly element = el("div", { class: "view play" });
+  private readonly engine = new Engine();
+  private readonly message = new Message();
+  private readonly stage: Stage;
+  private readonly energy = new Plot({ title: "Energy", x: "time, s", y: "J" });
+  private readonly phase = new Plot({ title: "Phase portrait", x: "position", y: "velocity" });
+  private readonly figures = el("dl", { class: "figures" });
+  private readonly sliders = el("div", { class: "sliders" });
+  private readonly hint = el("p", { class: "hint" });
+  private readonly run = button("Pause", () => this.toggle());
+  private readonly player = new Player((t) => this.frame(t));
+  private states: Slider[] = [];
+  private scene: Scene;
+  private start: State;
+  private friction: number;
+  private motion: Motion | undefined;
+  private asked = 0;
+
+  constructor(values: address.Values) {
+    this.scene = scene(values["system"]);
+    this.start = {
+      q: address.numbers(values["q"], this.scene.start.q),
+      qd: address.numbers(values["qd"], this.scene.start.qd),
+    };
+    this.friction = address.number(values["friction"], 0, 0, 1);
+    this.stage = new Stage(this.scene, {
+      moved: (state) => this.hold(state),
+      released: (state) => void this.begin(state, true),
+    });
+    this.build();
+    const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    void this.begin(this.start, !still);
+  }
+
+  close(): void {
+    this.player.pause();
+    this.engine.stop();
+  }
+
+  private build(): void {
+    const systems = SCENES.map((own): [string, string] => [own.name, own.title]);
+    const chosen = select("System", systems, this.scene.name, (name) => this.change(scene(name)));
+    const again = button("Begin again", () => void this.begin(this.start, true));
+    const controls = el("div", { class: "row" }, chosen, this.run, again);
+    const left = el("section", { class: "card", "aria-label": "Stage" }, controls, this.stage.canvas, this.hint, this.message.element, this.sliders);
+    const right = el("section", { class: "card plots", "aria-label": "Figures" }, this.figures, this.energy.element, this.phase.element);
+    this.element.append(left, right);
+    this.writeSliders();
+  }
+
+  private change(next: Scene): void {
+    this.scene = next;
+    this.friction = 0;
+    this.motion = undefined;
+    this.player.pause();
+    this.figures.replaceChildren();
+    this.stage.use(next);
+    this.start = next.start;
+    this.writeSliders();
+    void this.begin(next.start, true);
+  }
+
+  private writeSliders(): void {
+    this.hint.textContent = this.scene.hint;
+    const of = (kind: "q" | "qd", symbol: string) =>
+      this.start[kind].map((value, i) => {
+        const bound = this.scene.bounds[kind][i] ?? 1;
+        const changed = (x: number) => {
+          const values = this.start[kind].map((own, k) => (k === i ? x : own));
+          void this.begin({ ...this.start, [kind]: values }, this.player.isRunning);
+        };
+        return slider({ label: `${symbol}${this.start.q.length > 1 ? i + 1 : ""} at the start`, min: -bound, max: bound, step: 0.01, value, changed });
+      });
+    this.states = [...of("q", "q"), ...of("qd", "q̇")];
+    const friction = slider({
+      label: "Friction",
+      min: 0,
+      max: 1,
+      step: 0.01,
+      value: this.friction,
+      changed: (x) => {
+        this.friction = x;
+        void this.begin(this.start, this.player.isRunning);
+      },
+    });
+    const all = this.scene.friction ? [...this.states, friction] : this.states;
+    this.sliders.replaceChildren(...all.map((own) => own.element));
+  }
+
+  /** While the system is held, it is where the hand is. */
+  private hold(state: State): void {
+    this.player.pause();
+    this.stage.show([{ state, colour: "--truth" }]);
+    this.showStart(state);
+  }
+
+  private showStart(state: State): void {
+    this.start = state;
+    [...state.q, ...state.qd].forEach((value, k) => this.states[k]?.show(value));
+    const q = state.q.map((x) => x.toFixed(3)).join(",");
+    const qd = state.qd.map((x) => x.toFixed(3)).join(",");
+    const values: address.Values = { system: this.scene.name, q, qd };
+    if (this.friction > 0) values["friction"] = this.friction.toFixed(2);
+    address.write("play", values);
+  }
+
+  /** Predicts from a state, and shows it from now on. */
+  private async begin(state: State, running: boolean): Promise<void> {
+    this.showStart(state);
+    const asked = ++this.asked;
+    try {
+      const motion = await this.predict(state);
+      if (asked !== this.asked || this.stage.isHeld) return;
+      this.message.clear();
+      if (motion.ended) this.message.say(`This is where it ends: ${motion.ended}.`);
+      this.motion = motion;
+      this.showFigures(motion);
+      this.player.seek(0);
+      this.setRunning(running);
+    } catch (error) {
+      this.message.fail(error);
+    }
+  }
+
+  private predict(state: State): Promise<Motion> {
+    const known = { name: this.scene.name, parameters: this.scene.parameters };
+    const request = { q0: state.q, qd0: state.qd, duration: this.scene.duration, friction: this.friction };
+    return this.engine.ask<Motion>({ ask: "simulate", by: { known }, ...request });
+  }
+
+  private showFigures(motion: Motion): void {
+    const n = motion.coordinates.length;
+    const energy = { name: "energy", colour: "--truth", x: motion.t, y: motion.energy };
+    this.energy.show([energy], 0.2 * this.scene.reference);
+    const name = (i: number) => motion.coordinates[i]?.name ?? "";
+    const positions = (i: number) => {
+      const all = column(motion.q, i, n);
+      return motion.coordinates[i]?.circle ? wrapped(all) : all;
+    };
+    const curve = (i: number): Curve => ({
+      name: n > 1 ? name(i) : "motion",
+      colour: COLOURS[i] ?? "--truth",
+      x: positions(i),
+      y: column(motion.qd, i, n),
+    });
+    this.phase.show(Array.from({ length: n }, (_, i) => curve(i)));
+  }
+
+  private toggle(): void {
+    const ended = this.motion && this.player.time >= (this.motion.t.at(-1) ?? 0);
+    if (ended) this.player.seek(0);
+    this.setRunning(!this.player.isRunning);
+  }
+
+  private setRunning(running: boolean): void {
+    if (running) this.player.run();
+    else this.player.pause();
+    this.run.textContent = running ? "Pause" : "Run";
+  }
+
+  private frame(t: number): void {
+    const motion = this.motion;
+    if (!motion) return;
+    const end = motion.t.at(-1) ?? 0;
+    if (t >= end && this.player.isRunning) this.setRunning(false);
+    const now = Math.min(t, end);
+    const state = stateAt(motion, now);
+    const body: Body = { state, colour: "--truth", trail: this.trail(motion, now) };
+    this.stage.show([body]);
+    this.energy.mark(now);
+    this.write(motion, now);
+  }
+
+  private trail(motion: Motion, now: number): Body["trail"] {
+    const steps = 60;
+    const handle = this.scene.handles(stateAt(motion, now)).length > 1 && this.start.q.length === 2 && this.scene.friction ? 1 : 0;
+    const times = Array.from({ length: steps }, (_, k) => now - (TRAIL * k) / steps).filter((t) => t >= 0);
+    return times.flatMap((t) => this.scene.handles(stateAt(motion, t))[handle] ?? []);
+  }
+
+  /** The figures beside the stage. */
+  private write(motion: Motion, now: number): void {
+    const k = motion.t.findLastIndex((t) => t <= now);
+    const entry = (name: string, value: string) => el("div", {}, el("dt", {}, name), el("dd", {}, value));
+    const state = stateAt(motion, now);
+    const rows = [
+      entry("time", `${now.toFixed(1)} s`),
+      entry("energy H", `${short(motion.energy[k] ?? NaN)} J`),
+      entry("action ∫ L dt", `${short(motion.action[k] ?? NaN)} J s`),
+      entry("position q", state.q.map(short).join(", ")),
+      entry("velocity q̇", state.qd.map(short).join(", ")),
+    ];
+    this.figures.replaceChildren(...rows);
+  }
+}
