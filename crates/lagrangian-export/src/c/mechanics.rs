@@ -149,7 +149,7 @@ impl Writer<'_> {
             )
         };
         let body = format!(
-            "  real x[N];\n  real v2[N];\n  real v3[N];\n  real v4[N];\n  real a1[N];\n  real a2[N];\n  real a3[N];\n  real a4[N];\n\
+            "  real x[N];\n  real v2[N];\n  real v3[N];\n  real v4[N];\n  real a1[N] = {{C(0)}};\n  real a2[N] = {{C(0)}};\n  real a3[N] = {{C(0)}};\n  real a4[N] = {{C(0)}};\n\
              \x20 int status = {name}_OK;\n  int outcome;\n  if (!isfinite(h)) return {name}_NOT_FINITE;\n\
              {}{}{}{}{}{}{}\
              \x20 for (int i = 0; i < N; ++i) {{\n\
