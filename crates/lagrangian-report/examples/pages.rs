@@ -5,8 +5,8 @@ use std::path::Path;
 use std::{env, fs, io};
 
 use lagrangian_report::{
-    Axis, Figure, HeatMap, Report, Role, Series, Table, draw, energy_error_over_time, loss_curves,
-    parity,
+    Animation, Axis, Command, Figure, Headline, HeatMap, Panel, Report, Role, Series, Table, draw,
+    energy_error_over_time, loss_curves, parity,
 };
 
 fn main() -> io::Result<()> {
@@ -34,6 +34,15 @@ fn known() -> Report {
         title: "Known values".into(),
         subtitle: "sines, falls, an ellipse".into(),
         summary: vec!["Every value of this page is known.".into()],
+        headlines: vec![Headline::new(
+            "Largest value",
+            "1.00".into(),
+            "rad",
+            "of a sine",
+        )],
+        animations: vec![pendulum()],
+        settings: vec![("samples".into(), "1001".into())],
+        commands: vec![Command::new("This page", "cargo run --example pages")],
         figures,
         maps: vec![map()],
         tables: vec![Table::new(
@@ -42,6 +51,26 @@ fn known() -> Report {
             vec![vec!["1".into(), "2".into()]],
         )],
         ..Report::default()
+    }
+}
+
+/// A pendulum of one link, for 4 s.
+fn pendulum() -> Animation {
+    let t = clock(401, 0.01);
+    let panel = |(name, role), drift: f64| Panel {
+        name: String::from(name),
+        role,
+        lengths: vec![1.0],
+        angles: t.iter().map(|t| (3.0 * t).cos() + drift * t).collect(),
+        energy_error: Some(t.iter().map(|t| 1e-9 + drift * t).collect()),
+        t: t.clone(),
+    };
+    let [truth, lnn, _] = roles();
+    Animation {
+        id: "motion".into(),
+        title: "A pendulum".into(),
+        caption: "The pale one is the truth.".into(),
+        panels: vec![panel(truth, 0.0), panel(lnn, 0.01)],
     }
 }
 

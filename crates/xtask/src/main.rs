@@ -3,11 +3,12 @@
 //! bits of what it computes with a record, `cargo xtask sanitize` runs the tests of unsafe code under a sanitizer, `cargo xtask
 //! kill` ends fits in every way in which they may end, `cargo xtask fuzz` gives changed files to every parser, `cargo xtask deny`
 //! checks the licences of what is linked, `cargo xtask docs` builds the documentation as a site and runs its tutorials, `cargo xtask
-//! adapters` runs exported models in `CasADi` and `FMPy`.
+//! adapters` runs exported models in `CasADi` and `FMPy`, `cargo xtask browser` reads pages in a real browser.
 
 mod adapters;
 mod bench;
 mod bits;
+mod browser;
 mod deny;
 mod docs;
 mod fuzz;
@@ -34,8 +35,9 @@ usage: cargo xtask test
        cargo xtask python …
        cargo xtask docs …
        cargo xtask adapters
+       cargo xtask browser …
 
-  test   format, clippy, tests (unit, integration, doc), documentation, examples, benches once, the Python package, exported models in other programs, the site of the documentation with its tutorials, the sanitizer, some killed fits, changed files, a small race; stops at the first failure";
+  test   format, clippy, tests (unit, integration, doc), documentation, examples, benches once, the Python package, exported models in other programs, the site of the documentation with its tutorials, pages in a real browser, the sanitizer, some killed fits, changed files, a small race; stops at the first failure";
 
 /// One command that must succeed.
 struct Step {
@@ -71,7 +73,7 @@ impl Step {
 }
 
 /// In the order of what fails soonest.
-const TEST: [Step; 13] = [
+const TEST: [Step; 14] = [
     Step {
         component: Some("rustfmt"),
         ..Step::of_cargo("format", &["fmt", "--all", "--check"])
@@ -110,6 +112,7 @@ const TEST: [Step; 13] = [
     Step::chore("python", &["python"]),
     Step::chore("adapters", &["adapters"]),
     Step::chore("docs", &["docs", "--quick", "--where-possible"]),
+    Step::chore("browser", &["browser", "--where-possible"]),
     Step::chore("sanitizer", &["sanitize", "--where-possible"]),
     Step::chore("kill", &["kill", "--each", "3"]),
     Step::chore("fuzz", &["fuzz"]),
@@ -162,10 +165,11 @@ fn main() -> ExitCode {
         ["python", ref flags @ ..] => python::main(flags).map(|()| None),
         ["adapters", ref flags @ ..] => adapters::main(flags).map(|()| None),
         ["docs", ref flags @ ..] => docs::main(flags).map(|()| None),
+        ["browser", ref flags @ ..] => browser::main(flags).map(|()| None),
         ["sanitize", ref flags @ ..] => sanitize::main(flags).map(|()| None),
         ["help" | "-h" | "--help"] => {
             println!(
-                "{USAGE}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}",
+                "{USAGE}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}",
                 race::usage(),
                 bench::USAGE,
                 bits::USAGE,
@@ -175,7 +179,8 @@ fn main() -> ExitCode {
                 deny::USAGE,
                 python::USAGE,
                 docs::USAGE,
-                adapters::USAGE
+                adapters::USAGE,
+                browser::USAGE
             );
             return ExitCode::SUCCESS;
         }

@@ -14,6 +14,7 @@ use crate::data;
 use crate::failure::Advise;
 use crate::fitted;
 use crate::motion;
+use crate::output;
 use crate::task::{Size, Task};
 use crate::verdict;
 
@@ -59,7 +60,7 @@ pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
 
 fn as_text(score: &Score, trajectories: &[Trajectory], coordinates: &Coordinates) -> String {
     let (samples, count) = (score.samples, trajectories.len());
-    let mut text = format!("{samples} samples of {count} trajectories\n");
+    let mut text = format!("{samples} samples of {}\n", output::trajectories(count));
     let signals = [
         ("acceleration", &score.acceleration),
         ("torque", &score.torque),

@@ -71,7 +71,7 @@
     return sweepAt(plot, plot.x.value(Math.min(Math.max(u, 0), 1)));
   }
 
-  // The sample of the first visible curve that is nearest, so that what is read was computed there.
+  // The nearest sample of the longest visible curve, so that what is read was computed there.
   function sweepAt(plot, wanted) {
     const has = plot.shown.filter((one) => sample(one, wanted) !== null);
     const best = has.sort((a, b) => b.x.length - a.x.length)[0];
