@@ -30,7 +30,7 @@ fn known() -> Report {
         nothing(),
     ]);
     figures.extend((1..=6).map(torque));
-    Report {
+    let mut report = Report {
         title: "Known values".into(),
         subtitle: "sines, falls, an ellipse".into(),
         summary: vec!["Every value of this page is known.".into()],
@@ -41,17 +41,15 @@ fn known() -> Report {
             "of a sine",
         )],
         animations: vec![pendulum()],
-        settings: vec![("samples".into(), "1001".into())],
-        commands: vec![Command::new("This page", "cargo run --example pages")],
         figures,
         maps: vec![map()],
-        tables: vec![Table::new(
-            "A table.",
-            &["a", "b"],
-            vec![vec!["1".into(), "2".into()]],
-        )],
         ..Report::default()
-    }
+    };
+    let rows = vec![vec!["1".into(), "2".into()]];
+    report.tables = vec![Table::new("A table.", &["", "b"], rows)];
+    report.settings = vec![("samples".into(), "1001".into())];
+    report.commands = vec![Command::new("This page", "cargo run --example pages")];
+    report
 }
 
 /// A pendulum of one link, for 4 s.
