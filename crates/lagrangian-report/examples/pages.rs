@@ -5,8 +5,8 @@ use std::path::Path;
 use std::{env, fs, io};
 
 use lagrangian_report::{
-    Axis, Figure, HeatMap, Report, Role, Series, Table, draw, energy_error_over_time, loss_curves,
-    parity,
+    Animation, Axis, Command, Figure, Headline, HeatMap, Panel, Report, Role, Series, Table, draw,
+    energy_error_over_time, loss_curves, parity,
 };
 
 fn main() -> io::Result<()> {
@@ -14,7 +14,8 @@ fn main() -> io::Result<()> {
     let folder = Path::new(&folder);
     fs::create_dir_all(folder)?;
     fs::write(folder.join("known.html"), draw::html(&known()))?;
-    fs::write(folder.join("large.html"), draw::html(&large()))
+    fs::write(folder.join("large.html"), draw::html(&large()))?;
+    fs::write(folder.join("hostile.html"), draw::html(&hostile()))
 }
 
 /// Every kind of figure.
@@ -30,18 +31,45 @@ fn known() -> Report {
         nothing(),
     ]);
     figures.extend((1..=6).map(torque));
-    Report {
+    let mut report = Report {
         title: "Known values".into(),
         subtitle: "sines, falls, an ellipse".into(),
         summary: vec!["Every value of this page is known.".into()],
+        headlines: vec![Headline::new(
+            "Largest value",
+            "1.00".into(),
+            "rad",
+            "of a sine",
+        )],
+        animations: vec![pendulum()],
         figures,
         maps: vec![map()],
-        tables: vec![Table::new(
-            "A table.",
-            &["a", "b"],
-            vec![vec!["1".into(), "2".into()]],
-        )],
         ..Report::default()
+    };
+    let rows = vec![vec!["1".into(), "2".into()]];
+    report.tables = vec![Table::new("A table.", &["", "b"], rows)];
+    report.settings = vec![("samples".into(), "1001".into())];
+    report.commands = vec![Command::new("This page", "cargo run --example pages")];
+    report
+}
+
+/// A pendulum of one link, for 4 s.
+fn pendulum() -> Animation {
+    let t = clock(401, 0.01);
+    let panel = |(name, role), drift: f64| Panel {
+        name: String::from(name),
+        role,
+        lengths: vec![1.0],
+        angles: t.iter().map(|t| (3.0 * t).cos() + drift * t).collect(),
+        energy_error: Some(t.iter().map(|t| 1e-9 + drift * t).collect()),
+        t: t.clone(),
+    };
+    let [truth, lnn, _] = roles();
+    Animation {
+        id: "motion".into(),
+        title: "A pendulum".into(),
+        caption: "The pale one is the truth.".into(),
+        panels: vec![panel(truth, 0.0), panel(lnn, 0.01)],
     }
 }
 
@@ -69,6 +97,54 @@ fn large() -> Report {
     Report {
         title: "Ten large plots".into(),
         figures: (0..10).map(figure).collect(),
+        ..Report::default()
+    }
+}
+
+/// Values that have no place, and names that are no names.
+fn hostile() -> Report {
+    let evil = "</script><img src=x onerror=alert(1)>";
+    let odd = [
+        f64::NAN,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        0.0,
+        -1.0,
+        f64::MAX,
+        f64::MIN_POSITIVE,
+        3.0,
+    ];
+    let x = || clock(odd.len(), 1.0);
+    let line = |x: Vec<f64>, y: &[f64]| Series::line(evil, Role::Lnn, x, y.to_vec());
+    let mut band = Series::spread("band", Role::Truth, x(), &[odd.to_vec()]);
+    band.y_low.truncate(2);
+    let all: Vec<Vec<Series>> = vec![
+        vec![line(x(), &odd), band],
+        vec![line(odd.to_vec(), &odd)],
+        vec![Series::points(evil, Role::Other(9), odd.to_vec(), x())],
+        vec![line(vec![1.0], &[2.0])],
+        vec![line(vec![0.0, 1.0, 2.0], &[1.0])],
+        vec![line(vec![5.0; 4], &[7.0; 4])],
+        vec![line(
+            clock(5, 1e-300),
+            &[1e-308, 2e-308, 0.0, 1e300, -1e300],
+        )],
+        vec![line(clock(3, 1.0), &[1e15, 1e15 + 1.0, 1e15 + 2.0])],
+    ];
+    let axes = [Axis::linear(evil, evil), Axis::log(evil, evil)];
+    let figures = axes.iter().flat_map(|y| {
+        all.iter().enumerate().map(|(k, series)| Figure {
+            id: format!("odd-{k}"),
+            title: evil.into(),
+            caption: evil.into(),
+            x: Axis::linear(evil, ""),
+            y: y.clone(),
+            series: series.clone(),
+        })
+    });
+    Report {
+        title: evil.into(),
+        figures: figures.collect(),
         ..Report::default()
     }
 }

@@ -4,11 +4,12 @@
 //! kill` ends fits in every way in which they may end, `cargo xtask fuzz` gives changed files to every parser, `cargo xtask deny`
 //! checks the licences of what is linked, `cargo xtask docs` builds the documentation as a site and runs its tutorials, `cargo xtask
 //! adapters` runs exported models in `CasADi` and `FMPy`, `cargo xtask wheel` builds the wheel of the Python package and tries it,
-//! `cargo xtask web` builds the laboratory in the browser and tests it there.
+//! `cargo xtask web` builds the laboratory in the browser and tests it there, `cargo xtask browser` reads pages in a real browser.
 
 mod adapters;
 mod bench;
 mod bits;
+mod browser;
 mod deny;
 mod docs;
 mod environment;
@@ -39,9 +40,10 @@ usage: cargo xtask test
        cargo xtask docs …
        cargo xtask wheel
        cargo xtask adapters
+       cargo xtask browser …
        cargo xtask web …
 
-  test   format, clippy, tests (unit, integration, doc), documentation, examples, benches once, the Python package, exported models in other programs, the laboratory in a browser, the site of the documentation with its tutorials, the sanitizer, some killed fits, changed files, a small race; stops at the first failure";
+  test   format, clippy, tests (unit, integration, doc), documentation, examples, benches once, the Python package, exported models in other programs, the site of the documentation with its tutorials, pages and the laboratory in a real browser, the sanitizer, some killed fits, changed files, a small race; stops at the first failure";
 
 /// One command that must succeed.
 struct Step {
@@ -77,7 +79,7 @@ impl Step {
 }
 
 /// In the order of what fails soonest.
-const TEST: [Step; 14] = [
+const TEST: [Step; 15] = [
     Step {
         component: Some("rustfmt"),
         ..Step::of_cargo("format", &["fmt", "--all", "--check"])
@@ -116,6 +118,7 @@ const TEST: [Step; 14] = [
     Step::chore("python", &["python"]),
     Step::chore("adapters", &["adapters"]),
     Step::chore("docs", &["docs", "--quick", "--where-possible"]),
+    Step::chore("browser", &["browser", "--where-possible"]),
     Step::chore("web", &["web", "--where-possible"]),
     Step::chore("sanitizer", &["sanitize", "--where-possible"]),
     Step::chore("kill", &["kill", "--each", "3"]),
@@ -169,12 +172,13 @@ fn main() -> ExitCode {
         ["python", ref flags @ ..] => python::main(flags).map(|()| None),
         ["adapters", ref flags @ ..] => adapters::main(flags).map(|()| None),
         ["docs", ref flags @ ..] => docs::main(flags).map(|()| None),
+        ["browser", ref flags @ ..] => browser::main(flags).map(|()| None),
         ["wheel", ref flags @ ..] => wheel::main(flags).map(|()| None),
         ["web", ref flags @ ..] => web::main(flags).map(|()| None),
         ["sanitize", ref flags @ ..] => sanitize::main(flags).map(|()| None),
         ["help" | "-h" | "--help"] => {
             println!(
-                "{USAGE}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}",
+                "{USAGE}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}",
                 race::usage(),
                 bench::USAGE,
                 bits::USAGE,
@@ -186,6 +190,7 @@ fn main() -> ExitCode {
                 wheel::USAGE,
                 docs::USAGE,
                 adapters::USAGE,
+                browser::USAGE,
                 web::USAGE
             );
             return ExitCode::SUCCESS;

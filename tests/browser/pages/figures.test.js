@@ -31,6 +31,11 @@ test("the values under the pointer are those of the data, on all plots of the ab
     assert.match(truth, /^Truth −?0\.\d{3} rad$/);
     const linked = await velocity.values();
     assert.equal(linked[0], time);
+    // A curve of every second sample is read on the line between two.
+    if (t < 6) {
+      const band = (await plotOf(page, "band").values())[1].match(/predicted (\S+) N \((\S+) … (\S+)\)/).slice(1).map((text) => Number(text.replace("−", "-")));
+      assert.ok(band.every((value, k) => Math.abs(value - [1, 0.9, 1.1][k] * Math.cos(t)) < 0.003 || Math.abs(value - [1, 1.1, 0.9][k] * Math.cos(t)) < 0.003), `${band} at ${t} s`);
+    }
     assert.ok(Math.abs(number(linked[1].replace(" rad", "")) - 2 * Math.sin(t)) < 0.001, linked[1]);
   }
   await page.mouse.move(5, 5);

@@ -13,6 +13,7 @@ use crate::cli::CheckArgs;
 use crate::command_line::command_words;
 use crate::data;
 use crate::failure::{FAILED, with_flags};
+use crate::output;
 use crate::task::{Size, Task};
 
 pub(super) fn run(args: &CheckArgs, mode: OutputMode) -> Result<ExitCode> {
@@ -97,7 +98,10 @@ fn as_json(args: &CheckArgs, recordings: &[Recording], report: &CheckReport) -> 
 
 fn as_text(recordings: &[Recording], report: &CheckReport, colour: bool) -> String {
     let samples: usize = recordings.iter().map(Recording::len).sum();
-    let mut text = format!("{} trajectories, {samples} samples\n", recordings.len());
+    let mut text = format!(
+        "{}, {samples} samples\n",
+        output::trajectories(recordings.len())
+    );
     text += &match recordings.len() <= CheckReport::IN_FULL {
         true => in_full(report, colour),
         false => in_short(recordings.len(), report, colour),

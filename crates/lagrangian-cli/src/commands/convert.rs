@@ -66,8 +66,9 @@ pub(super) fn run(args: &ConvertArgs, mode: OutputMode) -> Result<ExitCode> {
                 layout.display()
             )
         });
-        let (count, written) = (motions.len(), written.unwrap_or_default());
-        tell!("{count} trajectories, {rows} rows{written}");
+        let count = output::trajectories(motions.len());
+        let written = written.unwrap_or_default();
+        tell!("{count}, {rows} rows{written}");
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -87,8 +88,9 @@ fn tell(sources: &[Source], coordinates: &Coordinates) {
     } in sources
     {
         tell!(
-            "'{}': {trajectories} trajectories, {rows} rows",
-            path.display()
+            "'{}': {}, {rows} rows",
+            path.display(),
+            output::trajectories(*trajectories)
         );
     }
     let renamed = (1..)

@@ -15,6 +15,7 @@ use crate::data;
 use crate::failure::Advise;
 use crate::fitted;
 use crate::motion;
+use crate::output;
 use crate::seen;
 use crate::task::{Size, Task};
 use crate::verdict;
@@ -95,7 +96,7 @@ fn as_text(
 ) -> String {
     let judged = judged(score, assessment);
     let (samples, count) = (score.samples, trajectories.len());
-    let mut text = format!("{samples} samples of {count} trajectories\n");
+    let mut text = format!("{samples} samples of {}\n", output::trajectories(count));
     let signals = [
         ("acceleration", &score.acceleration, &judged.acceleration),
         ("torque", &score.torque, &judged.torque),

@@ -303,6 +303,29 @@ mod tests {
     }
 
     #[test]
+    fn an_axis_that_ends_at_ticks_holds_all_data_below_its_last_number() {
+        let axis = |scale: &Axis, values: &[f64]| {
+            let laid = Laid::new(scale, values.iter().copied(), 0.0).unwrap();
+            let laid = laid.ended_at_ticks(6);
+            let ends = |count| {
+                laid.ticks(count)
+                    .pop()
+                    .is_some_and(|tick| tick.at > 1.0 - 1e-6)
+            };
+            assert!((2..12).any(ends), "{values:?}");
+            assert!(values.iter().all(|value| laid.at(*value) < 1.0 + 1e-9));
+            laid.ends()
+        };
+        let linear = Axis::linear("y", "");
+        for top in [0.93, 1.0, 1.01, 7.0, 432.0, 1e-9] {
+            let [low, high] = axis(&linear, &[0.0, top]);
+            assert!(low.abs() < 1e-15 && high < 2.0 * top, "{top}: {high}");
+        }
+        let [low, high] = axis(&Axis::log("y", ""), &[3e-9, 4.0]);
+        assert!(low <= -9.0 && (high - 2.0).abs() < 1e-9, "{low} {high}");
+    }
+
+    #[test]
     fn percentages_are_short() {
         let words = [0.0, 0.00412, 0.5, 12.0, 3.2e-9].map(percent);
         assert_eq!(

@@ -248,6 +248,16 @@ fn a_value_without_neighbours_is_a_dot_and_the_highest_lies_below_a_number() {
 }
 
 #[test]
+fn a_column_without_a_name_has_no_heading() {
+    let table = Table::new("t", &["", "a"], vec![vec!["1".into(), "2".into()]]);
+    let page = html(&Report {
+        tables: vec![table],
+        ..Report::default()
+    });
+    assert!(page.contains("<tr><td></td><th scope=\"col\">a</th></tr>"));
+}
+
+#[test]
 fn an_empty_report_is_a_page() {
     assert!(html(&Report::default()).contains("</html>"));
 }

@@ -305,6 +305,11 @@ fn check_all(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
     CheckReport { items }
 }
 
+/// A number of things, e.g. `1 trajectory`, `2 trajectories`.
+fn counted(count: usize, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
+}
+
 /// Whether there is enough of it.
 fn length(recordings: &[Recording], swings: usize) -> Item {
     let samples: usize = recordings.iter().map(Recording::len).sum();
@@ -313,8 +318,9 @@ fn length(recordings: &[Recording], swings: usize) -> Item {
     let seconds: f64 = durations.sum();
     let n = recordings.first().map_or(0, Recording::dof);
     let finding = format!(
-        "{samples} samples, {seconds:.4} s, {} trajectories, {n} coordinates",
-        recordings.len()
+        "{samples} samples, {seconds:.4} s, {}, {}",
+        counted(recordings.len(), "trajectory", "trajectories"),
+        counted(n, "coordinate", "coordinates")
     );
     let item = if samples < FEWEST_SAMPLES {
         let remedy = format!(

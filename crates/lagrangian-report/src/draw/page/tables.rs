@@ -8,7 +8,11 @@ use crate::{Command, Table};
 
 /// A table that scrolls where it is wider than the page.
 pub(super) fn table(body: &mut String, table: &Table) {
-    let heading = |cell: &String| format!("<th scope=\"col\">{}</th>", escaped(cell));
+    // A column without a name has no heading.
+    let heading = |cell: &String| match cell.as_str() {
+        "" => "<td></td>".into(),
+        name => format!("<th scope=\"col\">{}</th>", escaped(name)),
+    };
     let verdict = (!table.judged.is_empty()).then(|| heading(&"verdict".into()));
     let header = table.header.iter().map(heading).chain(verdict);
     let header: String = header.collect();

@@ -13,10 +13,11 @@
     if (!(px >= frame.left - 1 && px <= frame.right + 1)) return null;
     const rows = [], dots = [];
     for (const one of plot.shown) {
-      const k = sample(one, cursor.x);
       if (!one.name && plot.shown.length > 1) continue;
-      rows.push({ name: one.name || plot.y.label, value: k === null ? "–" : written(plot, one, k), ink: one.ink, kind: swatchKind(one) });
-      if (k !== null && Number.isFinite(place.Y(one.y[k]))) dots.push({ spot: [place.X(one.x[k]), place.Y(one.y[k])], ink: one.ink });
+      const between = bracket(one, cursor.x), read = (values) => plot.y.outer(at(values, between, plot.y));
+      const value = between ? read(one.y) : NaN;
+      rows.push({ name: one.name || plot.y.label, value: written(plot, one, value, read), ink: one.ink, kind: swatchKind(one) });
+      if (Number.isFinite(place.Y(value))) dots.push({ spot: [px, place.Y(value)], ink: one.ink });
     }
     return { px, dots, rows, head: `${plot.x.label} ${withUnit(plot.x, cursor.x)}` };
   }
@@ -50,15 +51,26 @@
   const swatchKind = (one) => (one.dash ? "line dash" : one.kind);
 
   // A value with its unit, and its band.
-  function written(plot, one, k) {
-    const value = withUnit(plot.y, one.y[k]);
-    return one.low.length > k ? `${value} (${plot.y.write(one.low[k])} … ${plot.y.write(one.high[k])})` : value;
+  function written(plot, one, value, read) {
+    if (!Number.isFinite(value)) return "–";
+    const text = withUnit(plot.y, value);
+    return one.low.length > 0 ? `${text} (${plot.y.write(read(one.low))} … ${plot.y.write(read(one.high))})` : text;
   }
 
-  // The sample nearest to a place on the abscissa; null before the first and after the last one.
-  function sample({ x }, wanted) {
-    const step = (x[x.length - 1] - x[0]) / (x.length - 1), k = nearest(x, wanted);
-    return wanted < x[0] - step || wanted > x[x.length - 1] + step ? null : k;
+  // The samples around a place on the abscissa, and how far it is from the first to the second; null outside of the curve.
+  function bracket({ x }, wanted) {
+    const last = x.length - 1, slack = (1e-6 * (x[last] - x[0])) / Math.max(last, 1);
+    if (wanted < x[0] - slack || wanted > x[last] + slack) return null;
+    const k = nearest(x, wanted);
+    if (Math.abs(x[k] - wanted) <= slack) return { from: k, to: k, part: 0 };
+    const from = x[k] < wanted ? k : k - 1;
+    return { from, to: from + 1, part: (wanted - x[from]) / (x[from + 1] - x[from]) };
+  }
+
+  // The value of a curve as it is drawn: that of a sample, or on the line between two; an inner value of the axis.
+  function at(values, { from, to, part }, axis) {
+    const [first, second] = [axis.inner(values[from]), axis.inner(values[to])];
+    return part === 0 ? first : first + part * (second - first);
   }
 
   // The cursor of a pointer at a place of the box, px; null where nothing can be read.
@@ -71,9 +83,9 @@
     return sweepAt(plot, plot.x.value(Math.min(Math.max(u, 0), 1)));
   }
 
-  // The sample of the first visible curve that is nearest, so that what is read was computed there.
+  // The nearest sample of the longest visible curve, so that what is read was computed there.
   function sweepAt(plot, wanted) {
-    const has = plot.shown.filter((one) => sample(one, wanted) !== null);
+    const has = plot.shown.filter((one) => bracket(one, wanted));
     const best = has.sort((a, b) => b.x.length - a.x.length)[0];
     return best ? { x: best.x[nearest(best.x, wanted)] } : null;
   }

@@ -4,7 +4,7 @@
   function legend(plots) {
     const named = new Map();
     for (const one of plots.flatMap((plot) => plot.series)) if (one.name && !named.has(one.name)) named.set(one.name, one);
-    if (named.size === 0 || (named.size === 1 && plots.every((plot) => plot.series.length === 1) && plots.length === 1)) return null;
+    if (named.size === 0) return null;
     const list = element("div", "legend");
     list.setAttribute("role", "group");
     list.setAttribute("aria-label", "Curves");

@@ -98,7 +98,7 @@
     }
 
     paint() {
-      const size = { wide: this.box.clientWidth, tall: this.box.clientHeight };
+      const size = (this.size = { wide: this.box.clientWidth, tall: this.box.clientHeight });
       if (size.wide === 0) return;
       this.stale = false;
       const context = sheet(this.base, size);
@@ -116,8 +116,9 @@
     // The crosshair and the values at it.
     paintCursor() {
       if (!this.near || !this.frame) return;
-      const context = sheet(this.over, { wide: this.box.clientWidth, tall: this.box.clientHeight });
       const marks = this.cursor ? marked(this) : null;
+      if (!marks && this.readout.hidden) return;
+      const context = sheet(this.over, this.size);
       this.readout.hidden = !marks;
       if (!marks) return;
       const { frame } = this;

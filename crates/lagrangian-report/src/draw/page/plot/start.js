@@ -43,10 +43,24 @@
       for (const { target, isIntersecting } of entries) {
         const plot = plotOf.get(target);
         plot.near = isIntersecting;
-        if (isIntersecting && plot.stale) plot.draw();
+        if (isIntersecting && plot.stale) later.add(plot);
         else if (isIntersecting) plot.paintCursor();
       }
-    }, { rootMargin: "400px 0px" });
+      next();
+    }, { rootMargin: "800px 0px" });
+    // What comes into sight is painted one plot a frame, so that the page scrolls smoothly.
+    const later = new Set();
+    let waiting = 0;
+    const next = () => {
+      if (waiting || later.size === 0) return;
+      waiting = requestAnimationFrame(() => {
+        waiting = 0;
+        const [plot] = later;
+        later.delete(plot);
+        if (plot.stale && plot.near) plot.paint();
+        next();
+      });
+    };
     const size = new ResizeObserver((entries) => entries.forEach(({ target }) => plotOf.get(target).draw()));
     for (const box of plotOf.keys()) {
       sight.observe(box);

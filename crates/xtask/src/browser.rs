@@ -1,0 +1,109 @@
+//! `cargo xtask browser`: what the pages do in a real browser, under a mouse, fingers and keys.
+
+use std::env;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::{Failure, built, cargo, root, succeed, target};
+
+pub(crate) const USAGE: &str = "\
+browser  makes pages whose values are known (target/browser/pages) and reads them in Chromium: values, zoom, legends, keys, fingers,
+           accessibility; needs Node 20, npm and Chromium (or CHROMIUM, the path of one)
+           --where-possible  ends without a failure where one of these is missing, unless CI=true";
+
+/// The folder of the tests, and those of its folders that are run.
+const TESTS: &str = "tests/browser";
+const FOLDERS: [&str; 1] = ["pages"];
+/// Where distributions put the browser.
+const BROWSERS: [&str; 3] = [
+    "/usr/bin/chromium",
+    "/usr/bin/chromium-browser",
+    "/usr/bin/google-chrome",
+];
+
+pub(crate) fn main(flags: &[&str]) -> Result<(), Failure> {
+    let where_possible = match flags {
+        [] => false,
+        ["--where-possible"] => true,
+        [other, ..] => {
+            return Err(Failure::usage(
+                format!("browser has no flag '{other}'"),
+                "browser [--where-possible]",
+            ));
+        }
+    };
+    let tests = root().join(TESTS);
+    let browser = match ready(&tests) {
+        Ok(browser) => browser,
+        Err(reason) if where_possible && !in_ci() => {
+            eprintln!("xtask: browser is skipped: {reason}");
+            return Ok(());
+        }
+        Err(reason) => return Err(reason.into()),
+    };
+    let pages = target().join("browser").join("pages");
+    make(&pages)?;
+    run(&tests, &pages, &browser)?;
+    Ok(())
+}
+
+fn in_ci() -> bool {
+    env::var("CI").is_ok_and(|value| value == "true")
+}
+
+/// The browser, once the packages of the tests are there too.
+fn ready(tests: &Path) -> Result<PathBuf, String> {
+    for (program, package) in [("node", "nodejs"), ("npm", "npm")] {
+        let found = Command::new(program).arg("--version").output();
+        if !found.is_ok_and(|output| output.status.success()) {
+            return Err(format!(
+                "there is no {program}: install it (apt-get install {package}), version 20 of Node or newer"
+            ));
+        }
+    }
+    let given = env::var_os("CHROMIUM").map(PathBuf::from);
+    let known = BROWSERS.iter().map(PathBuf::from);
+    let browser = given.into_iter().chain(known).find(|path| path.is_file());
+    let browser = browser.ok_or(
+        "there is no Chromium: install it (apt-get install chromium) or set CHROMIUM to its path",
+    )?;
+    let mut packages = Command::new("npm");
+    packages.args(["ci", "--no-audit", "--no-fund", "--loglevel=error"]);
+    succeed(packages.current_dir(tests), "npm ci")?;
+    Ok(browser)
+}
+
+/// Makes the pages, with what the build of all examples has made already.
+fn make(pages: &Path) -> Result<(), String> {
+    let mut build = cargo();
+    build.args([
+        "build",
+        "--workspace",
+        "--all-features",
+        "--example",
+        "pages",
+    ]);
+    succeed(build.current_dir(root()), "the build of the pages")?;
+    let program = built("examples").join("pages");
+    succeed(Command::new(program).arg(pages), "the making of the pages")
+}
+
+fn run(tests: &Path, pages: &Path, browser: &Path) -> Result<(), String> {
+    let mut node = Command::new("node");
+    node.args(["--test", "--test-concurrency=1"]).args(FOLDERS);
+    node.env("LAGRANGIAN_PAGES", pages).env("CHROMIUM", browser);
+    succeed(node.current_dir(tests), "the tests in the browser")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_flag_that_is_unknown_is_refused() {
+        assert!(matches!(
+            main(&["--where-posible"]),
+            Err(Failure::Usage { message, .. }) if message.contains("--where-posible")
+        ));
+    }
+}
