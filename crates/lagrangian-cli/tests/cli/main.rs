@@ -13,6 +13,7 @@ mod inputs;
 mod instructions;
 mod interrupted;
 mod laws;
+mod learned;
 mod long_logs;
 mod parameters;
 mod resuming;

@@ -3,6 +3,7 @@
 mod figures;
 mod player;
 mod tables;
+mod terms;
 
 use lagrangian::score::Grade;
 
@@ -10,6 +11,7 @@ use super::drawing::add;
 use super::theme::Ink;
 use super::{escaped, theme};
 use crate::{Headline, Report};
+use terms::explained;
 
 const STYLE: &str = include_str!("page/style.css");
 const THEME: &str = include_str!("page/theme.js");
@@ -35,6 +37,7 @@ pub fn html(report: &Report) -> String {
         &report.commands,
         tables::commands,
     );
+    terms::meanings(&mut body);
     let player = if report.animations.is_empty() {
         ""
     } else {
@@ -87,7 +90,7 @@ fn head(body: &mut String, report: &Report) {
         report
             .summary
             .iter()
-            .for_each(|sentence| add(body, format_args!("<p>{}</p>\n", escaped(sentence))));
+            .for_each(|sentence| add(body, format_args!("<p>{}</p>\n", explained(sentence))));
         body.push_str("</div>\n");
     }
 }
@@ -111,10 +114,10 @@ fn card(body: &mut String, headline: &Headline) {
         format_args!(
             "<li class=\"{class}\"><span class=\"label\">{dot}{}</span>\
              <span class=\"value\">{}<span class=\"unit\">{}</span></span>{chip}<span class=\"note\">{}</span></li>\n",
-            escaped(&headline.label),
+            explained(&headline.label),
             escaped(&headline.value),
             escaped(&headline.unit),
-            escaped(&headline.note),
+            explained(&headline.note),
         ),
     );
 }

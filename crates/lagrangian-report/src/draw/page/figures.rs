@@ -1,6 +1,7 @@
 //! The figures and maps of a page.
 
 use super::add;
+use super::terms::explained;
 use crate::draw::{escaped, svg};
 use crate::{Figure, HeatMap};
 
@@ -46,7 +47,7 @@ pub(super) fn maps(body: &mut String, maps: &[HeatMap]) {
 }
 
 fn card(body: &mut String, id: &str, words: [&str; 2], drawn: &str) {
-    let (id, [title, caption]) = (escaped(id), words.map(escaped));
+    let (id, [title, caption]) = (escaped(id), [escaped(words[0]), explained(words[1])]);
     add(
         body,
         format_args!(

@@ -3,12 +3,13 @@
 use lagrangian::score::Judgement;
 
 use super::add;
+use super::terms::explained;
 use crate::draw::escaped;
 use crate::{Command, Table};
 
 /// A table that scrolls where it is wider than the page.
 pub(super) fn table(body: &mut String, table: &Table) {
-    let heading = |cell: &String| format!("<th scope=\"col\">{}</th>", escaped(cell));
+    let heading = |cell: &String| format!("<th scope=\"col\">{}</th>", explained(cell));
     let verdict = (!table.judged.is_empty()).then(|| heading(&"verdict".into()));
     let header = table.header.iter().map(heading).chain(verdict);
     let header: String = header.collect();
@@ -16,9 +17,10 @@ pub(super) fn table(body: &mut String, table: &Table) {
     add(
         body,
         format_args!(
-            "<div class=\"card table\"><p class=\"caption\">{caption}</p>\
+            "<div class=\"card table\"><p class=\"caption\">{}</p>\
              <div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{caption}\"><table>\
-             <thead><tr>{header}</tr></thead><tbody>\n"
+             <thead><tr>{header}</tr></thead><tbody>\n",
+            explained(&table.caption)
         ),
     );
     for (k, row) in table.rows.iter().enumerate() {
@@ -79,7 +81,7 @@ pub(super) fn chip(judged: &Judgement) -> String {
     let word = judged.grade.name();
     let why = match judged.why.is_empty() {
         true => String::new(),
-        false => format!(" <span class=\"why\">{}</span>", escaped(&judged.why)),
+        false => format!(" <span class=\"why\">{}</span>", explained(&judged.why)),
     };
     format!("<span class=\"grade {word}\">{word}</span>{why}")
 }
