@@ -123,7 +123,10 @@ pub(super) fn of_data(runs: &[Run]) -> Vec<DataUse> {
         }
     };
     let shared = |data: &DataUse| data.paths.iter().all(Option::is_some);
-    keys.into_iter().map(of).filter(|data| !shared(data)).collect()
+    keys.into_iter()
+        .map(of)
+        .filter(|data| !shared(data))
+        .collect()
 }
 
 /// A setting of the fit that was kept, by its name.

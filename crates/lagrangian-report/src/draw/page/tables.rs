@@ -10,7 +10,8 @@ use crate::{Command, Table};
 /// A table that scrolls where it is wider than the page.
 pub(super) fn table(body: &mut String, table: &Table) {
     let heading = |cell: &String| format!("<th scope=\"col\">{}</th>", explained(cell));
-    let verdict = (!table.judged.is_empty()).then(|| heading(&"verdict".into()));
+    let verdict = (!table.judged.is_empty())
+        .then(|| "<th scope=\"col\" class=\"verdict\">verdict</th>".to_string());
     let header = table.header.iter().map(heading).chain(verdict);
     let header: String = header.collect();
     let caption = escaped(&table.caption);
