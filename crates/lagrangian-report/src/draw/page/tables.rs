@@ -58,6 +58,9 @@ fn breakable(cell: &str) -> String {
 /// Letters of a cell beyond which it is read, not compared.
 const SENTENCE: usize = 40;
 
+/// The words of verdicts, which have their colours wherever they stand alone.
+const GRADES: [&str; 3] = ["good", "fair", "poor"];
+
 /// One part of a cell: a figure without and with its range, a word, or a sentence.
 fn part(text: &str) -> String {
     let range = text
@@ -66,6 +69,9 @@ fn part(text: &str) -> String {
     if let Some((figure, range)) = range {
         let (figure, range) = (escaped(figure), escaped(range));
         return format!("{figure}<span class=\"range\"> ({range}</span>");
+    }
+    if GRADES.contains(&text) {
+        return format!("<span class=\"grade {text}\">{text}</span>");
     }
     let class = if text.chars().count() > SENTENCE {
         "text"
