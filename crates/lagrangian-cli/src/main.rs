@@ -12,6 +12,7 @@ mod cli;
 mod column_args;
 mod command_line;
 mod commands;
+mod compare_args;
 mod data;
 mod excite_args;
 mod export_args;

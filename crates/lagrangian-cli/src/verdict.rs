@@ -6,14 +6,15 @@ use std::process::ExitCode;
 use lagrangian::score::{Assessment, Forward, Grade};
 use lagrangian_run::grade_name;
 
-use crate::failure::FAILED;
+use crate::failure::{FAILED, with_flags};
 
 /// The verdict and its reasons, for a terminal.
 pub(crate) fn text(assessment: &Assessment) -> String {
     let mut text = format!("verdict: {}\n", grade_name(assessment.verdict));
     // OK: writing to a string does not fail.
     for reason in &assessment.reasons {
-        let _ = writeln!(text, "  {}; {}", reason.finding, reason.remedy);
+        let remedy = with_flags(&reason.remedy);
+        let _ = writeln!(text, "  {}; {remedy}", reason.finding);
     }
     let lost = unpredictable(assessment);
     if !lost.is_empty() {

@@ -83,7 +83,9 @@ fn judged(score: &Score, assessment: &Assessment) -> Judged {
         acceleration: accelerations
             .filter_map(|i| score.judged_acceleration(i, assessment))
             .collect(),
-        torque: torques.filter_map(|i| score.judged_torque(i)).collect(),
+        torque: torques
+            .filter_map(|i| score.judged_torque(i, assessment))
+            .collect(),
         motions: motions.filter_map(|k| score.judged_motion(k)).collect(),
     }
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Result;
-use lagrangian::score::outside;
+use lagrangian::score::{Grade, outside};
 use lagrangian::torque::{TorquePrediction, TorqueSummary, predict_torque, summarise, table};
 use lagrangian::trajectory::Table;
 use lagrangian::{Coordinates, Layout, Model, Signal, Trajectory};
@@ -119,6 +119,13 @@ fn rows(summary: &TorqueSummary) -> Vec<(String, Vec<f64>)> {
     rows
 }
 
+/// How good the torque of each coordinate is; none where nothing was measured.
+fn verdicts(summary: &TorqueSummary) -> Option<Vec<String>> {
+    let errors = &summary.error.as_ref()?.nmse;
+    let grade = |nmse: &f64| Grade::of_error(*nmse).name().to_string();
+    Some(errors.iter().map(grade).collect())
+}
+
 fn as_text(summary: &TorqueSummary, coordinates: &Coordinates) -> String {
     let line = |name: &str, cells: Vec<String>| {
         let cells: String = cells.iter().map(|cell| format!("{cell:>12}")).collect();
@@ -132,6 +139,9 @@ fn as_text(summary: &TorqueSummary, coordinates: &Coordinates) -> String {
     text += &line("", names);
     for (name, values) in rows(summary) {
         text += &line(&name, values.iter().map(|x| format!("{x:.3e}")).collect());
+    }
+    if let Some(grades) = verdicts(summary) {
+        text += &line("verdict", grades);
     }
     if let Some(error) = summary.error.as_ref().filter(|_| coordinates.dof() > 1) {
         text += &format!(
@@ -153,10 +163,12 @@ fn page(
     };
     let mut header = vec!["signal"];
     header.extend(coordinates.0.iter().map(|c| c.name.as_str()));
+    let mut lines: Vec<Vec<String>> = rows(summary).into_iter().map(cells).collect();
+    lines.extend(verdicts(summary).map(|grades| [vec!["verdict".into()], grades].concat()));
     let table = lagrangian_report::Table::new(
         "Root mean squares over all samples, N·m or N; nMSE is the squared error over the variance.",
         &header,
-        rows(summary).into_iter().map(cells).collect(),
+        lines,
     );
     Report {
         title: "Torques and their parts".into(),

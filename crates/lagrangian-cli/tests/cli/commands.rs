@@ -17,7 +17,8 @@ fn with_data() -> Workbench {
 fn help_has_examples_for_every_command() {
     let bench = Workbench::new();
     for command in [
-        "demo", "simulate", "check", "fit", "score", "rollout", "torque", "track", "report",
+        "demo", "simulate", "check", "fit", "score", "compare", "rollout", "torque", "track",
+        "report",
     ] {
         let help = bench.succeed(&format!("{command} --help")).stdout;
         assert!(

@@ -15,6 +15,7 @@ mod interrupted;
 #[cfg(feature = "lab")]
 mod lab;
 mod laws;
+mod learned;
 mod long_logs;
 mod parameters;
 mod resuming;

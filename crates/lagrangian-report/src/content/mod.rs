@@ -13,6 +13,7 @@ mod heat_map;
 mod motions;
 mod parity;
 mod sweep;
+mod terms;
 mod torque;
 mod tracking;
 
@@ -29,6 +30,7 @@ pub use heat_map::HeatMap;
 pub use motions::{Motion, phase_portrait, trajectories};
 pub use parity::parity;
 pub use sweep::{Along, Sweep};
+pub use terms::{Piece, TERMS, Term, pieces};
 pub use torque::torque_parts;
 pub use tracking::{Follower, followed_motion, tracking_error};
 

@@ -4,6 +4,9 @@
 use super::coordinate::span;
 use super::{Axis, Figure, Kind, Role, Series};
 
+/// What varies by less than this part of its size is drawn as nearly flat.
+const FLAT: f64 = 0.1;
+
 /// A quantity at the places of a [`Sweep`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Along {
@@ -126,7 +129,7 @@ impl Sweep {
         let (low, high) = span(within.map(|(_, y)| y));
         let (least, most) = span(lines().flatten());
         let broad = (high - low)
-            .max(1e-3 * low.abs().max(high.abs()))
+            .max(FLAT * low.abs().max(high.abs()))
             .max(f64::MIN_POSITIVE);
         match low <= high {
             true => (

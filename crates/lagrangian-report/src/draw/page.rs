@@ -5,6 +5,7 @@ mod figures;
 mod player;
 mod plots;
 mod tables;
+mod terms;
 mod words;
 
 use plots::Plots;
@@ -15,6 +16,7 @@ use super::drawing::add;
 use super::theme::Ink;
 use super::{escaped, theme};
 use crate::{Headline, Report};
+use terms::explained;
 
 const STYLE: &str = include_str!("page/style.css");
 const PLOT_STYLE: &str = include_str!("page/plot/style.css");
@@ -63,6 +65,7 @@ pub fn html(report: &Report) -> String {
         &report.commands,
         tables::commands,
     );
+    terms::meanings(&mut body);
     let scripts = scripts(report, &plots);
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -129,7 +132,7 @@ fn head(body: &mut String, report: &Report) {
         report
             .summary
             .iter()
-            .for_each(|sentence| add(body, format_args!("<p>{}</p>\n", escaped(sentence))));
+            .for_each(|sentence| add(body, format_args!("<p>{}</p>\n", explained(sentence))));
         body.push_str("</div>\n");
     }
 }
@@ -153,10 +156,10 @@ fn card(body: &mut String, headline: &Headline) {
         format_args!(
             "<li class=\"{class}\"><span class=\"label\">{dot}{}</span>\
              <span class=\"value\">{}<span class=\"unit\">{}</span></span>{chip}<span class=\"note\">{}</span></li>\n",
-            escaped(&headline.label),
+            explained(&headline.label),
             escaped(&headline.value),
             escaped(&headline.unit),
-            escaped(&headline.note),
+            explained(&headline.note),
         ),
     );
 }

@@ -7,6 +7,8 @@ use std::path::PathBuf;
 
 use lagrangian::{Signals, Trajectory};
 
+use lagrangian::score::{Grade, Judgement};
+
 use super::*;
 use crate::{Animation, Axis, Command, Figure, HeatMap, Panel, Report, Role, Series, Table};
 use demo::{demo, headline, swing};
@@ -151,6 +153,10 @@ fn every_text_of_a_report_is_escaped() {
             caption: words(),
             header: vec![words()],
             rows: vec![vec![words()]],
+            judged: vec![Some(Judgement {
+                grade: Grade::Fair,
+                why: words(),
+            })],
         }],
         settings: vec![(words(), words())],
         commands: vec![Command {
@@ -365,7 +371,7 @@ fn a_map_has_one_ink_for_each_sign_and_gaps_and_odd_limits_are_left_blank() {
         })
     };
     let drawn = page(map(vec![1.0, 1.0, -0.5], 1.0));
-    assert!(drawn.contains("Space and time") && drawn.contains("place (m)"));
+    assert!(drawn.contains("Maps") && drawn.contains("place (m)"));
     assert_eq!(drawn.matches("class=\"f baseline\"").count(), 1);
     assert!(drawn.contains("class=\"f lnn\" opacity=\"0.50\""));
     for odd in [

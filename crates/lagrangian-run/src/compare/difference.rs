@@ -7,7 +7,7 @@ use toml::Value;
 
 use super::{About, Ground, Run};
 use crate::page::file_name;
-use crate::record::RunRecord;
+use crate::record::{DataFile, RunRecord};
 
 /// The loss that weights are kept by.
 const VALIDATION: &str = "loss/validation";
@@ -65,50 +65,56 @@ impl Run {
     #[must_use]
     pub fn seen(&self, hashes: &[String]) -> Vec<Seen> {
         let known = files(self).into_iter();
-        let known = known.filter(|(_, sha256, _)| hashes.contains(sha256));
-        let seen = |(role, _, path): (String, String, String)| Seen {
-            file: file_name(&path).into(),
-            role,
+        let known = known.filter(|file| hashes.contains(&file.sha256));
+        let seen = |file: Used| Seen {
+            file: file_name(&file.path).into(),
+            role: file.role,
         };
         known.map(seen).collect()
     }
 }
 
-/// The files of a run: role, hash and path. A model without its run does not know the role.
-fn files(run: &Run) -> Vec<(String, String, String)> {
-    match &run.record {
-        Some(record) => {
-            let files = record.data.iter();
-            let file = |f: &crate::DataFile| (f.role.clone(), f.sha256.clone(), f.path.clone());
-            files.map(file).collect()
-        }
-        None => {
-            let files = run.provenance.data.iter();
-            let file = |(path, sha256): (&String, &String)| {
-                (OF_A_FIT.into(), sha256.clone(), path.clone())
-            };
-            files.map(file).collect()
-        }
-    }
+/// A file as the record of a run, or a model, has it.
+struct Used {
+    role: String,
+    sha256: String,
+    path: String,
+}
+
+/// The files of a run. A model without its run does not know what they were for.
+fn files(run: &Run) -> Vec<Used> {
+    let Some(record) = &run.record else {
+        let file = |(path, sha256): (&String, &String)| Used {
+            role: OF_A_FIT.into(),
+            sha256: sha256.clone(),
+            path: path.clone(),
+        };
+        return run.provenance.data.iter().map(file).collect();
+    };
+    let file = |file: &DataFile| Used {
+        role: file.role.clone(),
+        sha256: file.sha256.clone(),
+        path: file.path.clone(),
+    };
+    record.data.iter().map(file).collect()
 }
 
 /// The files that not all runs have for the same.
 pub(super) fn of_data(runs: &[Run]) -> Vec<DataUse> {
-    let mut each: Vec<Vec<(String, String, String)>> = runs.iter().map(files).collect();
+    let mut each: Vec<Vec<Used>> = runs.iter().map(files).collect();
     if runs.iter().any(|run| run.record.is_none()) {
         // A model alone does not tell what a file was for.
         let all = each.iter_mut().flatten();
-        all.for_each(|(role, ..)| *role = OF_A_FIT.into());
+        all.for_each(|file| file.role = OF_A_FIT.into());
     }
-    let keys: BTreeSet<(String, String)> = each
-        .iter()
-        .flatten()
-        .map(|(role, sha256, _)| (role.clone(), sha256.clone()))
-        .collect();
+    let keys = each.iter().flatten();
+    let keys = keys.map(|file| (file.role.clone(), file.sha256.clone()));
+    let keys: BTreeSet<(String, String)> = keys.collect();
     let of = |(role, sha256): (String, String)| {
-        let path = |own: &Vec<(String, String, String)>| {
-            let mut own = own.iter().filter(|file| file.0 == role && file.1 == sha256);
-            own.next().map(|file| file.2.clone())
+        let path = |own: &Vec<Used>| {
+            let mut own = own.iter();
+            let own = own.find(|file| file.role == role && file.sha256 == sha256)?;
+            Some(own.path.clone())
         };
         DataUse {
             paths: each.iter().map(path).collect(),

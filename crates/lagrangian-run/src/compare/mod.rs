@@ -1,6 +1,7 @@
 //! Runs side by side: their figures on the same motions, how sure the differences are, and what else differs.
 
 mod difference;
+mod figures;
 mod measured;
 mod page;
 mod paired;

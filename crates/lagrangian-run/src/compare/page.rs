@@ -1,17 +1,15 @@
 //! What a comparison says: its verdict in sentences, and its page.
 
-use lagrangian::{Coordinates, Model, Signal, Trajectory};
+use lagrangian::Model;
+use lagrangian::score::{Grade, Judgement};
+
 use lagrangian_report::draw::short;
-use lagrangian_report::{
-    Axis, Figure, Headline, Motion, Report, Role, Series, Table, loss_curves, trajectories,
-};
+use lagrangian_report::{Headline, Report, Role, Table};
 
-use super::measured::{Measured, Shown};
+use super::figures;
+use super::measured::Measured;
 use super::{About, Comparison, Difference, Finding, Ground, Row, Run};
-use crate::page::torque_unit;
 
-/// Samples of a motion that are drawn, at most.
-const DRAWN: usize = 4000;
 /// Letters of a hash that are shown.
 const LETTERS: usize = 12;
 
@@ -132,14 +130,14 @@ pub(super) fn report(
     measured: &Measured,
 ) -> Report {
     let names: Vec<&str> = runs.iter().map(|run| run.name.as_str()).collect();
-    let mut figures = vec![losses(comparison, runs)];
-    figures.extend(blocks(measured, &names));
+    let mut drawn = vec![figures::losses(comparison, runs)];
+    drawn.extend(figures::blocks(measured, &names));
     if let Some(first) = ground.motions.first() {
         let coordinates = runs[0].model.coordinates();
-        figures.extend(motions(first, coordinates, measured, &names));
-        figures.extend(torques(first, coordinates, measured, &names));
+        drawn.extend(figures::motions(first, coordinates, measured, &names));
+        drawn.extend(figures::torques(first, coordinates, measured, &names));
     }
-    figures.retain(|figure| figure.series.iter().any(|series| !series.x.is_empty()));
+    drawn.retain(|figure| figure.series.iter().any(|series| !series.x.is_empty()));
     let mut tables = vec![
         table(comparison),
         list(comparison),
@@ -157,7 +155,7 @@ pub(super) fn report(
         ),
         headlines: headlines(comparison),
         summary: comparison.verdict.clone(),
-        figures,
+        figures: drawn,
         tables,
         ..Report::default()
     }
@@ -184,8 +182,14 @@ fn headlines(comparison: &Comparison) -> Vec<Headline> {
             let than = row.values[0].map_or("–".into(), |value| row.shown(value));
             let label = format!("{other}: {}", row.label());
             let note = format!("{first}: {than}; {}", word(difference.finding));
+            let of_variance = row.values[k].filter(|_| row.unit.is_empty());
+            let judged = of_variance.map(|nmse| Judgement {
+                grade: Grade::of_error(nmse),
+                why: String::new(),
+            });
             headlines.push(Headline {
                 role: Some(role(k)),
+                judged,
                 ..Headline::new(&label, value, "", note)
             });
         }
@@ -193,7 +197,7 @@ fn headlines(comparison: &Comparison) -> Vec<Headline> {
     headlines
 }
 
-fn role(k: usize) -> Role {
+pub(super) fn role(k: usize) -> Role {
     Role::Other(u8::try_from(k).unwrap_or(u8::MAX))
 }
 
@@ -284,99 +288,4 @@ fn data(comparison: &Comparison) -> Table {
         &header,
         rows,
     )
-}
-
-/// The losses of validation over the steps.
-fn losses(comparison: &Comparison, runs: &[Run]) -> Figure {
-    let line = |(k, run): (usize, &Run)| {
-        let known = run.metrics.iter();
-        let known = known.filter_map(|m| Some((m.step as f64, *m.figures.get("loss/validation")?)));
-        let (x, y) = known.unzip();
-        Series::line(&run.name, role(k), x, y)
-    };
-    let figure = loss_curves("step", "", runs.iter().enumerate().map(line).collect());
-    Figure {
-        caption: match comparison.losses_differ.is_empty() {
-            true => "The loss of the validation of each fit.".into(),
-            false => "The loss of the validation of each fit: of different kinds or data, so that only its course tells something.".into(),
-        },
-        ..figure
-    }
-}
-
-/// The errors in the blocks of the motions.
-fn blocks(measured: &Measured, names: &[&str]) -> Option<Figure> {
-    let (signal, each) = measured.blocks.as_ref()?;
-    let points = |(k, means): (usize, &Vec<f64>)| {
-        let x = (1..=means.len()).map(|block| block as f64).collect();
-        Series::line(
-            names[k],
-            role(k),
-            x,
-            means.iter().map(|x| 100.0 * x).collect(),
-        )
-    };
-    Some(Figure {
-        id: "blocks".into(),
-        title: format!("Error of the {signal}s along the motions"),
-        caption: "In each block of the motions, of the variance of the signal: where one is better everywhere, the difference is sure.".into(),
-        x: Axis::linear("block of the motions", ""),
-        y: Axis::log("squared error", "%"),
-        series: each.iter().enumerate().map(points).collect(),
-    })
-}
-
-/// The coordinates of the first motion, recorded and as each model predicts them from its first state.
-fn motions(
-    truth: &Trajectory,
-    coordinates: &Coordinates,
-    measured: &Measured,
-    names: &[&str],
-) -> Vec<Figure> {
-    let mut motions = vec![Motion::new("recorded", Role::Truth, truth)];
-    for (k, Shown { rollout, .. }) in measured.shown.iter().enumerate() {
-        let rollout = rollout.iter().filter(|rollout| !rollout.is_empty());
-        motions.extend(rollout.map(|own| Motion::new(names[k], role(k), own)));
-    }
-    let moving = (0..coordinates.dof()).filter(|&i| !coordinates.is_parameter(i));
-    moving
-        .map(|i| trajectories(coordinates, i, &motions))
-        .collect()
-}
-
-/// The forces along the first motion, recorded and predicted.
-fn torques(
-    truth: &Trajectory,
-    coordinates: &Coordinates,
-    measured: &Measured,
-    names: &[&str],
-) -> Vec<Figure> {
-    let (n, Some(recorded)) = (coordinates.dof(), truth.values(Signal::Tau)) else {
-        return Vec::new();
-    };
-    let rows = truth.len().min(DRAWN);
-    let line = |name: &str, role, values: &[f64], i: usize| {
-        let column = values.iter().skip(i).step_by(n).take(rows).copied();
-        Series::line(name, role, truth.t[..rows].to_vec(), column.collect())
-    };
-    let figure = |i: usize| {
-        let coordinate = &coordinates.0[i];
-        let mut series = vec![line("recorded", Role::Truth, recorded, i)];
-        for (k, own) in measured.shown.iter().enumerate() {
-            let predicted = own.torques.iter();
-            series.extend(predicted.map(|own| line(names[k], role(k), own, i)));
-        }
-        Figure {
-            id: format!("torque-{}", i + 1),
-            title: format!("Force on {}", coordinate.name),
-            caption:
-                "Along the first motion, at its recorded positions, velocities and accelerations."
-                    .into(),
-            x: Axis::linear("time", "s"),
-            y: Axis::linear("force", torque_unit(coordinate)),
-            series,
-        }
-    };
-    let any = measured.shown.iter().any(|own| own.torques.is_some());
-    (0..n).filter(|_| any).map(figure).collect()
 }

@@ -104,27 +104,34 @@ impl<'a> Followed<'a> {
         let outside = learned::outside(page.model, &self.predicted);
         figures.extend((0..coordinates.dof()).flat_map(|i| {
             [
-                self.marked(trajectories(coordinates, i, &motions), i, &outside),
+                self.marked(trajectories(coordinates, i, &motions), &outside),
                 phase_portrait(coordinates, i, &motions),
             ]
         }));
         figures
     }
 
-    /// The figure of coordinate `i` over time, with those samples of the prediction marked that lie outside of the data of the model.
-    fn marked(&self, mut figure: Figure, i: usize, outside: &[usize]) -> Figure {
-        let n = self.predicted.dof().max(1);
-        let drawn = figure.series.iter().map(|series| series.x.len());
-        let drawn = drawn.max().unwrap_or(0);
-        let marked = outside.iter().filter(|&&k| k < drawn);
-        let (x, y): (Vec<f64>, Vec<f64>) = marked
-            .map(|&k| (self.predicted.t[k], self.predicted.q[k * n + i]))
-            .unzip();
-        if !x.is_empty() {
-            let name = "outside of the data of the model";
-            figure
-                .series
-                .push(Series::points(name, Role::Baseline, x, y));
+    /// The figure of a coordinate over time, with the prediction in another colour where it lies outside of the data of the model.
+    fn marked(&self, mut figure: Figure, outside: &[usize]) -> Figure {
+        let Some(predicted) = figure.series.iter_mut().find(|s| s.role != Role::Truth) else {
+            return figure;
+        };
+        let mut far = Series {
+            name: "predicted, outside of the data of the model".into(),
+            role: Role::Baseline,
+            y: vec![f64::NAN; predicted.y.len()],
+            ..predicted.clone()
+        };
+        let whole = predicted.y.clone();
+        let is_outside = |k: usize| outside.binary_search(&k).is_ok();
+        for k in (0..whole.len()).filter(|&k| is_outside(k)) {
+            // The line goes on from the last sample within, and the other one to the next.
+            let neighbours = k.saturating_sub(1)..(k + 2).min(whole.len());
+            neighbours.for_each(|j| far.y[j] = whole[j]);
+            predicted.y[k] = f64::NAN;
+        }
+        if far.y.iter().any(|y| y.is_finite()) {
+            figure.series.push(far);
         }
         figure
     }

@@ -203,7 +203,7 @@ impl Page<'_> {
             ..Headline::new("Verdict", word.into(), "", note)
         }];
         let acceleration = |i: usize| score.judged_acceleration(i, assessment);
-        let torque = |i: usize| score.judged_torque(i);
+        let torque = |i: usize| score.judged_torque(i, assessment);
         headlines.extend(self.error("Error of accelerations", &score.acceleration, &acceleration));
         headlines.extend(self.error("Error of torques", &score.torque, &torque));
         if let Some(first) = score.rollouts.first() {

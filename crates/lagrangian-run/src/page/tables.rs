@@ -74,7 +74,7 @@ fn errors(page: &Page, score: &Score, assessment: &Assessment) -> Table {
     let accelerations = of("acceleration", "/s²", &score.acceleration);
     let torques = of("torque", "", &score.torque);
     let judged = (0..accelerations.len()).map(|i| score.judged_acceleration(i, assessment));
-    let judged = judged.chain((0..torques.len()).map(|i| score.judged_torque(i)));
+    let judged = judged.chain((0..torques.len()).map(|i| score.judged_torque(i, assessment)));
     let judged = judged.collect();
     Table::new(
         "Errors at single samples: root mean square, and relative to the signal's variance (100 % is as good as its mean).",

@@ -4,11 +4,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::assessment::{FOLLOWED, GOOD, Grade, HALF, LOST};
-use super::{Assessment, Outside, RolloutScore, Score, SignalError};
+use super::{Assessment, Outside, RolloutScore, Score};
 
-/// A joint is passive whose recorded force has less than this part of the largest variance of all joints: what is recorded there is
-/// mostly noise.
-const PASSIVE: f64 = 1e-3;
+/// A joint is passive, or nearly, whose inertial torque has more than this multiple of the variance of its force: inertia and gravity
+/// cancel there, and what is recorded is their small remainder and noise.
+const PASSIVE: f64 = 10.0;
 
 /// A verdict on one number.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -62,29 +62,20 @@ impl Grade {
 impl Score {
     /// The error of the torque of coordinate `i`. A joint without a drive is told from one that is not understood.
     #[must_use]
-    pub fn judged_torque(&self, i: usize) -> Option<Judgement> {
-        let error = self.torque.as_ref()?;
-        let (nmse, mse) = (*error.nmse.get(i)?, *error.mse.get(i)?);
+    pub fn judged_torque(&self, i: usize, assessment: &Assessment) -> Option<Judgement> {
+        let nmse = *self.torque.as_ref()?.nmse.get(i)?;
         let grade = Grade::of_error(nmse);
         if grade == Grade::Good {
             return Some(Judgement::new(grade, ""));
         }
-        let all = variances(error);
-        let largest = all.iter().copied().fold(0.0, f64::max);
-        if all.get(i).is_none_or(|own| *own < PASSIVE * largest) {
-            // Beside the forces of the other joints: what is asked of a joint without a drive.
-            let beside = Grade::of_error(mse / largest).max(Grade::Fair);
-            let why = "a passive joint: hardly any force is recorded there, so that this part compares the error with noise";
+        let joint = assessment.joints.get(i);
+        if let Some(joint) = joint.filter(|joint| joint.inertial_share > PASSIVE) {
+            // Beside the torques that cancel there: what is asked of a joint without a drive.
+            let beside = Grade::of_error(nmse / joint.inertial_share).max(Grade::Fair);
+            let why = "a passive joint, or nearly: its force is a small remainder of inertia and gravity, which cancel there";
             return Some(Judgement::new(beside, why));
         }
-        let why = match nmse {
-            x if x.is_nan() || x >= 1.0 => "no better than the mean of the signal",
-            _ => "",
-        };
-        Some(Judgement::new(
-            grade,
-            extrapolated(why, self.outside.as_ref()),
-        ))
+        Some(self.judged(nmse))
     }
 
     /// The error of the acceleration of coordinate `i`; where friction and noise hide inertia, nobody can predict it.
@@ -103,14 +94,17 @@ impl Score {
             let why = "below the noise: inertia is less of the torque than what stays unexplained, so that nobody can predict it";
             return Some(Judgement::new(Grade::Fair, why));
         }
+        Some(self.judged(nmse))
+    }
+
+    /// An error that nothing is to blame for but the model, or states that it does not know.
+    fn judged(&self, nmse: f64) -> Judgement {
         let why = match nmse {
             x if x.is_nan() || x >= 1.0 => "no better than the mean of the signal",
             _ => "",
         };
-        Some(Judgement::new(
-            grade,
-            extrapolated(why, self.outside.as_ref()),
-        ))
+        let why = extrapolated(why, self.outside.as_ref());
+        Judgement::new(Grade::of_error(nmse), why)
     }
 
     /// The time for which motion `k` is followed, of the time for which it can be predicted.
@@ -140,13 +134,6 @@ impl RolloutScore {
     }
 }
 
-/// The variances of a signal, `[n]`.
-fn variances(error: &SignalError) -> Vec<f64> {
-    let variance = |(mse, nmse): (&f64, &f64)| mse / nmse;
-    let all = error.mse.iter().zip(&error.nmse).map(variance);
-    all.map(|x| if x.is_finite() { x } else { 0.0 }).collect()
-}
-
 /// A reason, and that the states lie outside of the data where many do.
 fn extrapolated(why: &str, outside: Option<&Outside>) -> String {
     let far = outside.filter(|outside| outside.is_unusual());
@@ -164,13 +151,14 @@ fn extrapolated(why: &str, outside: Option<&Outside>) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::{Forward, SignalError};
     use super::*;
 
-    fn score(mse: &[f64], variance: &[f64]) -> Score {
+    fn score(nmse: &[f64]) -> Score {
         Score {
             samples: 100,
             acceleration: None,
-            torque: Some(SignalError::new(mse.to_vec(), variance)),
+            torque: Some(SignalError::new(nmse.to_vec(), &vec![1.0; nmse.len()])),
             rollouts: Vec::new(),
             restarts: Vec::new(),
             singular: 0,
@@ -179,24 +167,42 @@ mod tests {
         }
     }
 
+    /// An assessment of joints whose inertial torques have these parts of the variance of their forces.
+    fn assessed(shares: &[f64]) -> Assessment {
+        let joint = |share: &f64| Forward {
+            name: String::new(),
+            inertial_share: *share,
+            unexplained: 0.0,
+            acceleration_nmse: 0.0,
+            predictable: true,
+        };
+        Assessment {
+            verdict: Grade::Good,
+            reasons: Vec::new(),
+            joints: shares.iter().map(joint).collect(),
+            inertia: None,
+        }
+    }
+
+    fn grades(score: &Score, shares: &[f64]) -> Vec<Grade> {
+        let assessment = assessed(shares);
+        let judged = (0..9).filter_map(|i| score.judged_torque(i, &assessment));
+        judged.map(|own| own.grade).collect()
+    }
+
     #[test]
     fn an_error_of_many_times_the_variance_is_poor_unless_the_joint_is_passive() {
-        let found = score(&[0.01, 0.21], &[1.0, 0.01]);
-        let judged = |score: &Score, i| score.judged_torque(i).map(|j| (j.grade, j.why));
-        assert_eq!(judged(&found, 0), Some((Grade::Good, String::new())));
-        let poor = judged(&found, 1).unwrap_or((Grade::Good, String::new()));
-        assert!(
-            poor.0 == Grade::Poor && poor.1.contains("no better"),
-            "{poor:?}"
-        );
-        // 2100 % of what is hardly there.
-        let passive = score(&[0.01, 0.002], &[1.0, 1e-4]);
-        let fair = judged(&passive, 1).unwrap_or((Grade::Good, String::new()));
-        assert!(
-            fair.0 == Grade::Fair && fair.1.contains("passive"),
-            "{fair:?}"
-        );
-        assert_eq!(judged(&passive, 2), None);
+        let found = score(&[0.01, 0.3, 21.0]);
+        let driven = [Grade::Good, Grade::Fair, Grade::Poor];
+        assert_eq!(grades(&found, &[0.5; 3]), driven);
+        assert_eq!(grades(&found, &[]), driven);
+        let passive = [Grade::Good, Grade::Fair, Grade::Fair];
+        assert_eq!(grades(&found, &[300.0; 3]), passive);
+        assert_eq!(grades(&found, &[12.0; 3]), driven);
+        let why = found.judged_torque(2, &assessed(&[300.0; 3]));
+        assert!(why.is_some_and(|own| own.why.contains("passive")));
+        let why = found.judged_torque(2, &assessed(&[0.5; 3]));
+        assert!(why.is_some_and(|own| own.why.contains("no better")));
     }
 
     #[test]
@@ -208,9 +214,9 @@ mod tests {
         });
         let found = Score {
             outside,
-            ..score(&[0.3], &[1.0])
+            ..score(&[0.3])
         };
-        let why = found.judged_torque(0).map(|j| j.why).unwrap_or_default();
-        assert!(why.contains("40 % of the states"), "{why}");
+        let why = found.judged_torque(0, &assessed(&[])).map(|own| own.why);
+        assert!(why.is_some_and(|why| why.contains("40 % of the states")));
     }
 }

@@ -42,3 +42,29 @@ pub enum Links {
     /// From the link before; the first from the horizontal.
     Horizontal,
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+    use crate::Layout;
+
+    #[test]
+    fn a_layout_keeps_the_system_and_the_links() {
+        let system = Simulated {
+            name: "two-link-arm".into(),
+            friction: 0.3,
+            parameters: [("length1".to_string(), 0.5)].into(),
+        };
+        assert_eq!(system.links(), Some(Links::Horizontal));
+        let layout = Layout {
+            system: Some(system),
+            links: Some(Links::Relative),
+            ..Layout::default()
+        };
+        let read = Layout::from_toml(&layout.to_toml().unwrap()).unwrap();
+        assert_eq!(read, layout);
+        assert_eq!(Layout::default().or(read), layout);
+        assert!(Layout::from_toml("links = \"sideways\"").is_err());
+    }
+}

@@ -12,8 +12,8 @@ use lagrangian_run::{MODEL, RUN};
 use serde_json::{Value, json};
 
 use super::OutputMode;
-use crate::cli::CompareArgs;
 use crate::command_line::command_line;
+use crate::compare_args::CompareArgs;
 use crate::motion;
 use crate::task::{Size, Task};
 

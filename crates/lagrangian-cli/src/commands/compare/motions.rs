@@ -7,8 +7,8 @@ use lagrangian::{Model, Trajectory};
 use lagrangian_run::compare::{Ground, Run, Runs};
 use lagrangian_run::{Error, FileHash, RunRecord};
 
-use crate::cli::CompareArgs;
 use crate::commands::fit;
+use crate::compare_args::CompareArgs;
 use crate::data;
 use crate::failure::mistake;
 use crate::fitted::{self, Fitted};

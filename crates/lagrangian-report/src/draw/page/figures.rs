@@ -2,6 +2,7 @@
 
 use super::add;
 use super::plots::{Plots, words_id};
+use super::terms::explained;
 use super::words;
 use crate::draw::{escaped, svg};
 use crate::{Figure, HeatMap, Series};
@@ -73,8 +74,8 @@ struct Card<'a> {
 
 impl Card<'_> {
     fn write(&self, body: &mut String) {
-        let [id, title, caption, words] =
-            [&self.id, self.title, self.caption, &self.words].map(escaped);
+        let [id, title, words] = [&self.id, self.title, &self.words].map(escaped);
+        let caption = explained(self.caption);
         let (live, unseen) = self.number.map_or_else(Default::default, |number| {
             (
                 format!(" data-plot=\"{number}\""),

@@ -3,6 +3,7 @@
 use lagrangian::score::Judgement;
 
 use super::add;
+use super::terms::explained;
 use crate::draw::escaped;
 use crate::{Command, Table};
 
@@ -11,18 +12,20 @@ pub(super) fn table(body: &mut String, table: &Table) {
     // A column without a name has no heading.
     let heading = |cell: &String| match cell.as_str() {
         "" => "<td></td>".into(),
-        name => format!("<th scope=\"col\">{}</th>", escaped(name)),
+        name => format!("<th scope=\"col\">{}</th>", explained(name)),
     };
-    let verdict = (!table.judged.is_empty()).then(|| heading(&"verdict".into()));
+    let verdict = (!table.judged.is_empty())
+        .then(|| "<th scope=\"col\" class=\"verdict\">verdict</th>".to_string());
     let header = table.header.iter().map(heading).chain(verdict);
     let header: String = header.collect();
     let caption = escaped(&table.caption);
     add(
         body,
         format_args!(
-            "<div class=\"card table\"><p class=\"caption\">{caption}</p>\
+            "<div class=\"card table\"><p class=\"caption\">{}</p>\
              <div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{caption}\"><table>\
-             <thead><tr>{header}</tr></thead><tbody>\n"
+             <thead><tr>{header}</tr></thead><tbody>\n",
+            explained(&table.caption)
         ),
     );
     for (k, row) in table.rows.iter().enumerate() {
@@ -59,6 +62,9 @@ fn breakable(cell: &str) -> String {
 /// Letters of a cell beyond which it is read, not compared.
 const SENTENCE: usize = 40;
 
+/// The words of verdicts, which have their colours wherever they stand alone.
+const GRADES: [&str; 3] = ["good", "fair", "poor"];
+
 /// One part of a cell: a figure without and with its range, a word, or a sentence.
 fn part(text: &str) -> String {
     let range = text
@@ -67,6 +73,9 @@ fn part(text: &str) -> String {
     if let Some((figure, range)) = range {
         let (figure, range) = (escaped(figure), escaped(range));
         return format!("{figure}<span class=\"range\"> ({range}</span>");
+    }
+    if GRADES.contains(&text) {
+        return format!("<span class=\"grade {text}\">{text}</span>");
     }
     let class = if text.chars().count() > SENTENCE {
         "text"
@@ -83,7 +92,7 @@ pub(super) fn chip(judged: &Judgement) -> String {
     let word = judged.grade.name();
     let why = match judged.why.is_empty() {
         true => String::new(),
-        false => format!(" <span class=\"why\">{}</span>", escaped(&judged.why)),
+        false => format!(" <span class=\"why\">{}</span>", explained(&judged.why)),
     };
     format!("<span class=\"grade {word}\">{word}</span>{why}")
 }

@@ -122,6 +122,7 @@ pub(super) fn headline(
         unit,
         note,
         role,
+        judged: None,
     }
 }
 
@@ -204,5 +205,6 @@ fn demo_table() -> Table {
                 "27.9",
             ]),
         ],
+        ..Table::default()
     }
 }

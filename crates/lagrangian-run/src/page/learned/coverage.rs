@@ -46,11 +46,13 @@ pub(super) fn figures(subject: &Subject) -> Vec<Figure> {
         let known = Series::points(
             "some states of the data",
             Role::Lnn,
-            chunks().map(|state| state[i]).collect(),
+            chunks().map(|state| subject.unwound(i, state[i])).collect(),
             chunks().map(|state| state[n + i]).collect(),
         );
         let shown = rows().step_by(every);
-        let (x, y) = shown.map(|row| (row.q[i], row.qd[i])).unzip();
+        let (x, y) = shown
+            .map(|row| (subject.unwound(i, row.q[i]), row.qd[i]))
+            .unzip();
         let evaluated = Series::points("motions of the evaluation", Role::Truth, x, y);
         let coordinate = &subject.coordinates.0[i];
         Figure {

@@ -122,7 +122,7 @@ fn condition(subject: &Subject) -> Option<Figure> {
             let outcome = evaluator.mass_matrix(row.q, row.qd, &mut mass);
             let spectrum =
                 spectrum_of(subject.coordinates, &mass).filter(|_| outcome.is_finite())?;
-            Some((row.q[i], spectrum.condition))
+            Some((subject.unwound(i, row.q[i]), spectrum.condition))
         };
         rows().step_by(every).map(point).collect()
     };

@@ -8,6 +8,8 @@ mod momenta;
 mod potential;
 mod truth;
 
+use std::f64::consts::{PI, TAU};
+
 use lagrangian::trajectory::Axis as Visited;
 use lagrangian::{Coordinates, Learned, Model, Trajectory};
 use lagrangian_report::{Axis, Figure, HeatMap, Table};
@@ -102,7 +104,7 @@ impl<'a> Subject<'a> {
         let (low, high) = (axis.low, axis.high);
         let wide = (high - low).max(axis.scale);
         let most = match axis.circle {
-            true => (0.5 * (std::f64::consts::TAU - wide)).max(0.0),
+            true => (0.5 * (TAU - wide)).max(0.0),
             false => f64::INFINITY,
         };
         let more = (BEYOND * wide).min(most);
@@ -125,6 +127,17 @@ impl<'a> Subject<'a> {
     fn axis(&self, i: usize) -> Axis {
         let coordinate = &self.coordinates.0[i];
         Axis::linear(&coordinate.name, &coordinate.unit)
+    }
+
+    /// A value of coordinate `i` as its axis has it: an angle on the turn that the data begin on.
+    fn unwound(&self, i: usize, value: f64) -> f64 {
+        match self.visited[i] {
+            Some(axis) if axis.circle => {
+                let middle = 0.5 * (axis.low + axis.high);
+                middle + (value - middle + PI).rem_euclid(TAU) - PI
+            }
+            _ => value,
+        }
     }
 
     /// Where the other coordinates are, for a caption.

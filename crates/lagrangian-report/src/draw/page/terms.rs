@@ -1,0 +1,35 @@
+//! Words that are explained on demand: a button in the text, and what it shows.
+
+use super::add;
+use crate::draw::escaped;
+use crate::{Piece, TERMS, pieces};
+
+/// A text made safe for HTML, in which words of the field can be asked for.
+pub(super) fn explained(text: &str) -> String {
+    let piece = |piece| match piece {
+        Piece::Plain(part) => escaped(part),
+        Piece::Explained(word, term) => format!(
+            "<button class=\"term\" type=\"button\" popovertarget=\"term-{}\">{}</button>",
+            term.id,
+            escaped(word)
+        ),
+    };
+    pieces(text).into_iter().map(piece).collect()
+}
+
+/// The explanations of the words that a page can be asked for.
+pub(super) fn meanings(body: &mut String) {
+    for term in &TERMS {
+        if !body.contains(&format!("popovertarget=\"term-{}\"", term.id)) {
+            continue;
+        }
+        let (name, meaning) = (escaped(term.forms[0]), escaped(term.meaning));
+        add(
+            body,
+            format_args!(
+                "<div class=\"meaning\" id=\"term-{}\" popover><strong>{name}</strong> {meaning}</div>\n",
+                term.id
+            ),
+        );
+    }
+}
