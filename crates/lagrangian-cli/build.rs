@@ -21,7 +21,10 @@ fn main() -> io::Result<()> {
         let _ = writeln!(list, "    ({name:?}, include_bytes!({file:?})),");
     }
     list.push_str("]\n");
-    fs::write(PathBuf::from(env::var("OUT_DIR").unwrap_or_default()).join("page.rs"), list)
+    fs::write(
+        PathBuf::from(env::var("OUT_DIR").unwrap_or_default()).join("page.rs"),
+        list,
+    )
 }
 
 /// All files below a folder, in an order that is always the same; none where there is no such folder.

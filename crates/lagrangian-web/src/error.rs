@@ -9,7 +9,9 @@ pub enum Error {
     Library(#[from] lagrangian::Error),
 
     /// The request is no request of this crate.
-    #[error("the page asked for something that is not known ({0}): load the page again, so that all of it is of one version")]
+    #[error(
+        "the page asked for something that is not known ({0}): load the page again, so that all of it is of one version"
+    )]
     Request(#[from] serde_json::Error),
 
     /// The message is shorter than it says.
@@ -43,7 +45,12 @@ pub enum Error {
 pub type Result<T> = std::result::Result<T, Error>;
 
 /// Refuses a value beyond its bound, or one that is no number.
-pub(crate) fn bounded(what: &'static str, given: f64, most: f64, remedy: &'static str) -> Result<()> {
+pub(crate) fn bounded(
+    what: &'static str,
+    given: f64,
+    most: f64,
+    remedy: &'static str,
+) -> Result<()> {
     match given <= most {
         true => Ok(()),
         false => Err(Error::TooLarge {

@@ -2,7 +2,7 @@
 
 use lagrangian::rollout::Simulation;
 use lagrangian::trajectory::Columns;
-use lagrangian::{Coordinates, RolloutOptions, Recording, Signal, Signals, State, Trajectory};
+use lagrangian::{Coordinates, Recording, RolloutOptions, Signal, Signals, State, Trajectory};
 use serde::Deserialize;
 
 use crate::error::{Result, bounded};
@@ -55,7 +55,12 @@ impl Experiment {
         let motions = self.motions.max(self.starts.len());
         let samples = motions as f64 * (self.duration / self.interval + 1.0);
         let remedy = "take fewer or shorter motions, or a longer interval";
-        bounded("the number of samples", samples, limits::SAMPLES as f64, remedy)?;
+        bounded(
+            "the number of samples",
+            samples,
+            limits::SAMPLES as f64,
+            remedy,
+        )?;
         let system = self.of.build()?;
         let state = |start: &Start| State::new(start.q.clone(), start.qd.clone());
         let simulation = Simulation {
@@ -95,7 +100,10 @@ pub(crate) fn recording(motion: Trajectory, coordinates: &Coordinates) -> Record
         (_, true) => Vec::new(),
         (_, false) => (1..=n).map(|i| format!("{}{i}", signal.name())).collect(),
     };
-    let signals: Signals<Vec<String>> = motion.signals.as_ref().map(|signal, values| named(signal, values));
+    let signals: Signals<Vec<String>> = motion
+        .signals
+        .as_ref()
+        .map(|signal, values| named(signal, values));
     Recording {
         name: motion.name,
         coordinates: coordinates.clone(),

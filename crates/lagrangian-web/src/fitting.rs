@@ -42,12 +42,30 @@ pub(crate) struct Wanted {
 
 impl Wanted {
     fn request(self) -> Result<Request> {
-        let width = self.settings.get("width").and_then(serde_json::Value::as_f64);
+        let width = self
+            .settings
+            .get("width")
+            .and_then(serde_json::Value::as_f64);
         let remedy = "take a narrower network, or the command `lagrangian`";
-        bounded("the width", width.unwrap_or(0.0), limits::WIDTH as f64, remedy)?;
+        bounded(
+            "the width",
+            width.unwrap_or(0.0),
+            limits::WIDTH as f64,
+            remedy,
+        )?;
         let remedy = "take a shorter fit, or the command `lagrangian`";
-        bounded("the time in seconds", self.seconds.unwrap_or(0.0), limits::SECONDS, remedy)?;
-        bounded("the number of steps", self.steps.unwrap_or(0) as f64, limits::STEPS as f64, remedy)?;
+        bounded(
+            "the time in seconds",
+            self.seconds.unwrap_or(0.0),
+            limits::SECONDS,
+            remedy,
+        )?;
+        bounded(
+            "the number of steps",
+            self.steps.unwrap_or(0) as f64,
+            limits::STEPS as f64,
+            remedy,
+        )?;
         let budget = match (self.steps, self.seconds) {
             (Some(steps), _) => Budget::Steps(steps),
             (None, seconds) => Budget::Seconds(seconds.unwrap_or(20.0)),
@@ -178,7 +196,11 @@ impl Fitting {
         Ok(Advanced {
             losses: slice.losses,
             done: self.done,
-            best: self.fit.as_ref().map(|fit| fit.best).filter(|best| best.is_finite()),
+            best: self
+                .fit
+                .as_ref()
+                .map(|fit| fit.best)
+                .filter(|best| best.is_finite()),
         })
     }
 

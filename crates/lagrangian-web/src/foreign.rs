@@ -32,7 +32,10 @@ pub(crate) fn table(bytes: &[u8]) -> Table {
     let separator = separator(text);
     let mut lines = text.lines();
     let headers = cells(lines.next().unwrap_or_default(), separator);
-    let commas = separator != ',' && lines.clone().any(|line| has_decimal_commas(line, separator));
+    let commas = separator != ','
+        && lines
+            .clone()
+            .any(|line| has_decimal_commas(line, separator));
     let plain = match commas {
         true => {
             notes.push("the numbers have decimal commas, which were read as points".into());
@@ -61,7 +64,10 @@ fn without_titles<'a>(mut text: &'a str, notes: &mut Vec<String>) -> &'a str {
         if !comment && !alone {
             break;
         }
-        notes.push(format!("the line '{}' before the header was passed over", title.trim()));
+        notes.push(format!(
+            "the line '{}' before the header was passed over",
+            title.trim()
+        ));
         text = rest;
     }
     text
@@ -71,7 +77,10 @@ fn separator(text: &str) -> char {
     let header = text.lines().next().unwrap_or_default();
     let count = |c: &char| header.matches(*c).count();
     // The last of equals wins, as in the library.
-    ['\t', ';', ','].into_iter().max_by_key(count).unwrap_or(',')
+    ['\t', ';', ',']
+        .into_iter()
+        .max_by_key(count)
+        .unwrap_or(',')
 }
 
 fn cells(line: &str, separator: char) -> Vec<String> {
@@ -110,7 +119,15 @@ fn with_points(text: &str, separator: char) -> String {
 const TIMES: [&str; 4] = ["t", "time", "zeit", "temps"];
 /// Beginnings of names that are no coordinates: rates, forces, and what tells motions apart.
 const OTHERS: [&str; 9] = [
-    "qd", "tau", "trajectory", "v", "a_", "dq", "step", "frame", "p",
+    "qd",
+    "tau",
+    "trajectory",
+    "v",
+    "a_",
+    "dq",
+    "step",
+    "frame",
+    "p",
 ];
 
 impl Table {
@@ -133,14 +150,20 @@ impl Table {
             };
             rest.iter().filter(own).map(|h| (*h).clone()).collect()
         };
-        let sets = [&["q"][..], &["theta", "θ", "angle", "phi", "φ"], &["x", "y", "z"]];
+        let sets = [
+            &["q"][..],
+            &["theta", "θ", "angle", "phi", "φ"],
+            &["x", "y", "z"],
+        ];
         let found = sets.into_iter().map(of).find(|found| !found.is_empty());
         found.unwrap_or_else(|| rest.first().map(|h| (*h).clone()).into_iter().collect())
     }
 
     /// Whether a name speaks of degrees.
     pub(crate) fn speaks_of_degrees(&self) -> bool {
-        self.headers.iter().any(|h| h.contains('°') || h.to_lowercase().contains("deg"))
+        self.headers
+            .iter()
+            .any(|h| h.contains('°') || h.to_lowercase().contains("deg"))
     }
 }
 

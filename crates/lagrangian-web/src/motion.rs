@@ -71,7 +71,12 @@ impl Prediction {
     pub(crate) fn of(&self, model: &dyn Model, energy: Option<&dyn Model>) -> Result<Motion> {
         let samples = self.duration / self.interval;
         let remedy = "ask for a shorter duration or a longer interval";
-        bounded("the number of samples", samples, limits::PREDICTED as f64, remedy)?;
+        bounded(
+            "the number of samples",
+            samples,
+            limits::PREDICTED as f64,
+            remedy,
+        )?;
         let times = times(self.duration, self.interval)?;
         let n = model.coordinates().dof();
         let none = lagrangian::rollout::sines(n, 0.0, 0);
@@ -88,11 +93,19 @@ impl Motion {
         let trajectory = rollout.trajectory;
         let (q, qd) = (&trajectory.q, &trajectory.qd);
         let mut energy = vec![0.0; trajectory.len()];
-        if !energetic.evaluator().energy(q, qd, &mut energy).is_supported() {
+        if !energetic
+            .evaluator()
+            .energy(q, qd, &mut energy)
+            .is_supported()
+        {
             energy.clear();
         }
         let mut values = vec![0.0; trajectory.len()];
-        if !model.evaluator().lagrangian(q, qd, &mut values).is_supported() {
+        if !model
+            .evaluator()
+            .lagrangian(q, qd, &mut values)
+            .is_supported()
+        {
             values.clear();
         }
         Self {

@@ -66,8 +66,14 @@ pub(crate) struct Summary {
 impl Dropped {
     /// Takes a file.
     pub(crate) fn new(name: String, bytes: &[u8]) -> Result<Self> {
-        let remedy = "take a part of the file, or use the command `lagrangian`, which has no such bound";
-        bounded("the size of the file in bytes", bytes.len() as f64, limits::FILE as f64, remedy)?;
+        let remedy =
+            "take a part of the file, or use the command `lagrangian`, which has no such bound";
+        bounded(
+            "the size of the file in bytes",
+            bytes.len() as f64,
+            limits::FILE as f64,
+            remedy,
+        )?;
         Ok(Self {
             name,
             table: foreign::table(bytes),
@@ -92,11 +98,17 @@ impl Dropped {
         let layout = columns.layout();
         let text = layout.to_toml()?;
         let source = Cursor::new(self.table.plain.clone());
-        let stem = self.name.rsplit_once('.').map_or(&*self.name, |(stem, _)| stem);
+        let stem = self
+            .name
+            .rsplit_once('.')
+            .map_or(&*self.name, |(stem, _)| stem);
         let readings = Format::Csv.read(source, stem, &layout)?;
         let (mut notes, ignored) = (readings.notes, readings.columns.ignored);
         if !ignored.is_empty() {
-            notes.push(format!("columns that were not used: {}", ignored.join(", ")));
+            notes.push(format!(
+                "columns that were not used: {}",
+                ignored.join(", ")
+            ));
         }
         Ok((readings.recordings, text, notes))
     }
@@ -135,7 +147,12 @@ impl Summary {
             coordinates: crate::system::axes(&first.coordinates),
             notes,
             t: first.t.iter().take(shown).copied().collect(),
-            q: first.q.iter().take(shown * first.dof()).map(finite).collect(),
+            q: first
+                .q
+                .iter()
+                .take(shown * first.dof())
+                .map(finite)
+                .collect(),
         })
     }
 }
@@ -151,8 +168,12 @@ pub(crate) fn csv(recordings: &[Recording]) -> Vec<u8> {
         .into_iter()
         .filter(|s| recordings.iter().all(|r| r.get(*s).len() == r.len() * n))
         .collect();
-    let names = known.iter().flat_map(|s| (1..=n).map(move |i| format!("{}{i}", s.name())));
-    let header = ["trajectory".to_string(), "t".into()].into_iter().chain(names);
+    let names = known
+        .iter()
+        .flat_map(|s| (1..=n).map(move |i| format!("{}{i}", s.name())));
+    let header = ["trajectory".to_string(), "t".into()]
+        .into_iter()
+        .chain(names);
     let mut text = header.collect::<Vec<_>>().join(",") + "\n";
     for (number, recording) in recordings.iter().enumerate() {
         for (k, t) in recording.t.iter().enumerate() {

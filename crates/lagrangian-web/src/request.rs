@@ -127,7 +127,9 @@ impl PotentialAsked {
             row[self.coordinate] = *value;
         }
         let mut energy = vec![0.0; self.at.len()];
-        let outcome = model.evaluator().energy(&q, &vec![0.0; q.len()], &mut energy);
+        let outcome = model
+            .evaluator()
+            .energy(&q, &vec![0.0; q.len()], &mut energy);
         match outcome.is_supported() {
             true => energy,
             false => Vec::new(),
@@ -159,7 +161,9 @@ impl ActionAsked {
         let pairs = self.q.iter().zip(&self.q[n..]);
         let (q, rise): (Vec<f64>, Vec<f64>) = pairs.map(|(a, b)| (0.5 * (a + b), b - a)).unzip();
         let rows = rise.chunks_exact(n).zip(&steps);
-        let qd: Vec<f64> = rows.flat_map(|(row, step)| row.iter().map(move |x| x / step)).collect();
+        let qd: Vec<f64> = rows
+            .flat_map(|(row, step)| row.iter().map(move |x| x / step))
+            .collect();
         let mut values = vec![0.0; steps.len()];
         let outcome = model.evaluator().lagrangian(&q, &qd, &mut values);
         let sum = || values.iter().zip(&steps).map(|(l, step)| l * step).sum();

@@ -2,8 +2,8 @@
 
 use lagrangian::rollout::{EnergyTest, energy_test, free, rollout_many, times};
 use lagrangian::{
-    CheckOptions, CheckReport, Dataset, Item, Learned, Model, Recording, RolloutOptions, SavedModel,
-    Verdict, check, random_starts, random_states,
+    CheckOptions, CheckReport, Dataset, Item, Learned, Model, Recording, RolloutOptions,
+    SavedModel, Verdict, check, random_starts, random_states,
 };
 use serde::Serialize;
 
@@ -144,7 +144,12 @@ impl Session {
 
     fn states(&mut self, asked: &States) -> Result<Message> {
         let remedy = "take fewer states";
-        bounded("the number of states", asked.samples as f64, limits::SAMPLES as f64, remedy)?;
+        bounded(
+            "the number of states",
+            asked.samples as f64,
+            limits::SAMPLES as f64,
+            remedy,
+        )?;
         let system = asked.of.build()?;
         let held_back = asked.samples.div_ceil(10).min(2000);
         let dataset = random_states(&*system, asked.samples, held_back, asked.seed)?;
@@ -212,7 +217,12 @@ impl Session {
 
     fn energy(&self, asked: &EnergyAsked) -> Result<EnergyTest> {
         let remedy = "take fewer starts";
-        bounded("the number of starts", asked.starts as f64, limits::STARTS as f64, remedy)?;
+        bounded(
+            "the number of starts",
+            asked.starts as f64,
+            limits::STARTS as f64,
+            remedy,
+        )?;
         let system = asked.of.build()?;
         let starts = random_starts(&*system, asked.starts, asked.seed);
         // Only the ends count.
@@ -225,7 +235,12 @@ impl Session {
 
     fn load(&mut self, bytes: &[u8]) -> Result<Message> {
         let remedy = "take a smaller model, or the command `lagrangian`";
-        bounded("the size of the file in bytes", bytes.len() as f64, limits::FILE as f64, remedy)?;
+        bounded(
+            "the size of the file in bytes",
+            bytes.len() as f64,
+            limits::FILE as f64,
+            remedy,
+        )?;
         let model = Learned::load(&SavedModel::from_bytes(bytes)?)?;
         let description = model.description();
         let answer = Message::json(&Loaded {

@@ -15,7 +15,10 @@ web      builds the library as WebAssembly and the page around it in web/dist, a
 
 const TRIPLE: &str = "wasm32-unknown-unknown";
 /// The most memory that the library takes in a tab: 1 GiB. Its stack: 4 MiB.
-const LINKED: [&str; 2] = ["-Clink-arg=--max-memory=1073741824", "-Clink-arg=-zstack-size=4194304"];
+const LINKED: [&str; 2] = [
+    "-Clink-arg=--max-memory=1073741824",
+    "-Clink-arg=-zstack-size=4194304",
+];
 /// The tools of Debian, which build the standard library for WebAssembly from its source.
 const DEBIAN: &str = "apt-get install rustc-web cargo-web rust-web-src lld-22";
 const DEBIAN_SOURCE: &str = "/usr/lib/rustlib/src/rust/library";
@@ -44,7 +47,10 @@ pub(crate) fn main(flags: &[&str]) -> Result<(), Failure> {
     if !options.build_only {
         tests(&root)?;
     }
-    println!("xtask: the laboratory is in {}", root.join("web/dist").display());
+    println!(
+        "xtask: the laboratory is in {}",
+        root.join("web/dist").display()
+    );
     Ok(())
 }
 
@@ -113,7 +119,12 @@ impl Toolchain {
         if sysroot.map(library).is_some_and(|library| library.exists()) {
             return Some(Self::Rustup);
         }
-        let tools = ["/usr/bin/rustc", "/usr/bin/cargo", "/usr/bin/wasm-ld-22", DEBIAN_SOURCE];
+        let tools = [
+            "/usr/bin/rustc",
+            "/usr/bin/cargo",
+            "/usr/bin/wasm-ld-22",
+            DEBIAN_SOURCE,
+        ];
         let all = tools.iter().all(|tool| Path::new(tool).exists());
         all.then_some(Self::Debian)
     }
@@ -125,7 +136,9 @@ impl Toolchain {
                 let mut cargo = Command::new("/usr/bin/cargo");
                 let path = env::var("PATH").unwrap_or_default();
                 cargo.env("PATH", format!("/usr/bin:{path}"));
-                cargo.env("RUSTC", "/usr/bin/rustc").env("RUSTC_BOOTSTRAP", "1");
+                cargo
+                    .env("RUSTC", "/usr/bin/rustc")
+                    .env("RUSTC_BOOTSTRAP", "1");
                 // The cargo that runs this chore names its own toolchain.
                 cargo.env_remove("RUSTUP_TOOLCHAIN").env_remove("CARGO");
                 let linker = "CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER";
@@ -150,7 +163,15 @@ fn library(root: &Path) -> Result<PathBuf, String> {
     let folder = target().join("web");
     let mut cargo = toolchain.cargo();
     cargo.arg("build").args(toolchain.standard_library());
-    cargo.args(["--target", TRIPLE, "--profile", "web", "--package", "lagrangian-web", "--lib"]);
+    cargo.args([
+        "--target",
+        TRIPLE,
+        "--profile",
+        "web",
+        "--package",
+        "lagrangian-web",
+        "--lib",
+    ]);
     let flags = ["-Ctarget-feature=+simd128"].into_iter().chain(LINKED);
     cargo.env("RUSTFLAGS", flags.collect::<Vec<_>>().join(" "));
     cargo.env("CARGO_TARGET_DIR", &folder);
@@ -165,14 +186,22 @@ fn page(root: &Path, module: &Path) -> Result<(), String> {
     fs::create_dir_all(&place).map_err(|e| format!("cannot make {}: {e}", place.display()))?;
     fs::copy(module, place.join("lagrangian.wasm"))
         .map_err(|e| format!("cannot copy {}: {e}", module.display()))?;
-    npm(&web, &["ci", "--no-fund", "--no-audit"], "the packages of web")?;
+    npm(
+        &web,
+        &["ci", "--no-fund", "--no-audit"],
+        "the packages of web",
+    )?;
     npm(&web, &["run", "build"], "the page")
 }
 
 /// Runs the tests in a browser.
 fn tests(root: &Path) -> Result<(), String> {
     let folder = root.join("tests/browser");
-    npm(&folder, &["ci", "--no-fund", "--no-audit"], "the packages of tests/browser")?;
+    npm(
+        &folder,
+        &["ci", "--no-fund", "--no-audit"],
+        "the packages of tests/browser",
+    )?;
     let mut files: Vec<PathBuf> = fs::read_dir(folder.join("lab"))
         .map_err(|e| format!("cannot read {}: {e}", folder.display()))?
         .filter_map(|entry| Some(entry.ok()?.path()))
@@ -184,11 +213,17 @@ fn tests(root: &Path) -> Result<(), String> {
     if let Some(place) = chromium() {
         node.env("CHROMIUM", place);
     }
-    succeed(node.current_dir(&folder), "the tests of the laboratory in a browser")
+    succeed(
+        node.current_dir(&folder),
+        "the tests of the laboratory in a browser",
+    )
 }
 
 fn npm(folder: &Path, arguments: &[&str], what: &str) -> Result<(), String> {
-    succeed(Command::new("npm").args(arguments).current_dir(folder), what)
+    succeed(
+        Command::new("npm").args(arguments).current_dir(folder),
+        what,
+    )
 }
 
 #[cfg(test)]

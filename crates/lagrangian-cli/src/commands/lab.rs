@@ -37,6 +37,9 @@ fn opened(address: &str) -> bool {
     };
     let mut command = Command::new(program);
     command.args(before).arg(address);
-    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    command
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null());
     command.spawn().is_ok()
 }

@@ -19,7 +19,10 @@ pub(super) struct Answer<'p> {
 pub(super) fn answer<'p>(head: &str, page: &'p Page, port: u16) -> Answer<'p> {
     let mut lines = head.lines();
     let mut words = lines.next().unwrap_or_default().split(' ');
-    let (method, target) = (words.next().unwrap_or_default(), words.next().unwrap_or_default());
+    let (method, target) = (
+        words.next().unwrap_or_default(),
+        words.next().unwrap_or_default(),
+    );
     if !lines.any(|line| names_this_machine(line, port)) {
         // A page of the web whose name was made to point here.
         return refusal("403 Forbidden");
@@ -28,7 +31,9 @@ pub(super) fn answer<'p>(head: &str, page: &'p Page, port: u16) -> Answer<'p> {
         return refusal("405 Method Not Allowed");
     }
     let path = target.split(['?', '#']).next().unwrap_or_default();
-    let found = path.strip_prefix('/').and_then(|name| Some((name, page.file(name)?)));
+    let found = path
+        .strip_prefix('/')
+        .and_then(|name| Some((name, page.file(name)?)));
     let Some((name, body)) = found else {
         return refusal("404 Not Found");
     };
@@ -42,7 +47,8 @@ fn names_this_machine(line: &str, port: u16) -> bool {
         return false;
     };
     let own = ["127.0.0.1", "localhost"].map(|host| format!("{host}:{port}"));
-    name.eq_ignore_ascii_case("host") && own.iter().any(|own| own.eq_ignore_ascii_case(value.trim()))
+    name.eq_ignore_ascii_case("host")
+        && own.iter().any(|own| own.eq_ignore_ascii_case(value.trim()))
 }
 
 fn refusal<'p>(status: &str) -> Answer<'p> {
@@ -62,7 +68,10 @@ fn written(status: &str, media_type: &str, length: usize) -> String {
 
 /// The media type of a file; WebAssembly is compiled while it comes only with its own.
 fn media_type(name: &str) -> &'static str {
-    match name.rsplit_once('.').map_or("html", |(_, extension)| extension) {
+    match name
+        .rsplit_once('.')
+        .map_or("html", |(_, extension)| extension)
+    {
         "html" => "text/html; charset=utf-8",
         "js" | "mjs" => "text/javascript; charset=utf-8",
         "css" => "text/css; charset=utf-8",

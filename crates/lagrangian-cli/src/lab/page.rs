@@ -42,13 +42,15 @@ impl Page {
     }
 
     fn own() -> Self {
-        let file = |(name, bytes): &(&str, &'static [u8])| ((*name).to_string(), Cow::Borrowed(*bytes));
+        let file =
+            |(name, bytes): &(&str, &'static [u8])| ((*name).to_string(), Cow::Borrowed(*bytes));
         Self(OWN.iter().map(file).collect())
     }
 
     fn of_folder(folder: &Path) -> Result<Self> {
         let mut files = BTreeMap::new();
-        collect(folder, "", &mut files).with_context(|| format!("cannot read '{}'", folder.display()))?;
+        collect(folder, "", &mut files)
+            .with_context(|| format!("cannot read '{}'", folder.display()))?;
         Ok(Self(files))
     }
 
@@ -60,7 +62,11 @@ impl Page {
 }
 
 /// Reads the files below a folder; links are passed over, so that nothing outside of it is served.
-fn collect(folder: &Path, before: &str, files: &mut BTreeMap<String, Cow<'static, [u8]>>) -> io::Result<()> {
+fn collect(
+    folder: &Path,
+    before: &str,
+    files: &mut BTreeMap<String, Cow<'static, [u8]>>,
+) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
         let (kind, name) = (entry.file_type()?, entry.file_name());
@@ -69,7 +75,9 @@ fn collect(folder: &Path, before: &str, files: &mut BTreeMap<String, Cow<'static
             collect(&entry.path(), &format!("{name}/"), files)?;
         } else if kind.is_file() {
             if files.len() >= MOST_FILES || entry.metadata()?.len() > MOST_BYTES {
-                return Err(io::Error::other("it holds more than a page does: name the folder that `cargo xtask web` made"));
+                return Err(io::Error::other(
+                    "it holds more than a page does: name the folder that `cargo xtask web` made",
+                ));
             }
             files.insert(name, Cow::Owned(fs::read(entry.path())?));
         }

@@ -289,7 +289,9 @@ fn column<I: Isa, T: Real, const P: usize>(
                 4.. if P <= 2 && tall && (even || r.is_multiple_of(4)) => {
                     tile::<I, T, P, 4>(g, p, r, terms)
                 }
-                3 if P <= 4 && tall && (even || r.is_multiple_of(4)) => tile::<I, T, P, 3>(g, p, r, terms),
+                3 if P <= 4 && tall && (even || r.is_multiple_of(4)) => {
+                    tile::<I, T, P, 3>(g, p, r, terms)
+                }
                 2.. if P <= 4 && (even || r.is_multiple_of(2)) => {
                     tile::<I, T, P, 2>(g, p, r, terms)
                 }
