@@ -25,7 +25,7 @@ export interface Settings {
   equal?: boolean;
 }
 
-const LEFT = 52;
+const LEFT = 62;
 const RIGHT = 10;
 const TOP = 8;
 const BOTTOM = 36;

@@ -11,7 +11,7 @@ export interface Task {
   experiment: object;
   family: "lnn" | "mlp";
   settings: Record<string, unknown>;
-  seconds: number;
+  length: { seconds: number } | { steps: number };
   seed: number;
 }
 
@@ -39,8 +39,8 @@ export class Contestant {
   /** Learns to the end. */
   async learn(task: Task, trial: () => Trial, watching: Watching): Promise<void> {
     await this.engine.ask(task.experiment);
-    const { family, settings, seconds, seed } = task;
-    this.begun = await this.engine.ask<Begun>({ ask: "start", family, settings, seconds, seed });
+    const { family, settings, length, seed } = task;
+    this.begun = await this.engine.ask<Begun>({ ask: "start", family, settings, ...length, seed });
     this.losses = [];
     for (let done = false, looked = -Infinity; !done; ) {
       const advanced = await this.engine.ask<Advanced>({ ask: "advance", milliseconds: SLICE });

@@ -25,6 +25,7 @@ export function setupOf(values: address.Values): Setup {
     positionsOnly: values["positions"] === "1",
     width: Math.round(address.number(values["width"], 64, 8, 128)),
     seconds: address.number(values["seconds"], 20, 1, 120),
+    steps: Math.round(address.number(values["steps"], 0, 0, 10_000)),
     seed: Math.round(address.number(values["seed"], 0, 0, 1e6)),
   };
 }
@@ -62,11 +63,12 @@ class Learn implements View {
   }
 
   private write(): void {
-    const { scene: own, motions, starts, noise, friction, positionsOnly, width, seconds, seed } = this.setup;
+    const { scene: own, motions, starts, noise, friction, positionsOnly, width, seconds, steps, seed } = this.setup;
     const values: address.Values = { system: own.name, motions: String(motions), width: String(width), seconds: String(seconds) };
     if (noise > 0) values["noise"] = String(noise);
     if (friction > 0) values["friction"] = String(friction);
     if (positionsOnly) values["positions"] = "1";
+    if (steps > 0) values["steps"] = String(steps);
     if (seed > 0) values["seed"] = String(seed);
     address.write("learn", values);
     const recorded = starts.length > 0 ? `${starts.length} thrown by hand` : `${motions} from random states`;
@@ -86,7 +88,7 @@ class Learn implements View {
       slider({ ...range, label: "Motions", min: 2, max: 60, value: motions, changed: (x) => this.change({ motions: x, starts: [] }) }),
       slider({ ...range, label: "Noise", unit: "rad or m", max: 0.05, step: 0.001, value: noise, changed: (x) => this.change({ noise: x }) }),
       slider({ ...range, label: "Width of the networks", min: 8, max: 128, step: 8, value: width, changed: (x) => this.change({ width: x }) }),
-      slider({ ...range, label: "Time to learn", unit: "s", min: 1, max: 60, value: seconds, changed: (x) => this.change({ seconds: x }) }),
+      slider({ ...range, label: "Time to learn", unit: "s", min: 1, max: 60, value: seconds, changed: (x) => this.change({ seconds: x, steps: 0 }) }),
     ];
     const title = el("h3", {}, "What is learned from");
     return el("section", { class: "card", "aria-label": "Data and networks" }, title, chosen, this.count, el("div", { class: "sliders" }, ...sliders.map((own) => own.element)), this.hand);

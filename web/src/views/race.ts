@@ -21,6 +21,8 @@ export interface Setup {
   positionsOnly: boolean;
   width: number;
   seconds: number;
+  /** The length in steps, which give the same model on every machine; 0 for the seconds. */
+  steps: number;
   seed: number;
 }
 
@@ -132,7 +134,7 @@ export class Race {
   }
 
   private task(side: Side): Task {
-    const { motions, starts, noise, friction, positionsOnly, width, seconds, seed } = this.setup;
+    const { motions, starts, noise, friction, positionsOnly, width, seconds, steps, seed } = this.setup;
     const recorded = { duration: RECORDED, interval: INTERVAL, noise, friction, positions_only: positionsOnly, seed };
     const data = starts.length > 0 ? { starts } : { motions };
     const learned = side === "lagrangian" && friction > 0 ? { dissipation: true } : {};
@@ -141,7 +143,7 @@ export class Race {
       experiment: { ask: "experiment", of: this.system, ...data, ...recorded },
       family: side === "lagrangian" ? "lnn" : "mlp",
       settings: { width, ...learned },
-      seconds,
+      length: steps > 0 ? { steps } : { seconds },
       seed,
     };
   }
@@ -198,14 +200,14 @@ export class Race {
     const { scene, friction } = this.setup;
     if (friction > 0) {
       const errors = SIDES.map((side) => [side, this.lastError(side)] as const);
-      this.write(errors, `off the true energy after ${PREDICTED} s, of ${short(scene.reference)} J`);
+      this.write(errors, `Off the true energy after ${PREDICTED} s, in parts of ${short(scene.reference)} J:`);
       return;
     }
     this.result.textContent = "Predicting 100 s from ten other starts …";
     const test = (side: Side): Promise<EnergyTest> => this.sides[side].energy(this.system, scene.reference);
     const tests = await Promise.all(SIDES.map(test));
     const errors = SIDES.map((side, k) => [side, tests[k]?.mean ?? NaN] as const);
-    this.write(errors, "mean energy error after 100 s, from ten other starts");
+    this.write(errors, "Energy error after 100 s, mean of ten other starts:");
   }
 
   private lastError(side: Side): number {
@@ -217,7 +219,7 @@ export class Race {
   private write(errors: (readonly [Side, number])[], what: string): void {
     const figure = ([side, percent]: readonly [Side, number]) =>
       el("span", { class: `big ${side}-ink`, "data-side": side, "data-percent": percent }, `${NAMES[side]} ${short(percent)} %`);
-    this.result.replaceChildren(...errors.toReversed().flatMap((one) => [figure(one), " · "]), what);
+    this.result.replaceChildren(el("span", {}, what), ...errors.toReversed().map(figure));
   }
 
   private hold(state: State): void {

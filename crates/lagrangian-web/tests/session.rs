@@ -1,0 +1,141 @@
+//! The requests of the page, served natively: what it shows is what the library computes.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use lagrangian::{Learned, Model, SavedModel};
+use lagrangian_web::exports::reply;
+use lagrangian_web::{Message, Session};
+use serde_json::{Value, json};
+
+/// What the page asks, and the answer.
+fn ask(session: &mut Session, request: &Value) -> Value {
+    let answer = session.answer(&Message::text(&request.to_string()));
+    serde_json::from_str(&answer.unwrap().text).unwrap()
+}
+
+/// The message of a request that is refused.
+fn refused(session: &mut Session, request: &Value) -> String {
+    let answer = session.answer(&Message::text(&request.to_string()));
+    answer.unwrap_err().to_string()
+}
+
+fn give(session: &mut Session, request: &Value, bytes: &[u8]) -> Result<String, String> {
+    let message = Message {
+        text: request.to_string(),
+        bytes: bytes.to_vec(),
+    };
+    let answer = session.answer(&message);
+    answer.map(|a| a.text).map_err(|e| e.to_string())
+}
+
+fn pendulum() -> Value {
+    json!({ "name": "pendulum", "parameters": { "length": 1.0 } })
+}
+
+/// Ten motions of a pendulum, as the page records them, and a fit of so many steps.
+fn started(steps: usize) -> Session {
+    let mut session = Session::default();
+    let recorded = json!({ "ask": "experiment", "of": pendulum(), "motions": 10, "duration": 4, "interval": 0.02 });
+    assert_eq!(ask(&mut session, &recorded)["samples"], 2010);
+    let fit = json!({ "ask": "start", "family": "lnn", "settings": { "width": 16 }, "steps": steps });
+    assert!(ask(&mut session, &fit)["samples"].as_u64().unwrap() > 1000);
+    session
+}
+
+/// Continues in slices of this length to the end; their number.
+fn advance(session: &mut Session, milliseconds: f64) -> usize {
+    let request = json!({ "ask": "advance", "milliseconds": milliseconds });
+    let mut slices = 1;
+    while ask(session, &request)["done"] == json!(false) {
+        slices += 1;
+    }
+    slices
+}
+
+fn saved(session: &mut Session) -> Vec<u8> {
+    let answer = session.answer(&Message::text(r#"{"ask": "save"}"#));
+    answer.unwrap().bytes
+}
+
+#[test]
+fn a_fit_in_slices_is_the_same_to_the_bit_as_a_fit_at_once() {
+    let (mut sliced, mut whole) = (started(12), started(12));
+    assert_eq!(advance(&mut sliced, 0.0), 12);
+    advance(&mut whole, 1000.0);
+    let (sliced, whole) = (saved(&mut sliced), saved(&mut whole));
+    assert_eq!(sliced, whole);
+    let model = Learned::load(&SavedModel::from_bytes(&whole).unwrap()).unwrap();
+    assert!(model.coordinates().is_circle(0));
+}
+
+#[test]
+fn the_page_and_this_machine_learn_the_same_pendulum() {
+    let kept: Value =
+        serde_json::from_str(include_str!("../../../tests/browser/lab/native.json")).unwrap();
+    let mut session = started(60);
+    advance(&mut session, 1000.0);
+    let test = json!({ "ask": "energy", "of": pendulum(), "starts": 10, "duration": 100, "reference": 19.6, "seed": 1 });
+    let (own, kept) = (ask(&mut session, &test)["mean"].as_f64(), kept["percent"].as_f64());
+    let ratio = own.unwrap() / kept.unwrap();
+    assert!((0.8..1.25).contains(&ratio), "{own:?} where {kept:?} was kept");
+}
+
+#[test]
+fn a_table_with_decimal_commas_and_degrees_becomes_radians() {
+    let mut session = Session::default();
+    let row = |k: u32| format!("{};{}\n", f64::from(k) / 50.0, 90.0 - f64::from(k)).replace('.', ",");
+    let table: String = (0..100).map(row).collect();
+    let table = format!("mass A\nt;angle\n{table}");
+    let inspect = json!({ "ask": "inspect", "name": "swing.csv" });
+    let seen = give(&mut session, &inspect, table.as_bytes()).unwrap();
+    let seen: Value = serde_json::from_str(&seen).unwrap();
+    assert_eq!(seen["notes"].as_array().unwrap().len(), 2);
+    assert_eq!(seen["coordinates"], json!(["angle"]));
+    let read = json!({ "ask": "read", "t": "t", "q": ["angle"], "angles": ["angle"], "degrees": true });
+    let summary = ask(&mut session, &read);
+    assert!((summary["q"][0].as_f64().unwrap() - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+    assert_eq!(summary["samples"], 100);
+}
+
+#[test]
+fn every_wrong_request_is_an_answer_that_says_what_to_do() {
+    let mut session = Session::default();
+    let state = json!({ "ask": "simulate", "by": { "system": "pendulum" }, "q0": [1.0], "qd0": [0.0] });
+    let with = |changes: Value| {
+        let mut request = state.clone();
+        let own = request.as_object_mut().unwrap();
+        own.insert("duration".into(), json!(1.0));
+        own.extend(changes.as_object().unwrap().clone());
+        request
+    };
+    for (request, remedy) in [
+        (json!({ "ask": "fly" }), "load the page again"),
+        (with(json!({ "by": { "system": "pendlum" } })), "choose one of"),
+        (with(json!({ "q0": [1.0, 2.0] })), "give"),
+        (with(json!({ "duration": 1e300 })), "shorter"),
+        (with(json!({ "interval": 0.0 })), "shorter"),
+        (with(json!({ "by": "fitted" })), "start one first"),
+        (with(json!({ "by": "loaded" })), "drop the file"),
+        (json!({ "ask": "check" }), "drop a file"),
+        (json!({ "ask": "advance", "milliseconds": 1 }), "start one first"),
+        (json!({ "ask": "start", "family": "lnn" }), "drop a file"),
+        (json!({ "ask": "states", "of": pendulum(), "samples": 1_000_000_000 }), "fewer"),
+        (json!({ "ask": "experiment", "of": pendulum(), "motions": 1000, "duration": 1e6, "interval": 1e-6 }), "fewer"),
+    ] {
+        let message = refused(&mut session, &request);
+        assert!(message.contains(remedy), "{request}: {message}");
+    }
+    let wide = json!({ "ask": "start", "family": "lnn", "settings": { "width": 100_000 } });
+    assert!(refused(&mut started(1), &wide).contains("narrower"));
+    for bytes in [&b"\0\0\0\0\0\0\0\0"[..], b"", &[255; 64]] {
+        assert!(give(&mut session, &json!({ "ask": "load" }), bytes).is_err());
+    }
+}
+
+#[test]
+fn a_message_that_is_cut_off_is_an_answer_too() {
+    let mut session = Session::default();
+    for message in [&[][..], &[1, 0, 0], &[255, 255, 255, 255, b'{'], &[1, 0, 0, 0, 0xff]] {
+        let answer = reply(&mut session, message);
+        assert!(String::from_utf8_lossy(&answer).contains(r#"{"error":"#));
+    }
+}
