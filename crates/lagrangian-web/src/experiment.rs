@@ -103,7 +103,7 @@ pub(crate) fn recording(motion: Trajectory, coordinates: &Coordinates) -> Record
     let signals: Signals<Vec<String>> = motion
         .signals
         .as_ref()
-        .map(|signal, values| named(signal, values));
+        .map(named);
     Recording {
         name: motion.name,
         coordinates: coordinates.clone(),
