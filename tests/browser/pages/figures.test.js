@@ -207,8 +207,9 @@ test("a figure without values says so, and no other is lost", async () => {
   assert.equal(await page.locator("figure.figure.live").count(), (await page.locator("figure.figure").count()) - 1);
 });
 
-test("the page prints the pictures, not the canvases", async () => {
-  await page.emulateMedia({ media: "print" });
+test("the page prints the pictures, not the canvases, and always on white", async () => {
+  await page.emulateMedia({ media: "print", colorScheme: "dark" });
+  assert.equal(await page.evaluate(() => getComputedStyle(document.documentElement).getPropertyValue("--surface").trim()), "#ffffff");
   assert.ok(await page.locator("#figure-loss svg.static").isVisible());
   assert.ok(await page.locator("#figure-loss .plot").isHidden());
 });
