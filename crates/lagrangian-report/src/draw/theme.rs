@@ -66,14 +66,14 @@ pub(super) fn of(role: Role) -> Ink {
     }
 }
 
-/// CSS: variables for both grounds, following the system unless `data-theme` on the root says otherwise.
+/// CSS: variables for both grounds, following the system unless `data-theme` on the root says otherwise; print is light.
 pub(super) fn variables() -> String {
     let (light, dark) = (block(|ink| ink.light), block(|ink| ink.dark));
     format!(
         ":root{{color-scheme:light dark;{light}}}\n\
-         @media (prefers-color-scheme:dark){{:root:not([data-theme=light]){{{dark}}}}}\n\
+         @media screen and (prefers-color-scheme:dark){{:root:not([data-theme=light]){{{dark}}}}}\n\
          :root[data-theme=light]{{color-scheme:light}}\n\
-         :root[data-theme=dark]{{color-scheme:dark;{dark}}}\n"
+         @media screen{{:root[data-theme=dark]{{color-scheme:dark;{dark}}}}}\n"
     )
 }
 

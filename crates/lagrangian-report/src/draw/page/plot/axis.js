@@ -65,12 +65,13 @@
       this.show(this.view[0] + shift, this.view[1] + shift);
     }
 
-    // A value, with the digits that can be told apart in this view.
+    // A value, with the digits that can be told apart in this view, and three at least unless it is next to nothing in it.
     write(value) {
       if (!Number.isFinite(value)) return "–";
       if (this.names) return this.names[Math.round(value)] ?? "";
-      const step = this.log ? 10 ** Math.floor(Math.log10(Math.abs(value) || 1) - 2) : 10 ** Math.floor(Math.log10(this.view[1] - this.view[0]) - 3);
-      return decimal(value, step);
+      const decade = (size) => 10 ** Math.floor(Math.log10(size)), width = this.view[1] - this.view[0];
+      const three = decade(Math.abs(value) || 1) / 100;
+      return decimal(value, this.log ? three : Math.min(decade(width) / 1e3, Math.max(three, decade(width) / 1e6)));
     }
 
     // [inner value, label] of about `count` ticks.
