@@ -243,7 +243,8 @@ class Trajectory:
 
         Args:
             others: Motions to show beside it, up to five, such as a prediction.
-            links: Where angles are measured: ``absolute``, from hanging down, or ``relative``, from the link before.
+            links: Where angles are measured: ``absolute``, from hanging down, ``relative``, from the link before, or ``horizontal``,
+                the first from the horizontal and each other from the link before.
             lengths: Of the links, one for each; all the same by default.
 
         Raises:

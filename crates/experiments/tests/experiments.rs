@@ -20,6 +20,11 @@ fn figures(line: &str) -> (Value, Vec<String>) {
     let (folder, output) = run(&format!("{line} --quick --json --quiet --out run"));
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{line}: {errors}");
+    let page = std::fs::read_to_string(folder.path().join("run/report.html")).unwrap();
+    assert!(
+        errors.contains("no comparison") && page.contains("no comparison"),
+        "{line}"
+    );
     let files = std::fs::read_dir(folder.path().join("run")).unwrap();
     let names = files.map(|f| f.unwrap().file_name().into_string().unwrap());
     (

@@ -190,7 +190,11 @@ pub(super) fn report(experiment: &Experiment, results: Results) -> Report {
     let spreads = groups
         .iter()
         .filter_map(|g| spread(experiment, &results, g));
-    let figures = results.figures().into_iter().chain(spreads).collect();
+    // What no run gave values for is left out, as the learning of models that are solved at once.
+    let is_drawn = |series: &Series| series.y.iter().any(|y| y.is_finite());
+    let figures = results.figures().into_iter().chain(spreads);
+    let figures = figures.filter(|figure| figure.series.iter().any(is_drawn));
+    let figures = figures.collect();
     let mut tables = vec![summary(experiment, &results)];
     if !experiment.details.is_empty() {
         tables.push(Table {

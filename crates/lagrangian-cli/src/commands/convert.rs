@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Result;
-use lagrangian::{Coordinates, Recording, Trajectory};
+use lagrangian::{Coordinates, Layout, Recording, Trajectory};
 use lagrangian_run::Source;
 use serde_json::json;
 
@@ -30,12 +30,10 @@ pub(super) fn run(args: &ConvertArgs, mode: OutputMode) -> Result<ExitCode> {
     let motions: Vec<Trajectory> = recordings.into_iter().map(as_recorded).collect();
     let (out, existing) = (args.output.out.as_deref(), args.output.existing());
     let layout = match out {
-        Some(path) => Some(output::write_trajectories(
-            path,
-            existing,
-            &motions,
-            &coordinates,
-        )?),
+        Some(path) => {
+            let declared = declared(args, &coordinates)?;
+            Some(output::write_declared(path, existing, &motions, &declared)?)
+        }
         None if mode.json => None,
         None => {
             drop(task);
@@ -71,6 +69,23 @@ pub(super) fn run(args: &ConvertArgs, mode: OutputMode) -> Result<ExitCode> {
         tell!("{count}, {rows} rows{written}");
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// What the file beside the motions says: columns and angles, and what all of the files say of the system that made them and of its links.
+fn declared(args: &ConvertArgs, coordinates: &Coordinates) -> Result<Layout> {
+    let files = lagrangian_run::bag_files(&args.files)?;
+    let layouts = files.iter().map(|path| args.data.layout_for(path));
+    let layouts: Vec<Layout> = layouts.collect::<Result<_>>()?;
+    let first = layouts.first().cloned().unwrap_or_default();
+    Ok(Layout {
+        system: first
+            .system
+            .filter(|own| layouts.iter().all(|l| l.system.as_ref() == Some(own))),
+        links: first
+            .links
+            .filter(|own| layouts.iter().all(|l| l.links == Some(*own))),
+        ..Layout::written(coordinates)
+    })
 }
 
 /// The values that were recorded, and none that are estimated.

@@ -2,8 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use lagrangian::train::Contestant;
 use serde::Serialize;
-use toml::Value;
+use toml::{Table, Value};
 
 use super::{About, Ground, Run};
 use crate::page::file_name;
@@ -129,11 +130,29 @@ pub(super) fn of_data(runs: &[Run]) -> Vec<DataUse> {
         .collect()
 }
 
+/// The settings of the fit that was kept: those of the family of the model, the only ones, or of several those with the least error. A
+/// chain becomes a model of rigid bodies.
+fn kept(run: &Run) -> Option<&Table> {
+    let RunRecord {
+        resolved, tried, ..
+    } = run.record.as_ref()?;
+    let fits = resolved.get("fit")?.as_table()?;
+    let own = fits.get(run.model.family());
+    let only = || fits.values().next().filter(|_| fits.len() == 1);
+    let best = || {
+        let known = tried.iter().filter(|one| one.torque_nmse.is_some());
+        let best = known.min_by(|a, b| {
+            let error = |one: &Contestant| one.torque_nmse.unwrap_or(f64::INFINITY);
+            error(a).total_cmp(&error(b))
+        });
+        fits.get(&best?.family)
+    };
+    own.or_else(only).or_else(best)?.as_table()
+}
+
 /// A setting of the fit that was kept, by its name.
 fn of_fit(run: &Run, name: &str) -> Option<Value> {
-    let fits = run.record.as_ref()?.resolved.get("fit")?.as_table()?;
-    let own = fits.get(run.model.family())?.as_table()?;
-    own.get(name).cloned()
+    kept(run)?.get(name).cloned()
 }
 
 /// The settings of a run, by their names: how its data were prepared, and those of the fit that was kept.
@@ -145,11 +164,7 @@ fn settings(run: &Run) -> Option<BTreeMap<String, String>> {
         ("model".into(), run.model.family().into()),
         ("version".into(), version.clone()),
     ]);
-    let fit = resolved.get("fit").and_then(Value::as_table);
-    for part in [
-        resolved.get("data"),
-        fit.and_then(|fit| fit.get(run.model.family())),
-    ] {
+    for part in [resolved.get("data").and_then(Value::as_table), kept(run)] {
         part.into_iter()
             .for_each(|part| flatten("", part, &mut all));
     }
@@ -157,17 +172,18 @@ fn settings(run: &Run) -> Option<BTreeMap<String, String>> {
 }
 
 /// Writes the values of a table, those of tables within it with a dot before their names.
-fn flatten(path: &str, value: &Value, all: &mut BTreeMap<String, String>) {
-    let Value::Table(table) = value else {
-        all.insert(path.into(), word(value));
-        return;
-    };
+fn flatten(path: &str, table: &Table, all: &mut BTreeMap<String, String>) {
     for (key, value) in table {
         let path = match path {
             "" => key.clone(),
             _ => format!("{path}.{key}"),
         };
-        flatten(&path, value, all);
+        match value {
+            Value::Table(within) => flatten(&path, within, all),
+            other => {
+                all.insert(path, word(other));
+            }
+        }
     }
 }
 

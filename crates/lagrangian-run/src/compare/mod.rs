@@ -55,7 +55,7 @@ impl Run {
         if folder.is_some() && !file.is_file() {
             return Err(Error::new(
                 format!("the run '{}' has no model yet", path.display()),
-                "continue its fit with `resume`, or leave it out",
+                "continue its fit with `resume`; of a demo give the models that lie in it",
             ));
         }
         let shown = format!("cannot read the model '{}'", file.display());

@@ -88,9 +88,13 @@ pub(super) fn verdict(comparison: &Comparison) -> Vec<String> {
     for run in comparison.runs.iter().filter(|run| !run.seen.is_empty()) {
         let seen = run.seen.iter().map(|s| format!("{} ({})", s.file, s.role));
         let (name, seen) = (&run.name, seen.collect::<Vec<_>>().join(", "));
-        verdict.push(format!(
-            "{name} knows these data from its fit: {seen}. Its errors are not those of motions that it has not seen."
-        ));
+        let chosen = run.seen.iter().all(|s| s.role == "validation");
+        verdict.push(match chosen {
+            true => format!("{name} chose its weights by these data: {seen}. Its errors are a little too good."),
+            false => format!(
+                "{name} knows these data from its fit: {seen}. Its errors are not those of motions that it has not seen."
+            ),
+        });
     }
     verdict.push(match comparison.losses_differ.is_empty() {
         true => "The losses of the fits can be compared: they are of one kind, on the same data, prepared alike.".into(),
