@@ -66,7 +66,7 @@ export class Race {
       released: (state) => void this.from(state),
     });
     this.save.disabled = true;
-    const caption = el("p", { class: "hint" }, "Drag the black body: all three begin again from there.");
+    const caption = el("p", { class: "hint" }, "Drag the true body: all three begin again from there.");
     this.element.append(this.stage.canvas, caption, this.legend(), el("div", { class: "row" }, this.go, this.save), this.bar, this.message.element);
     this.figures.append(this.result, this.energy.element, this.loss.element);
     this.result.textContent = "Nothing is learned yet.";
