@@ -11,7 +11,8 @@ after(async () => {
   server.close();
 });
 
-const section = (id, ...bytes) => [id, bytes.length, ...bytes];
+/** A section of up to 16 383 bytes, whose length is a number in groups of seven bits. */
+const section = (id, ...bytes) => [id, (bytes.length & 127) | 128, bytes.length >> 7, ...bytes];
 const name = (text) => [text.length, ...Buffer.from(text)];
 
 /** A module with the exports of the library, whose every answer is a trap. */
