@@ -13,28 +13,33 @@ fn main() -> io::Result<()> {
     let root = PathBuf::from(env::var("CARGO_MANIFEST_DIR").unwrap_or_default());
     let page = root.join("../../web/dist");
     println!("cargo::rerun-if-changed={}", page.display());
+    let out = PathBuf::from(env::var("OUT_DIR").unwrap_or_default());
     let mut list = String::from("&[\n");
-    for file in files(&page)? {
+    for (number, file) in files(&page)?.into_iter().enumerate() {
         let name = file.strip_prefix(&page).unwrap_or(&file);
         let name = name.to_string_lossy().replace('\\', "/");
+        // A copy, so that a page that is built again meanwhile does not change under the compiler.
+        let copy = out.join(format!("page-{number}"));
+        fs::copy(&file, &copy)?;
         // OK because writing to a string does not fail.
-        let _ = writeln!(list, "    ({name:?}, include_bytes!({file:?})),");
+        let _ = writeln!(list, "    ({name:?}, include_bytes!({copy:?})),");
     }
     list.push_str("]\n");
-    fs::write(
-        PathBuf::from(env::var("OUT_DIR").unwrap_or_default()).join("page.rs"),
-        list,
-    )
+    fs::write(out.join("page.rs"), list)
 }
 
-/// All files below a folder, in an order that is always the same; none where there is no such folder.
+/// All files below a folder but hidden ones, in an order that is always the same; none where there is no such folder.
 fn files(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let mut all = Vec::new();
     if !folder.is_dir() {
         return Ok(all);
     }
     for entry in fs::read_dir(folder)? {
-        let path = entry?.path();
+        let entry = entry?;
+        if entry.file_name().to_string_lossy().starts_with('.') {
+            continue;
+        }
+        let path = entry.path();
         match path.is_dir() {
             true => all.extend(files(&path)?),
             false => all.push(path),

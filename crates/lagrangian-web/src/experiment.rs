@@ -100,10 +100,7 @@ pub(crate) fn recording(motion: Trajectory, coordinates: &Coordinates) -> Record
         (_, true) => Vec::new(),
         (_, false) => (1..=n).map(|i| format!("{}{i}", signal.name())).collect(),
     };
-    let signals: Signals<Vec<String>> = motion
-        .signals
-        .as_ref()
-        .map(named);
+    let signals: Signals<Vec<String>> = motion.signals.as_ref().map(named);
     Recording {
         name: motion.name,
         coordinates: coordinates.clone(),

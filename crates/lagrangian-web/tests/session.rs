@@ -36,7 +36,8 @@ fn started(steps: usize) -> Session {
     let mut session = Session::default();
     let recorded = json!({ "ask": "experiment", "of": pendulum(), "motions": 10, "duration": 4, "interval": 0.02 });
     assert_eq!(ask(&mut session, &recorded)["samples"], 2010);
-    let fit = json!({ "ask": "start", "family": "lnn", "settings": { "width": 16 }, "steps": steps });
+    let fit =
+        json!({ "ask": "start", "family": "lnn", "settings": { "width": 16 }, "steps": steps });
     assert!(ask(&mut session, &fit)["samples"].as_u64().unwrap() > 1000);
     session
 }
@@ -74,15 +75,22 @@ fn the_page_and_this_machine_learn_the_same_pendulum() {
     let mut session = started(60);
     advance(&mut session, 1000.0);
     let test = json!({ "ask": "energy", "of": pendulum(), "starts": 10, "duration": 100, "reference": 19.6, "seed": 1 });
-    let (own, kept) = (ask(&mut session, &test)["mean"].as_f64(), kept["percent"].as_f64());
+    let (own, kept) = (
+        ask(&mut session, &test)["mean"].as_f64(),
+        kept["percent"].as_f64(),
+    );
     let ratio = own.unwrap() / kept.unwrap();
-    assert!((0.8..1.25).contains(&ratio), "{own:?} where {kept:?} was kept");
+    assert!(
+        (0.8..1.25).contains(&ratio),
+        "{own:?} where {kept:?} was kept"
+    );
 }
 
 #[test]
 fn a_table_with_decimal_commas_and_degrees_becomes_radians() {
     let mut session = Session::default();
-    let row = |k: u32| format!("{};{}\n", f64::from(k) / 50.0, 90.0 - f64::from(k)).replace('.', ",");
+    let row =
+        |k: u32| format!("{};{}\n", f64::from(k) / 50.0, 90.0 - f64::from(k)).replace('.', ",");
     let table: String = (0..100).map(row).collect();
     let table = format!("mass A\nt;angle\n{table}");
     let inspect = json!({ "ask": "inspect", "name": "swing.csv" });
@@ -90,7 +98,8 @@ fn a_table_with_decimal_commas_and_degrees_becomes_radians() {
     let seen: Value = serde_json::from_str(&seen).unwrap();
     assert_eq!(seen["notes"].as_array().unwrap().len(), 2);
     assert_eq!(seen["coordinates"], json!(["angle"]));
-    let read = json!({ "ask": "read", "t": "t", "q": ["angle"], "angles": ["angle"], "degrees": true });
+    let read =
+        json!({ "ask": "read", "t": "t", "q": ["angle"], "angles": ["angle"], "degrees": true });
     let summary = ask(&mut session, &read);
     assert!((summary["q"][0].as_f64().unwrap() - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
     assert_eq!(summary["samples"], 100);
@@ -99,7 +108,8 @@ fn a_table_with_decimal_commas_and_degrees_becomes_radians() {
 #[test]
 fn every_wrong_request_is_an_answer_that_says_what_to_do() {
     let mut session = Session::default();
-    let state = json!({ "ask": "simulate", "by": { "system": "pendulum" }, "q0": [1.0], "qd0": [0.0] });
+    let state =
+        json!({ "ask": "simulate", "by": { "system": "pendulum" }, "q0": [1.0], "qd0": [0.0] });
     let with = |changes: Value| {
         let mut request = state.clone();
         let own = request.as_object_mut().unwrap();
@@ -109,17 +119,29 @@ fn every_wrong_request_is_an_answer_that_says_what_to_do() {
     };
     for (request, remedy) in [
         (json!({ "ask": "fly" }), "load the page again"),
-        (with(json!({ "by": { "system": "pendlum" } })), "choose one of"),
+        (
+            with(json!({ "by": { "system": "pendlum" } })),
+            "choose one of",
+        ),
         (with(json!({ "q0": [1.0, 2.0] })), "give"),
         (with(json!({ "duration": 1e300 })), "shorter"),
         (with(json!({ "interval": 0.0 })), "shorter"),
         (with(json!({ "by": "fitted" })), "start one first"),
         (with(json!({ "by": "loaded" })), "drop the file"),
         (json!({ "ask": "check" }), "drop a file"),
-        (json!({ "ask": "advance", "milliseconds": 1 }), "start one first"),
+        (
+            json!({ "ask": "advance", "milliseconds": 1 }),
+            "start one first",
+        ),
         (json!({ "ask": "start", "family": "lnn" }), "drop a file"),
-        (json!({ "ask": "states", "of": pendulum(), "samples": 1_000_000_000 }), "fewer"),
-        (json!({ "ask": "experiment", "of": pendulum(), "motions": 1000, "duration": 1e6, "interval": 1e-6 }), "fewer"),
+        (
+            json!({ "ask": "states", "of": pendulum(), "samples": 1_000_000_000 }),
+            "fewer",
+        ),
+        (
+            json!({ "ask": "experiment", "of": pendulum(), "motions": 1000, "duration": 1e6, "interval": 1e-6 }),
+            "fewer",
+        ),
     ] {
         let message = refused(&mut session, &request);
         assert!(message.contains(remedy), "{request}: {message}");
@@ -134,7 +156,12 @@ fn every_wrong_request_is_an_answer_that_says_what_to_do() {
 #[test]
 fn a_message_that_is_cut_off_is_an_answer_too() {
     let mut session = Session::default();
-    for message in [&[][..], &[1, 0, 0], &[255, 255, 255, 255, b'{'], &[1, 0, 0, 0, 0xff]] {
+    for message in [
+        &[][..],
+        &[1, 0, 0],
+        &[255, 255, 255, 255, b'{'],
+        &[1, 0, 0, 0, 0xff],
+    ] {
         let answer = reply(&mut session, message);
         assert!(String::from_utf8_lossy(&answer).contains(r#"{"error":"#));
     }

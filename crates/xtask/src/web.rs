@@ -227,7 +227,7 @@ fn npm(folder: &Path, arguments: &[&str], what: &str) -> Result<(), String> {
 }
 
 #[cfg(test)]
-mod tests_of_flags {
+mod tests {
     use super::*;
 
     #[test]

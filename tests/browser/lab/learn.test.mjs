@@ -50,18 +50,13 @@ test("learning stops at once, and the page answers while it learns", async () =>
     const look = () => (bar.value > 0 ? done() : requestAnimationFrame(look));
     look();
   }));
-  const longest = await page.evaluate(() => new Promise((done) => {
-    let [last, worst, frames] = [performance.now(), 0, 0];
-    const look = (now) => {
-      worst = Math.max(worst, now - last);
-      last = now;
-      frames += 1;
-      if (frames < 60) requestAnimationFrame(look);
-      else done(worst);
-    };
+  // The page draws and answers while both learn.
+  await page.evaluate(() => new Promise((done) => {
+    let frames = 0;
+    const look = () => (++frames < 30 ? requestAnimationFrame(look) : done());
     requestAnimationFrame(look);
   }));
-  assert.ok(Number.isFinite(longest));
+  assert.ok((await page.locator("progress").evaluate((bar) => bar.value)) < 1);
   await page.getByRole("button", { name: "Stop" }).click();
   await page.getByRole("button", { name: "Learn", exact: true }).waitFor();
   assert.equal(await page.locator(".message:visible").count(), 0);
@@ -77,6 +72,26 @@ test("friction is learned beside the Lagrangian, and positions alone are enough"
   await page.getByRole("button", { name: "Learn", exact: true }).click();
   const off = await percent(page, "lagrangian");
   assert.ok(off < 5, `${off} % off the true energy after 30 s`);
+  assert.deepEqual(wrong, []);
+  await close();
+});
+
+test("motions that a hand begins become the data", async () => {
+  const { page, wrong, close } = await open(own, `${server.url}#learn?system=pendulum&steps=20&width=8`);
+  await page.getByText("Record motions by hand").click();
+  const box = await page.locator("details canvas.stage").boundingBox();
+  const [x, y, metre] = [box.x + box.width / 2, box.y + box.height / 2, Math.min(box.width, box.height) / 2 / 1.35];
+  let angle = 1.8;
+  for (const next of [0.6, 1.2, -0.8, 2.2]) {
+    await page.mouse.move(x + metre * Math.sin(angle), y + metre * Math.cos(angle));
+    await page.mouse.down();
+    await page.mouse.move(x + metre * Math.sin(next), y + metre * Math.cos(next), { steps: 4 });
+    await page.mouse.up();
+    angle = next;
+  }
+  await page.getByText("4 thrown by hand").waitFor();
+  await page.getByRole("button", { name: "Learn", exact: true }).click();
+  assert.ok((await percent(page, "lagrangian")) < 100);
   assert.deepEqual(wrong, []);
   await close();
 });

@@ -31,6 +31,7 @@ export class Message {
 
 /** A sentence of a message of the library. */
 export function sentence(text: string): string {
-  const start = text.charAt(0).toUpperCase() + text.slice(1);
+  const plain = text.replaceAll("`", "");
+  const start = plain.charAt(0).toUpperCase() + plain.slice(1);
   return /[.!?]$/.test(start) ? start : `${start}.`;
 }

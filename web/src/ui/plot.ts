@@ -122,6 +122,13 @@ export class Plot {
     if (!context) return;
     context.scale(scale, scale);
     const shown = this.curves.filter((curve) => !this.hidden.has(curve.name));
+    if (shown.every((curve) => curve.x.length === 0)) {
+      context.fillStyle = colour("--faint");
+      context.font = "14px system-ui, sans-serif";
+      context.textAlign = "center";
+      context.fillText("nothing yet", width / 2, height / 2);
+      return;
+    }
     this.axes = this.fitted(shown, width, height);
     this.grid(context, width, height);
     context.save();

@@ -5,7 +5,7 @@ import { Engine } from "../engine/engine";
 import { column } from "../stage/player";
 import { button, select, slider, toggle } from "../ui/controls";
 import { el } from "../ui/element";
-import { Message } from "../ui/message";
+import { Message, sentence } from "../ui/message";
 import { Plot } from "../ui/plot";
 import { type Columns, columnsForm, preview } from "./columns";
 import { assessment, findings } from "./findings";
@@ -34,7 +34,8 @@ class Data implements View {
   private columns: Columns | undefined;
   private file: File | undefined;
   private family = "lnn";
-  private seconds = 15;
+  private seconds = 20;
+  private width = 64;
   private friction = false;
   private fitting = false;
   private last: Promise<void> = Promise.resolve();
@@ -135,7 +136,7 @@ class Data implements View {
       const q = summary.q.map((x) => x ?? NaN);
       const curve = (c: { name: string }, i: number) => ({ name: c.name, colour: COLOURS[i % COLOURS.length] ?? "--truth", x: summary.t, y: column(q, i, n) });
       this.recorded.show(summary.coordinates.map(curve));
-      const notes = summary.notes.map((note) => el("p", { class: "hint" }, note));
+      const notes = summary.notes.map((note) => el("p", { class: "hint" }, sentence(note)));
       const said = el("p", {}, `${summary.samples} samples of ${summary.recordings} ${summary.recordings === 1 ? "motion" : "motions"}.`);
       const parts = [findings(checked), said, ...notes, this.recorded.element];
       this.results.replaceChildren(el("h3", {}, "What the check found"), ...parts);
@@ -147,10 +148,11 @@ class Data implements View {
   private fitControls(): HTMLElement {
     const model = select("Model", FAMILIES, this.family, (family) => (this.family = family));
     const time = slider({ label: "Time to learn", unit: "s", min: 2, max: 120, step: 1, value: this.seconds, changed: (x) => (this.seconds = x) });
+    const width = slider({ label: "Width of the network", min: 8, max: 128, step: 8, value: this.width, changed: (x) => (this.width = x) });
     const friction = toggle("with friction", this.friction, (on) => (this.friction = on));
     const place = el("div", { class: "card-part" });
     const go = button("Fit", () => void this.fit(go, place), "main");
-    return el("div", { class: "card-part" }, el("h3", {}, "Fit a model"), el("div", { class: "row" }, model, friction), time.element, el("div", { class: "row" }, go), place);
+    return el("div", { class: "card-part" }, el("h3", {}, "Fit a model"), el("div", { class: "row" }, model, friction), el("div", { class: "sliders" }, time.element, width.element), el("div", { class: "row" }, go), place);
   }
 
   private async fit(go: HTMLButtonElement, place: HTMLElement): Promise<void> {
@@ -161,7 +163,8 @@ class Data implements View {
     await this.attempt(async () => {
       this.fitting = true;
       go.textContent = "Stop and keep the best";
-      const settings = this.friction && this.family !== "mlp" ? { dissipation: true } : {};
+      const friction = this.friction && this.family !== "mlp" ? { dissipation: true } : {};
+      const settings = { width: this.width, ...friction };
       const begun = await this.engine.ask<Begun>({ ask: "start", family: this.family, settings, seconds: this.seconds });
       await this.watch(place, begun);
       await this.finish(place, begun);

@@ -3,7 +3,6 @@
 import type { Motion } from "../engine/answers";
 import { Engine } from "../engine/engine";
 import { column } from "../stage/player";
-import { scene } from "../stage/scenes";
 import * as address from "../ui/address";
 import { button, short, slider } from "../ui/controls";
 import { el } from "../ui/element";
@@ -156,7 +155,7 @@ function eulerLagrange(): ReturnType<Step["make"]> {
 function race(values: address.Values, ...words: HTMLElement[]): ReturnType<Step["make"]> {
   const own = new Race(setupOf(values));
   const link = el("p", { class: "hint" }, "With all sliders: ", el("a", { href: address.link("learn", values) }, "open this in Learn"), ".");
-  return { parts: [...words, own.element, own.figures, link], close: () => own.close() };
+  return { parts: [...words, el("div", { class: "pair" }, own.element, own.figures), link], close: () => own.close() };
 }
 
 function learnL(): ReturnType<Step["make"]> {
@@ -191,7 +190,7 @@ function whenItFails(): ReturnType<Step["make"]> {
     el("ul", {}, ...tries.map(([words, values]) => el("li", {}, el("a", { href: address.link("learn", values) }, words)))),
     text("A model that you trust is one that was tested on motions that it has not seen. That is what the check and the verdict in Your data are for."),
     el("p", {}, "Your own pendulum: film it with a telephone, export its angle from a video tracker, and drop the table into ", el("a", { href: address.link("data") }, "Your data"), "."),
-    text(`Or go on playing: ${scene("kepler").hint}`),
+    el("p", {}, "Or go on playing: ", el("a", { href: address.link("play", { system: "kepler" }) }, "a planet and its star"), "."),
   ];
   return { parts, close: () => undefined };
 }

@@ -65,8 +65,9 @@ export class ModelPlayer {
     const curve = (c: { name: string }, i: number) => ({ name: c.name, colour: COLOURS[i % COLOURS.length] ?? "--truth", x: motion.t, y: column(motion.q, i, n) });
     this.positions.show(motion.coordinates.map(curve));
     this.energy.element.hidden = motion.energy.length === 0;
-    this.energy.show([{ name: "energy", colour: "--truth", x: motion.t, y: motion.energy }]);
+    const start = motion.energy[0] ?? 0;
+    this.energy.show([{ name: "energy", colour: "--truth", x: motion.t, y: motion.energy }], Math.abs(start) / 100 || 1);
     const [low, high] = [Math.min(...motion.energy), Math.max(...motion.energy)];
-    this.said.textContent = motion.energy.length > 0 ? `Its energy stays between ${short(low)} and ${short(high)} J.` : "A plain network has no energy.";
+    this.said.textContent = motion.energy.length > 0 ? `Its energy, ${short(start)} J, changes by at most ${short(high - low)} J.` : "A plain network has no energy.";
   }
 }

@@ -49,6 +49,7 @@ export class Race {
   private readonly bar = el("progress", { class: "progress", max: 1, value: 0, "aria-label": "Progress of learning" });
   private readonly go = button("Learn", () => this.press(), "main");
   private readonly save = button("Save the Lagrangian", () => void this.download());
+  private readonly move = button("Run", () => this.setMoving(!this.player.isRunning));
   private readonly player = new Player((t) => this.frame(t));
   private readonly losses: Partial<Record<Side, Progress[]>> = {};
   private motions: Partial<Record<Side | "truth", Motion>> = {};
@@ -66,8 +67,8 @@ export class Race {
       released: (state) => void this.from(state),
     });
     this.save.disabled = true;
-    const caption = el("p", { class: "hint" }, "Drag the black body: all three begin again from there.");
-    this.element.append(this.stage.canvas, caption, this.legend(), el("div", { class: "row" }, this.go, this.save), this.bar, this.message.element);
+    const caption = el("p", { class: "hint" }, "Drag the true body: all three begin again from there.");
+    this.element.append(this.stage.canvas, caption, this.legend(), el("div", { class: "row" }, this.go, this.move, this.save), this.bar, this.message.element);
     this.figures.append(this.result, this.energy.element, this.loss.element);
     this.result.textContent = "Nothing is learned yet.";
     void this.from(this.trial.start);
@@ -240,10 +241,16 @@ export class Race {
       }
       this.showEnergies();
       this.player.seek(0);
-      if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.player.run();
+      this.setMoving(!matchMedia("(prefers-reduced-motion: reduce)").matches);
     } catch (error) {
       this.message.fail(error);
     }
+  }
+
+  private setMoving(moving: boolean): void {
+    if (moving) this.player.run();
+    else this.player.pause();
+    this.move.textContent = moving ? "Pause" : "Run";
   }
 
   /** The friction of the truth has changed. */
