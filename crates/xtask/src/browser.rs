@@ -4,16 +4,16 @@ use std::env;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::{Failure, built, cargo, root, succeed, target};
+use crate::{Failure, built, cargo, in_ci, root, succeed, target};
 
 pub(crate) const USAGE: &str = "\
 browser  makes pages whose values are known (target/browser/pages) and reads them in Chromium: values, zoom, legends, keys, fingers,
            accessibility; needs Node 20, npm and Chromium (or CHROMIUM, the path of one)
            --where-possible  ends without a failure where one of these is missing, unless CI=true";
 
-/// The folder of the tests, and those of its folders that are run.
+/// The folder of the tests, and the one of its folders that reads pages.
 const TESTS: &str = "tests/browser";
-const FOLDERS: [&str; 1] = ["pages"];
+const FOLDER: &str = "pages";
 /// Where distributions put the browser.
 const BROWSERS: [&str; 3] = [
     "/usr/bin/chromium",
@@ -32,8 +32,7 @@ pub(crate) fn main(flags: &[&str]) -> Result<(), Failure> {
             ));
         }
     };
-    let tests = root().join(TESTS);
-    let browser = match ready(&tests) {
+    let browser = match ready() {
         Ok(browser) => browser,
         Err(reason) if where_possible && !in_ci() => {
             eprintln!("xtask: browser is skipped: {reason}");
@@ -43,16 +42,27 @@ pub(crate) fn main(flags: &[&str]) -> Result<(), Failure> {
     };
     let pages = target().join("browser").join("pages");
     make(&pages)?;
-    run(&tests, &pages, &browser)?;
+    test(FOLDER, &browser, |node| {
+        node.env("LAGRANGIAN_PAGES", pages);
+    })?;
     Ok(())
 }
 
-fn in_ci() -> bool {
-    env::var("CI").is_ok_and(|value| value == "true")
+/// The browser, once the packages of the tests are there too.
+pub(crate) fn ready() -> Result<PathBuf, String> {
+    node()?;
+    let given = env::var_os("CHROMIUM").map(PathBuf::from);
+    let known = BROWSERS.iter().map(PathBuf::from);
+    let browser = given.into_iter().chain(known).find(|path| path.is_file());
+    let browser = browser.ok_or(
+        "there is no Chromium: install it (apt-get install chromium) or set CHROMIUM to its path",
+    )?;
+    packages(&root().join(TESTS))?;
+    Ok(browser)
 }
 
-/// The browser, once the packages of the tests are there too.
-fn ready(tests: &Path) -> Result<PathBuf, String> {
+/// Whether Node and npm are there, else what to install.
+pub(crate) fn node() -> Result<(), String> {
     for (program, package) in [("node", "nodejs"), ("npm", "npm")] {
         let found = Command::new(program).arg("--version").output();
         if !found.is_ok_and(|output| output.status.success()) {
@@ -61,16 +71,30 @@ fn ready(tests: &Path) -> Result<PathBuf, String> {
             ));
         }
     }
-    let given = env::var_os("CHROMIUM").map(PathBuf::from);
-    let known = BROWSERS.iter().map(PathBuf::from);
-    let browser = given.into_iter().chain(known).find(|path| path.is_file());
-    let browser = browser.ok_or(
-        "there is no Chromium: install it (apt-get install chromium) or set CHROMIUM to its path",
-    )?;
-    let mut packages = Command::new("npm");
-    packages.args(["ci", "--no-audit", "--no-fund", "--loglevel=error"]);
-    succeed(packages.current_dir(tests), "npm ci")?;
-    Ok(browser)
+    Ok(())
+}
+
+/// Installs the packages that the lock file of a folder names.
+pub(crate) fn packages(folder: &Path) -> Result<(), String> {
+    let mut npm = Command::new("npm");
+    npm.args(["ci", "--no-audit", "--no-fund", "--loglevel=error"]);
+    succeed(npm.current_dir(folder), "npm ci")
+}
+
+/// Runs the tests of a folder in the browser.
+pub(crate) fn test(
+    folder: &str,
+    browser: &Path,
+    set: impl FnOnce(&mut Command),
+) -> Result<(), String> {
+    let mut node = Command::new("node");
+    node.args(["--test", "--test-concurrency=1", folder]);
+    node.env("CHROMIUM", browser);
+    set(&mut node);
+    succeed(
+        node.current_dir(root().join(TESTS)),
+        "the tests in the browser",
+    )
 }
 
 /// Makes the pages, with what the build of all examples has made already.
@@ -86,13 +110,6 @@ fn make(pages: &Path) -> Result<(), String> {
     succeed(build.current_dir(root()), "the build of the pages")?;
     let program = built("examples").join("pages");
     succeed(Command::new(program).arg(pages), "the making of the pages")
-}
-
-fn run(tests: &Path, pages: &Path, browser: &Path) -> Result<(), String> {
-    let mut node = Command::new("node");
-    node.args(["--test", "--test-concurrency=1"]).args(FOLDERS);
-    node.env("LAGRANGIAN_PAGES", pages).env("CHROMIUM", browser);
-    succeed(node.current_dir(tests), "the tests in the browser")
 }
 
 #[cfg(test)]

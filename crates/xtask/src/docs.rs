@@ -1,13 +1,12 @@
 //! `cargo xtask docs`: builds the documentation as a site in target/site; its tutorials run on the way.
 
-use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::environment::Environment;
 use crate::python;
-use crate::{Failure, root, succeed, target};
+use crate::{Failure, in_ci, root, succeed, target};
 
 pub(crate) const USAGE: &str = "\
 docs     builds the documentation in target/site, in a virtual environment of its own (target/docs), and runs its tutorials; warnings are
@@ -64,10 +63,6 @@ fn options(flags: &[&str]) -> Result<Options, Failure> {
         }
     }
     Ok(options)
-}
-
-fn in_ci() -> bool {
-    env::var("CI").is_ok_and(|value| value == "true")
 }
 
 /// Builds the site; every page, link and cell must be right.

@@ -267,6 +267,11 @@ fn carry_out(step: &Step) -> Result<(), String> {
     }
 }
 
+/// Whether nothing may be left out: in CI a chore that finds a tool missing fails.
+fn in_ci() -> bool {
+    env::var("CI").is_ok_and(|value| value == "true")
+}
+
 /// The folder of the workspace.
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")

@@ -5,7 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::{Failure, root, succeed, target};
+use crate::browser;
+use crate::{Failure, in_ci, root, succeed, target};
 
 pub(crate) const USAGE: &str = "\
 web      builds the library as WebAssembly and the page around it in web/dist, and runs tests/browser/lab in Chromium; says what to
@@ -21,6 +22,8 @@ const LINKED: [&str; 2] = [
 ];
 /// The tools of Debian, which build the standard library for WebAssembly from its source.
 const DEBIAN: &str = "apt-get install rustc-web cargo-web rust-web-src lld-22";
+/// The folder of its tests in `tests/browser`.
+const FOLDER: &str = "lab";
 const DEBIAN_SOURCE: &str = "/usr/lib/rustlib/src/rust/library";
 
 /// How the page is built and tested.
@@ -32,20 +35,19 @@ struct Options {
 
 pub(crate) fn main(flags: &[&str]) -> Result<(), Failure> {
     let options = options(flags)?;
-    let missing = missing(&options);
-    if !missing.is_empty() {
-        let text = missing.join("; ");
-        if options.where_possible && env::var("CI").as_deref() != Ok("true") {
-            eprintln!("xtask: web is skipped: {text}");
+    let tools = match Tools::ready(&options) {
+        Ok(tools) => tools,
+        Err(reason) if options.where_possible && !in_ci() => {
+            eprintln!("xtask: web is skipped: {reason}");
             return Ok(());
         }
-        return Err(text.into());
-    }
+        Err(reason) => return Err(reason.into()),
+    };
     let root = root();
-    let module = library(&root)?;
+    let module = library(&root, tools.toolchain)?;
     page(&root, &module)?;
-    if !options.build_only {
-        tests(&root)?;
+    if let Some(browser) = tools.browser {
+        browser::test(FOLDER, &browser, |_| ())?;
     }
     println!(
         "xtask: the laboratory is in {}",
@@ -71,35 +73,23 @@ fn options(flags: &[&str]) -> Result<Options, Failure> {
     Ok(options)
 }
 
-/// What has to be installed first.
-fn missing(options: &Options) -> Vec<String> {
-    let mut missing = Vec::new();
-    if Toolchain::found().is_none() {
-        missing.push(format!(
-            "no Rust for WebAssembly is here: `rustup target add {TRIPLE}`, or {DEBIAN}"
-        ));
-    }
-    if !runs("npm") {
-        missing.push("npm is not here: install Node.js 20 or later".into());
-    }
-    if !options.build_only && chromium().is_none() {
-        missing.push(
-            "no Chromium is here: apt-get install chromium, or say where it is by CHROMIUM".into(),
-        );
-    }
-    missing
+/// What it needs beside Rust.
+struct Tools {
+    toolchain: Toolchain,
+    /// The browser of the tests, where they are asked for.
+    browser: Option<PathBuf>,
 }
 
-fn runs(program: &str) -> bool {
-    let output = Command::new(program).arg("--version").output();
-    output.is_ok_and(|output| output.status.success())
-}
-
-fn chromium() -> Option<PathBuf> {
-    let named = env::var_os("CHROMIUM").map(PathBuf::from);
-    let usual = ["chromium", "chromium-browser", "google-chrome"];
-    let usual = usual.map(|name| Path::new("/usr/bin").join(name));
-    named.into_iter().chain(usual).find(|path| path.exists())
+impl Tools {
+    /// The tools, else what to install.
+    fn ready(options: &Options) -> Result<Self, String> {
+        let toolchain = Toolchain::found().ok_or_else(|| {
+            format!("there is no Rust for WebAssembly: `rustup target add {TRIPLE}`, or {DEBIAN}")
+        })?;
+        browser::node()?;
+        let browser = (!options.build_only).then(browser::ready).transpose()?;
+        Ok(Self { toolchain, browser })
+    }
 }
 
 /// Where a compiler for WebAssembly comes from.
@@ -158,8 +148,7 @@ impl Toolchain {
 }
 
 /// Builds the library; returns the module.
-fn library(root: &Path) -> Result<PathBuf, String> {
-    let toolchain = Toolchain::found().ok_or("no Rust for WebAssembly is here")?;
+fn library(root: &Path, toolchain: Toolchain) -> Result<PathBuf, String> {
     let folder = target().join("web");
     let mut cargo = toolchain.cargo();
     cargo.arg("build").args(toolchain.standard_library());
@@ -186,44 +175,10 @@ fn page(root: &Path, module: &Path) -> Result<(), String> {
     fs::create_dir_all(&place).map_err(|e| format!("cannot make {}: {e}", place.display()))?;
     fs::copy(module, place.join("lagrangian.wasm"))
         .map_err(|e| format!("cannot copy {}: {e}", module.display()))?;
-    npm(
-        &web,
-        &["ci", "--no-fund", "--no-audit"],
-        "the packages of web",
-    )?;
-    npm(&web, &["run", "build"], "the page")
-}
-
-/// Runs the tests in a browser.
-fn tests(root: &Path) -> Result<(), String> {
-    let folder = root.join("tests/browser");
-    npm(
-        &folder,
-        &["ci", "--no-fund", "--no-audit"],
-        "the packages of tests/browser",
-    )?;
-    let mut files: Vec<PathBuf> = fs::read_dir(folder.join("lab"))
-        .map_err(|e| format!("cannot read {}: {e}", folder.display()))?
-        .filter_map(|entry| Some(entry.ok()?.path()))
-        .filter(|path| path.to_string_lossy().ends_with(".test.mjs"))
-        .collect();
-    files.sort();
-    let mut node = Command::new("node");
-    node.args(["--test", "--test-concurrency=1"]).args(files);
-    if let Some(place) = chromium() {
-        node.env("CHROMIUM", place);
-    }
-    succeed(
-        node.current_dir(&folder),
-        "the tests of the laboratory in a browser",
-    )
-}
-
-fn npm(folder: &Path, arguments: &[&str], what: &str) -> Result<(), String> {
-    succeed(
-        Command::new("npm").args(arguments).current_dir(folder),
-        what,
-    )
+    browser::packages(&web)?;
+    let mut build = Command::new("npm");
+    build.args(["run", "build"]);
+    succeed(build.current_dir(&web), "the page")
 }
 
 #[cfg(test)]

@@ -2,10 +2,10 @@
 
 import { readFile } from "node:fs/promises";
 import { createServer } from "node:http";
-import { existsSync } from "node:fs";
 import path from "node:path";
 import { fileURLToPath } from "node:url";
-import { chromium } from "playwright-core";
+
+export { launched as browser } from "../browser.js";
 
 const ROOT = fileURLToPath(new URL("../../../web/dist/", import.meta.url));
 const TYPES = {
@@ -16,7 +16,6 @@ const TYPES = {
   ".wasm": "application/wasm",
   ".webmanifest": "application/manifest+json",
 };
-const PLACES = [process.env.CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
 
 /** Serves the page on a free port of this machine. */
 export async function serve() {
@@ -33,13 +32,6 @@ export async function serve() {
   });
   await new Promise((ready) => server.listen(0, "127.0.0.1", ready));
   return { url: `http://127.0.0.1:${server.address().port}/`, close: () => server.close() };
-}
-
-/** A browser of the distribution. */
-export async function browser() {
-  const found = PLACES.find((place) => place && existsSync(place));
-  if (!found) throw new Error("there is no Chromium: apt-get install chromium, or say where it is by CHROMIUM");
-  return chromium.launch({ executablePath: found, args: ["--no-sandbox"] });
 }
 
 /** A page that keeps errors of the console and requests to other origins. */
