@@ -13,6 +13,16 @@ pub(super) fn label(coordinates: &Coordinates, i: usize) -> (String, String) {
     )
 }
 
+/// The unit of the force on a coordinate of this unit; none where that is not known.
+#[must_use]
+pub fn force_unit(unit: &str) -> &'static str {
+    match unit {
+        "rad" => "N·m",
+        "m" => "N",
+        _ => "",
+    }
+}
+
 /// The axis of coordinate `i`.
 pub(super) fn axis(coordinates: &Coordinates, i: usize) -> Axis {
     let (name, unit) = label(coordinates, i);

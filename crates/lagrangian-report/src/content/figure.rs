@@ -111,6 +111,18 @@ impl Axis {
         }
     }
 
+    /// A linear axis of the velocity of a coordinate with this unit, which is empty where it is not known.
+    #[must_use]
+    pub fn velocity(name: &str, unit: &str) -> Self {
+        Self::linear(&format!("velocity of {name}"), &Self::rate(unit))
+    }
+
+    /// The unit of the rate of a quantity with this unit: rad/s for rad, 1/s where it is not known.
+    #[must_use]
+    pub fn rate(unit: &str) -> String {
+        format!("{}/s", if unit.is_empty() { "1" } else { unit })
+    }
+
     /// A logarithmic axis.
     #[must_use]
     pub fn log(label: &str, unit: &str) -> Self {

@@ -23,6 +23,7 @@ use serde::{Deserialize, Serialize};
 pub use action::{VariedPath, action_of_families, varied_paths};
 pub use animation::{Animation, Panel};
 pub use bands::Banded;
+pub use coordinate::force_unit;
 pub use curves::{energy_error_over_time, loss_curves};
 pub use decimate::decimate;
 pub use figure::{Axis, Figure, Kind, Role, Scale, Series};

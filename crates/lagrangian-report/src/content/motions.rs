@@ -96,7 +96,7 @@ pub fn phase_portrait(coordinates: &Coordinates, i: usize, motions: &[Motion]) -
         },
         y: Axis {
             range: range_of_truth(&series),
-            ..Axis::linear(&format!("velocity of {name}"), &format!("{unit}/s"))
+            ..Axis::velocity(name, unit)
         },
         series,
     }

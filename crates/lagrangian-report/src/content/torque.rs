@@ -3,7 +3,7 @@
 use lagrangian::Coordinates;
 use lagrangian::torque::TorquePrediction;
 
-use super::coordinate::{column, label};
+use super::coordinate::{column, force_unit, label};
 use super::{Axis, Figure, Role, Series};
 
 /// Samples of a motion that are drawn, at most: about a minute of a slow log, some seconds of a fast one.
@@ -32,13 +32,12 @@ pub fn torque_parts(coordinates: &Coordinates, i: usize, prediction: &TorquePred
     let total = column(&prediction.parts.total());
     series.push(Series::line("predicted", Role::Lnn, t(), total));
     let (name, unit) = label(coordinates, i);
-    let unit = if unit == "rad" { "N·m" } else { "N" };
     Figure {
         id: format!("torque-{}", i + 1),
         title: format!("Force on {name}"),
         caption: "The parts add up to the prediction; inertial is the force of the acceleration, gravity the force that holds the system at rest.".into(),
         x: Axis::linear("time", "s"),
-        y: Axis::linear("force", unit),
+        y: Axis::linear("force", force_unit(&unit)),
         series,
     }
 }

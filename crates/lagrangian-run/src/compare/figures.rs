@@ -6,7 +6,7 @@ use lagrangian_report::{Axis, Figure, Motion, Role, Series, loss_curves, traject
 use super::measured::{Measured, Shown};
 use super::page::role;
 use super::{Comparison, Run};
-use crate::page::torque_unit;
+use lagrangian_report::force_unit;
 
 /// Samples of a motion that are drawn, at most.
 const DRAWN: usize = 4000;
@@ -98,7 +98,7 @@ pub(super) fn torques(
                 "Along the first motion, at its recorded positions, velocities and accelerations."
                     .into(),
             x: Axis::linear("time", "s"),
-            y: Axis::linear("force", torque_unit(coordinate)),
+            y: Axis::linear("force", force_unit(&coordinate.unit)),
             series,
         }
     };

@@ -7,9 +7,10 @@ use lagrangian::{Coordinate, Learned, Model, Rollout, RolloutOptions, Signal, Tr
 use lagrangian_report::draw::short;
 use lagrangian_report::{Axis, Banded, Figure, Headline, Table};
 
-use super::{Evaluation, torque_unit};
+use super::Evaluation;
 use crate::ensemble::Measured;
 use crate::error::Result;
+use lagrangian_report::force_unit;
 
 /// The level of the bands that are drawn.
 const LEVEL: f64 = 0.8;
@@ -235,7 +236,7 @@ fn banded(own: &Prediction, t: &[f64], measured: &[f64], (i, n): (usize, usize))
 fn axis(signal: &str, coordinate: &Coordinate) -> Axis {
     let Coordinate { name, unit, .. } = coordinate;
     match signal {
-        "torque" => Axis::linear("force", torque_unit(coordinate)),
+        "torque" => Axis::linear("force", force_unit(&coordinate.unit)),
         "acceleration" => Axis::linear(&format!("acceleration of {name}"), &format!("{unit}/s²")),
         _ => Axis::linear(name, unit),
     }

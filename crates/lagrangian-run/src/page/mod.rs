@@ -291,14 +291,6 @@ fn worst(error: &SignalError) -> Option<(usize, f64)> {
     known.max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-/// The unit of the force on a coordinate.
-pub(crate) fn torque_unit(coordinate: &Coordinate) -> &'static str {
-    match coordinate.unit.as_str() {
-        "rad" => "N·m",
-        _ => "N",
-    }
-}
-
 /// The last part of a path; the command line of the run has the whole.
 pub(crate) fn file_name(path: &str) -> &str {
     Path::new(path)

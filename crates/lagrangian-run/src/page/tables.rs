@@ -6,8 +6,9 @@ use lagrangian::{Coordinate, Item, Model, Outcome, Score, Trajectory, Verdict};
 use lagrangian_report::Table;
 use lagrangian_report::draw::short;
 
-use super::{Page, torque_unit};
+use super::Page;
 use crate::record::RunRecord;
+use lagrangian_report::force_unit;
 
 /// Motions and warnings that are listed one by one, at most.
 const MOST_MOTIONS: usize = 20;
@@ -88,7 +89,7 @@ fn rows(page: &Page, name: &str, per: &str, error: &SignalError) -> Vec<Vec<Stri
     let errors = error.mse.iter().zip(&error.nmse);
     let row = |(coordinate, (mse, nmse)): (&Coordinate, (&f64, &f64))| {
         let unit = match per {
-            "" => torque_unit(coordinate).to_string(),
+            "" => force_unit(&coordinate.unit).to_string(),
             per => format!("{}{per}", coordinate.unit),
         };
         let rms = format!("{} {unit}", short(mse.sqrt()));

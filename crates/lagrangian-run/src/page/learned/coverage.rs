@@ -60,7 +60,7 @@ pub(super) fn figures(subject: &Subject) -> Vec<Figure> {
             title: format!("States of {} that the data visited", coordinate.name),
             caption: "Representatives of the states that the model was fitted to: far from all of them it extrapolates.".into(),
             x: subject.axis(i),
-            y: Axis::linear(&format!("velocity of {}", coordinate.name), &format!("{}/s", coordinate.unit)),
+            y: Axis::velocity(&coordinate.name, &coordinate.unit),
             series: vec![evaluated, known],
         }
     };
@@ -84,7 +84,7 @@ pub(super) fn table(subject: &Subject) -> Table {
     let row = |i: usize| {
         let coordinate = &subject.coordinates.0[i];
         let unit = &coordinate.unit;
-        let velocity = range(n + i, &format!("{unit}/s"));
+        let velocity = range(n + i, &Axis::rate(unit));
         vec![coordinate.name.clone(), range(i, unit), velocity]
     };
     Table::new(

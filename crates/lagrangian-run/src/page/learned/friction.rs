@@ -4,7 +4,7 @@ use lagrangian::Dissipation;
 use lagrangian_report::{Along, Axis, Figure, Sweep};
 
 use super::Subject;
-use crate::page::torque_unit;
+use lagrangian_report::force_unit;
 
 /// Joints that are drawn, at most.
 const MOST: usize = 8;
@@ -51,10 +51,9 @@ fn figure(subject: &Subject, i: usize) -> Option<Figure> {
         data,
     };
     let coordinate = &subject.coordinates.0[i];
-    let velocity = format!("velocity of {}", coordinate.name);
     let axes = [
-        Axis::linear(&velocity, &format!("{}/s", coordinate.unit)),
-        Axis::linear("friction", torque_unit(coordinate)),
+        Axis::velocity(&coordinate.name, &coordinate.unit),
+        Axis::linear("friction", force_unit(&coordinate.unit)),
     ];
     let title = format!("Friction of {}", coordinate.name);
     let figure = sweep.figure(&format!("learned-friction-{}", i + 1), title, axes);

@@ -99,6 +99,7 @@ fn unit(subject: &Subject) -> &'static str {
     match (first, units.all(|unit| Some(unit) == first)) {
         (Some("rad"), true) => "kg·m²",
         (Some("m"), true) => "kg",
+        (Some(""), _) => "",
         _ => "SI",
     }
 }

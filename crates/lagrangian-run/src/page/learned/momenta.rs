@@ -4,7 +4,7 @@ use lagrangian::{Coordinate, Model, Quantities};
 use lagrangian_report::{Along, Axis, Figure, Role, Series, Sweep};
 
 use super::Subject;
-use crate::page::torque_unit;
+use lagrangian_report::force_unit;
 
 /// Coordinates whose momentum is drawn, at most.
 const MOST: usize = 4;
@@ -76,7 +76,8 @@ fn momentum(subject: &Subject, i: usize) -> Option<Figure> {
 fn unit(coordinate: &Coordinate) -> &'static str {
     match coordinate.unit.as_str() {
         "rad" => "kg·m²/s",
-        _ => "kg·m/s",
+        "m" => "kg·m/s",
+        _ => "",
     }
 }
 
@@ -129,7 +130,7 @@ fn gyroscopic(subject: &Subject) -> Option<Figure> {
         data,
     };
     let [on, of] = [i, j].map(|k| &subject.coordinates.0[k]);
-    let label = format!("{}·s/{}", torque_unit(on), of.unit);
+    let label = format!("{}·s/{}", force_unit(&on.unit), of.unit);
     let axes = [subject.axis(i), Axis::linear("force by velocity", &label)];
     let title = format!(
         "Gyroscopic force on {} by the velocity of {}",
