@@ -96,7 +96,7 @@ pub fn phase_portrait(coordinates: &Coordinates, i: usize, motions: &[Motion]) -
         },
         y: Axis {
             range: range_of_truth(&series),
-            ..Axis::velocity(name, unit)
+            ..Axis::velocity(&name, &unit)
         },
         series,
     }

@@ -12,9 +12,7 @@ pub use figures::{Links, MOST_LINKS, as_chain, energies};
 use lagrangian::score::{
     Assessment, Grade, Judgement, Predictions, Reason, SignalError, predict_all, score_predictions,
 };
-use lagrangian::{
-    CheckReport, Coordinate, Learned, Model, Prepared, RolloutOptions, Score, Trajectory,
-};
+use lagrangian::{CheckReport, Learned, Model, Prepared, RolloutOptions, Score, Trajectory};
 use lagrangian_report::draw::{self, short};
 use lagrangian_report::{Command, Headline, Report, Role};
 
