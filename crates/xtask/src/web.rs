@@ -21,7 +21,7 @@ const LINKED: [&str; 2] = [
     "-Clink-arg=-zstack-size=4194304",
 ];
 /// The tools of Debian, which build the standard library for WebAssembly from its source.
-const DEBIAN: &str = "apt-get install rustc-web cargo-web rust-web-src lld-22";
+const DEBIAN: &str = "apt-get install rustc-web cargo-web rust-web-src rust-web-llvm lld-22";
 /// The folder of its tests in `tests/browser`.
 const FOLDER: &str = "lab";
 const DEBIAN_SOURCE: &str = "/usr/lib/rustlib/src/rust/library";
