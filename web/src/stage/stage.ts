@@ -1,6 +1,7 @@
 // The stage: bodies on a canvas, which can be dragged.
 
 import { el } from "../ui/element";
+import { withNextFrame } from "../ui/frame";
 import { onTheme } from "../ui/theme";
 import { Pen, type Point } from "./pen";
 import type { Scene, State } from "./scenes";
@@ -27,7 +28,7 @@ export class Stage {
   readonly canvas = el("canvas", { class: "stage", role: "img" });
   private bodies: Body[] = [];
   private held: number | undefined;
-  private drawn = false;
+  private readonly later = withNextFrame(() => this.draw());
 
   constructor(
     private scene: Scene,
@@ -68,15 +69,6 @@ export class Stage {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     const context = this.canvas.getContext("2d");
     return context && width > 0 ? new Pen(context, width, height, this.scene.reach) : undefined;
-  }
-
-  private later(): void {
-    if (this.drawn) return;
-    this.drawn = true;
-    requestAnimationFrame(() => {
-      this.drawn = false;
-      this.draw();
-    });
   }
 
   private draw(): void {

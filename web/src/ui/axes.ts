@@ -6,9 +6,6 @@ export interface Axis {
   logarithmic: boolean;
 }
 
-/** The least part of its values that a linear axis shows: what is constant is a line, not the noise of its last digits. */
-const LEAST = 0.01;
-
 /** An axis over values, with a little space; one decade at least where it is logarithmic. */
 export function axisOver(values: Iterable<number>, logarithmic: boolean): Axis {
   let [low, high] = [Infinity, -Infinity];
@@ -22,8 +19,7 @@ export function axisOver(values: Iterable<number>, logarithmic: boolean): Axis {
     const [from, to] = [Math.floor(Math.log10(low)), Math.ceil(Math.log10(high))];
     return { low: 10 ** from, high: 10 ** Math.max(to, from + 1), logarithmic };
   }
-  const least = LEAST * Math.max(Math.abs(low), Math.abs(high));
-  const space = Math.max(0.05 * (high - low), (least - (high - low)) / 2) || 1;
+  const space = 0.05 * (high - low) || 0.1 * Math.abs(high) || 1;
   return { low: low - space, high: high + space, logarithmic };
 }
 

@@ -2,6 +2,7 @@
 
 import { short } from "./controls";
 import { el } from "./element";
+import { withNextFrame } from "./frame";
 import { colour, onTheme } from "./theme";
 import { type Axis, axisOver, place, ticks, tickText, valueAt } from "./axes";
 
@@ -40,7 +41,7 @@ export class Plot {
   private cursor: number | undefined;
   private pointer: number | undefined;
   private axes: { x: Axis; y: Axis } | undefined;
-  private drawn = false;
+  private readonly later = withNextFrame(() => this.draw());
   private span = 0;
 
   constructor(private readonly settings: Settings) {
@@ -100,16 +101,6 @@ export class Plot {
     event.preventDefault();
     const from = this.pointer ?? (step > 0 ? LEFT : width - RIGHT);
     this.point(Math.min(width - RIGHT, Math.max(LEFT, from + step * 8)));
-  }
-
-  /** Draws with the next frame, once. */
-  private later(): void {
-    if (this.drawn) return;
-    this.drawn = true;
-    requestAnimationFrame(() => {
-      this.drawn = false;
-      this.draw();
-    });
   }
 
   private draw(): void {
