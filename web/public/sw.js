@@ -1,5 +1,7 @@
 // Works offline once loaded: all files of the page are kept, and the network comes first where there is one.
 const CACHE = "lagrangian-laboratory";
+/** The build of the library that the page runs: of the others nothing is kept. */
+const LIBRARY = new URL(self.location).searchParams.get("library");
 
 self.addEventListener("install", (event) => {
   self.skipWaiting();
@@ -9,7 +11,8 @@ self.addEventListener("activate", (event) => event.waitUntil(self.clients.claim(
 
 /** Keeps the files of the newest build, of which those in assets/ never change under their names. */
 async function keep() {
-  const files = await (await fetch("./files.json", { cache: "no-cache" })).json();
+  const all = await (await fetch("./files.json", { cache: "no-cache" })).json();
+  const files = all.filter((file) => !file.endsWith(".wasm") || file.includes(`/${LIBRARY}-`));
   const cache = await caches.open(CACHE);
   const old = await cache.keys();
   const wanted = files.map((file) => new URL(file, self.location).href);

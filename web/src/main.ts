@@ -1,6 +1,7 @@
 // The page: its tabs, its theme, and the view that the address names.
 
 import { compile } from "./engine/engine";
+import { library } from "./engine/library";
 import * as address from "./ui/address";
 import { el } from "./ui/element";
 import { themeButton } from "./ui/theme";
@@ -41,7 +42,7 @@ function byId(id: string): HTMLElement {
 /** Keeps the page for times without a network. */
 async function keep(): Promise<void> {
   if (!("serviceWorker" in navigator) || !location.protocol.startsWith("http")) return;
-  await navigator.serviceWorker.register("./sw.js");
+  await navigator.serviceWorker.register(`./sw.js?library=${library.name}`);
 }
 
 byId("tabs").append(...ENTRIES.map((entry) => el("a", { href: address.link(entry.name), "data-view": entry.name }, entry.title)));

@@ -16,6 +16,7 @@ mod environment;
 mod fuzz;
 mod kill;
 mod page;
+mod plain;
 mod python;
 mod race;
 mod sanitize;

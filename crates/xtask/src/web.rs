@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::browser;
-use crate::{Failure, in_ci, root, succeed, target};
+use crate::{Failure, in_ci, plain, root, succeed, target};
 
 pub(crate) const USAGE: &str = "\
 web      builds the library as WebAssembly and the page around it in web/dist, and runs tests/browser/lab in Chromium; says what to
@@ -161,20 +161,26 @@ fn library(root: &Path, toolchain: Toolchain) -> Result<PathBuf, String> {
         "lagrangian-web",
         "--lib",
     ]);
-    let flags = ["-Ctarget-feature=+simd128"].into_iter().chain(LINKED);
+    let flags = ["-Ctarget-feature=+simd128,+relaxed-simd"]
+        .into_iter()
+        .chain(LINKED);
     cargo.env("RUSTFLAGS", flags.collect::<Vec<_>>().join(" "));
     cargo.env("CARGO_TARGET_DIR", &folder);
     succeed(cargo.current_dir(root), "the library as WebAssembly")?;
     Ok(folder.join(TRIPLE).join("web").join("lagrangian_web.wasm"))
 }
 
-/// Builds the page around the module.
+/// Builds the page around the module, and around the same one without relaxed SIMD.
 fn page(root: &Path, module: &Path) -> Result<(), String> {
     let web = root.join("web");
     let place = web.join("wasm");
     fs::create_dir_all(&place).map_err(|e| format!("cannot make {}: {e}", place.display()))?;
-    fs::copy(module, place.join("lagrangian.wasm"))
-        .map_err(|e| format!("cannot copy {}: {e}", module.display()))?;
+    let relaxed = fs::read(module).map_err(|e| format!("cannot read {}: {e}", module.display()))?;
+    let plain = plain::plain(&relaxed)?;
+    for (name, bytes) in [("relaxed.wasm", relaxed), ("plain.wasm", plain)] {
+        let file = place.join(name);
+        fs::write(&file, bytes).map_err(|e| format!("cannot write {}: {e}", file.display()))?;
+    }
     browser::packages(&web)?;
     let mut build = Command::new("npm");
     build.args(["run", "build"]);

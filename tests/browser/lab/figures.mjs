@@ -9,7 +9,7 @@ const { page, close } = await open(own, `${server.url}#lesson?step=5`);
 const figures = await page.evaluate(async (budget) => {
   const files = await (await fetch("./files.json")).json();
   const file = (part) => files.find((name) => name.includes(part));
-  const module = await WebAssembly.compileStreaming(fetch(file(".wasm")));
+  const module = await WebAssembly.compileStreaming(fetch(file("relaxed")));
   const worker = new Worker(file("worker"), { type: "module" });
   worker.postMessage({ module });
   let id = 0;

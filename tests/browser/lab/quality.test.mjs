@@ -2,6 +2,7 @@
 
 import assert from "node:assert/strict";
 import { readFile, readdir } from "node:fs/promises";
+import path from "node:path";
 import { after, before, test } from "node:test";
 import { brotliCompressSync, constants } from "node:zlib";
 import { violations } from "../browser.js";
@@ -47,12 +48,32 @@ test("no view is wider than a telephone", async () => {
 test("the first load is at most 1.5 MB", async () => {
   const folder = new URL("../../../web/dist/", import.meta.url);
   const names = await readdir(folder, { recursive: true, withFileTypes: true });
-  const files = names.filter((entry) => entry.isFile()).map((entry) => `${entry.parentPath ?? entry.path}/${entry.name}`);
+  // A browser loads one build of the library, of which that with relaxed SIMD is the one that most load.
+  const loaded = names.filter((entry) => entry.isFile() && !/^plain-.*wasm$/.test(entry.name));
+  const files = loaded.map((entry) => `${entry.parentPath ?? entry.path}/${entry.name}`);
   const settings = { params: { [constants.BROTLI_PARAM_QUALITY]: 9 } };
   const sizes = await Promise.all(files.map(async (file) => brotliCompressSync(await readFile(file), settings).length));
   const sum = sizes.reduce((a, b) => a + b, 0);
   console.log(`first load: ${sum} bytes with brotli`);
   assert.ok(sum <= 1.5e6, `${sum} bytes`);
+});
+
+test("a browser without relaxed SIMD runs the other build, and keeps that one alone", async () => {
+  const context = await own.newContext();
+  const page = await context.newPage();
+  await page.addInitScript(() => (WebAssembly.validate = () => false));
+  await page.goto(`${server.url}#play?system=pendulum`);
+  await page.locator(".figures dd").first().waitFor();
+  const kept = await page.waitForFunction(async () => {
+    const keys = await (await caches.open("lagrangian-laboratory")).keys();
+    const libraries = keys.map((key) => key.url).filter((url) => url.endsWith(".wasm"));
+    return libraries.length > 0 && libraries;
+  });
+  const names = (await kept.jsonValue()).map((url) => path.basename(url).split("-")[0]);
+  assert.deepEqual(names, ["plain"]);
+  const loaded = await page.evaluate(() => performance.getEntriesByType("resource").map((entry) => entry.name).filter((url) => url.endsWith(".wasm")));
+  assert.deepEqual(loaded.map((url) => path.basename(url).split("-")[0]), ["plain"]);
+  await context.close();
 });
 
 test("once loaded, the laboratory works without a network", async () => {

@@ -2,13 +2,13 @@
 
 import type { Answer } from "./module";
 import type { FromWorker, ToWorker } from "./messages";
-import wasm from "../../wasm/lagrangian.wasm?url";
+import { library } from "./library";
 
 let compiled: Promise<WebAssembly.Module> | undefined;
 
 /** The module, compiled once for all workers. */
 export function compile(): Promise<WebAssembly.Module> {
-  compiled ??= fetch(wasm).then(async (response) => {
+  compiled ??= fetch(library.url).then(async (response) => {
     if (!response.ok) throw new Error(`the library could not be loaded (${response.status}): load the page again`);
     const typed = response.headers.get("content-type")?.startsWith("application/wasm");
     return typed ? WebAssembly.compileStreaming(response) : WebAssembly.compile(await response.arrayBuffer());

@@ -21,8 +21,7 @@ register!(
     f32x4_sub,
     f32x4_mul,
     f32x4_div,
-    // Two roundings: the feature has no fused multiply-add.
-    |a, b, c| f32x4_add(f32x4_mul(a, b), c),
+    |a, b, c| multiply_add_f32(a, b, c),
     f32x4_sqrt,
     larger_f32,
     |s, yes, no| v128_bitselect(yes, no, f32x4_ge(s, f32x4_splat(0.0))),
@@ -44,7 +43,7 @@ register!(
     f64x2_sub,
     f64x2_mul,
     f64x2_div,
-    |a, b, c| f64x2_add(f64x2_mul(a, b), c),
+    |a, b, c| multiply_add_f64(a, b, c),
     f64x2_sqrt,
     larger_f64,
     |s, yes, no| v128_bitselect(yes, no, f64x2_ge(s, f64x2_splat(0.0))),
@@ -76,4 +75,22 @@ fn larger_f32(a: v128, b: v128) -> v128 {
 #[inline(always)]
 fn larger_f64(a: v128, b: v128) -> v128 {
     f64x2_pmax(b, a)
+}
+
+/// a · b + c, with `relaxed-simd` rounded once where the processor behind the browser can, else twice.
+#[inline(always)]
+fn multiply_add_f32(a: v128, b: v128, c: v128) -> v128 {
+    #[cfg(target_feature = "relaxed-simd")]
+    return f32x4_relaxed_madd(a, b, c);
+    #[cfg(not(target_feature = "relaxed-simd"))]
+    return f32x4_add(f32x4_mul(a, b), c);
+}
+
+/// As [`multiply_add_f32`].
+#[inline(always)]
+fn multiply_add_f64(a: v128, b: v128, c: v128) -> v128 {
+    #[cfg(target_feature = "relaxed-simd")]
+    return f64x2_relaxed_madd(a, b, c);
+    #[cfg(not(target_feature = "relaxed-simd"))]
+    return f64x2_add(f64x2_mul(a, b), c);
 }
