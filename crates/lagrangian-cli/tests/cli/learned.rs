@@ -102,7 +102,7 @@ fn a_simulated_robot_is_drawn_as_it_is_and_stands_beside_what_was_learned() {
     std::fs::remove_file(bench.path("arm.urdf")).unwrap();
     bench.run("fit arm.csv --model delan --dissipation --steps 10 --width 8 --out run --quiet");
     let (_, text) = page(&bench, "run");
-    assert!(text.contains("joints of the robot 'two_link_arm'"));
+    assert!(text.contains("joints of the robot &#39;two_link_arm&#39;"));
     assert!(text.contains("seen from the side"));
     assert!(text.contains("map-true-landscape"));
     // A chain is drawn where it is asked for.
@@ -111,8 +111,7 @@ fn a_simulated_robot_is_drawn_as_it_is_and_stands_beside_what_was_learned() {
     assert!(chain.contains("each angle measured from the link before"));
     // Something that is no robot names no truth, and hinders nothing.
     let beside = String::from_utf8(bench.read("arm.toml")).unwrap();
-    let damaged = beside.replace("<link name=\\\"hand", "<lonk name=\\\"hand");
-    let damaged = damaged.replace("<joint", "<jaunt");
+    let damaged = beside.replace("<joint", "<jaunt");
     assert_ne!(beside, damaged);
     bench.write("arm.toml", &damaged);
     bench.run("fit arm.csv --model delan --steps 10 --width 8 --out other --quiet");

@@ -44,7 +44,7 @@ fn an_identified_robot_is_drawn_by_its_own_joints() {
     let fit = format!("fit data.npz --model rigid --urdf ur5 --joints {joints} --out run --quiet");
     bench.run(&fit);
     let page = String::from_utf8(bench.read("run/report.html")).unwrap();
-    assert!(page.contains("joints of the robot 'ur5'"));
+    assert!(page.contains("joints of the robot &#39;ur5&#39;"));
     // The base, three joints, and the tool.
     assert!(page.contains("\"joined\":[0,0,1,2,3]"));
 }

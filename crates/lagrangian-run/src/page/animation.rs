@@ -92,20 +92,18 @@ fn drawn_robot(page: &Page, followed: &Followed, robot: &RigidBodies) -> Option<
     })
 }
 
-/// The circle around the box of these points; none for a single place.
-fn stage(points: impl Iterator<Item = [f64; 2]>) -> Option<Stage> {
+/// The circle around these points, about the middle of their box; none for a single place.
+fn stage(points: impl Iterator<Item = [f64; 2]> + Clone) -> Option<Stage> {
     let finite = points.filter(|point| point.iter().all(|x| x.is_finite()));
     let empty = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    let (low, high) = finite.fold(empty, |(low, high), point| {
+    let (low, high) = finite.clone().fold(empty, |(low, high), point| {
         let pairs = [0, 1].map(|k| (low[k].min(point[k]), high[k].max(point[k])));
         (pairs.map(|pair| pair.0), pairs.map(|pair| pair.1))
     });
-    let size = [0, 1].map(|k| 0.5 * (high[k] - low[k]));
-    let radius = MARGIN * size[0].hypot(size[1]);
-    (radius.is_finite() && radius > 0.0).then(|| Stage {
-        middle: [0, 1].map(|k| 0.5 * (high[k] + low[k])),
-        radius,
-    })
+    let middle = [0, 1].map(|k| 0.5 * (high[k] + low[k]));
+    let far = |point: [f64; 2]| (point[0] - middle[0]).hypot(point[1] - middle[1]);
+    let radius = MARGIN * finite.map(far).fold(0.0, f64::max);
+    (radius.is_finite() && radius > 0.0).then_some(Stage { middle, radius })
 }
 
 /// Both motions as pendulum chains, where all coordinates are angles.
@@ -177,7 +175,7 @@ mod tests {
 
     #[test]
     fn the_stage_holds_every_point_that_is_finite() {
-        let points = [[0.0, 0.0], [3.0, f64::NAN], [2.0, 0.0], [1.0, -2.0]];
+        let points = [[0.0, 0.0], [9.0, f64::NAN], [2.0, 0.0], [1.0, -2.0]];
         let found = stage(points.into_iter());
         assert!(found.is_some_and(|own| {
             let moved = (own.middle[0] - 1.0).hypot(own.middle[1] + 1.0);

@@ -78,7 +78,7 @@ impl Grade {
     }
 }
 
-/// Root mean square errors with which a coordinate follows a reference, rad or m.
+/// Root mean square errors with which a coordinate follows a reference, rad or m; NaN where the motion diverged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackingErrors {
     /// With the torques of the model and feedback.
@@ -103,6 +103,11 @@ impl TrackingErrors {
         );
         let (grade, why) = match gained {
             _ if !self.model.is_finite() => (Grade::Poor, "the motion diverged".into()),
+            _ if !possible.is_finite() => {
+                let why =
+                    "feedback alone or the true model diverged: there is nothing to compare with";
+                (Grade::Fair, why.into())
+            }
             _ if possible <= 0.0 => {
                 let why = "even the true model gains nothing over feedback alone";
                 (Grade::Fair, why.into())
@@ -294,6 +299,11 @@ mod tests {
         assert_eq!(grade(errors(0.08, 0.0)), Grade::Poor);
         assert_eq!(grade(errors(f64::NAN, 0.0)), Grade::Poor);
         assert!(errors(0.2, 0.0).judged().why.contains("no better"));
+        let alone = TrackingErrors {
+            feedback: f64::NAN,
+            ..errors(0.02, 0.01)
+        };
+        assert!(alone.judged().why.contains("diverged"));
         // Where the truth gains nothing, no model is to blame.
         assert_eq!(grade(errors(0.1, 0.1)), Grade::Fair);
         let limited = TrackingErrors {

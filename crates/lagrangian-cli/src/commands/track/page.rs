@@ -99,10 +99,12 @@ impl TrackingReport<'_> {
         let (model, feedback) = (self.run("model")?, self.run("feedback")?);
         let truth = self.run("perfect")?;
         let judged = |i: usize| {
-            let rmse = |run: &Run| run.followed.following.rmse[i];
-            let diverged = matches!(model.followed.driven.outcome, LoopOutcome::Diverged { .. });
+            let rmse = |run: &Run| match run.followed.driven.outcome {
+                LoopOutcome::Diverged { .. } => f64::NAN,
+                _ => run.followed.following.rmse[i],
+            };
             let errors = TrackingErrors {
-                model: if diverged { f64::NAN } else { rmse(model) },
+                model: rmse(model),
                 feedback: rmse(feedback),
                 truth: rmse(truth),
                 at_limit: model.followed.following.at_limit[i],

@@ -103,10 +103,7 @@ fn json(clip: &Animation) -> String {
 }
 
 fn clip_panel(panel: &Panel, reach: f64) -> ClipPanel {
-    let written = |value: f64| {
-        let value = value.is_finite().then(|| value.round());
-        value.map(|value| value.clamp(-FARTHEST, FARTHEST) as i64)
-    };
+    let written = |value: f64| value.is_finite().then(|| value.round() as i64);
     let errors = panel.energy_error.as_ref();
     let mut clip = ClipPanel {
         ink: theme::of(panel.role).name,
@@ -126,7 +123,8 @@ fn clip_panel(panel: &Panel, reach: f64) -> ClipPanel {
         }
         Shape::Points { joined, stage } => {
             let place = |(k, own): (usize, &f64)| {
-                written((own - stage.middle[k % 2]) / stage.radius * PARTS)
+                let parts = (own - stage.middle[k % 2]) / stage.radius * PARTS;
+                written(parts.clamp(-FARTHEST, FARTHEST))
             };
             clip.unit = PARTS;
             clip.joined = Some(joined.clone());
