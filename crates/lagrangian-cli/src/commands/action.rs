@@ -11,7 +11,8 @@ use lagrangian_analysis::action::{
     action_variation, stationary_paths,
 };
 use lagrangian_report::{
-    Command, Figure, Report, Role, Series, Table, VariedPath, action_of_families, varied_paths,
+    Command, Figure, Headline, Report, Role, Series, Table, VariedPath, action_of_families,
+    varied_paths,
 };
 use serde_json::json;
 
@@ -106,7 +107,7 @@ fn write(
         output::write_trajectories(path, file.existing(), &motions, lagrangian.coordinates())?;
     }
     args.output
-        .draw(|| page(args, table(search, judged), figures(lagrangian, first)))
+        .draw(|| page(args, search, judged, figures(lagrangian, first)))
 }
 
 /// The path with its neighbours, a figure for each coordinate, and the action of these.
@@ -142,14 +143,24 @@ fn figures(lagrangian: &dyn Lagrangian, found: &StationaryPath) -> Vec<Figure> {
     all
 }
 
-fn page(args: &ActionArgs, table: Table, figures: Vec<Figure>) -> Report {
+fn page(args: &ActionArgs, search: &Search, judged: &[Judgement], figures: Vec<Figure>) -> Report {
+    let first = search.paths.iter().zip(judged).take(1);
     Report {
+        headlines: first.map(|(path, own)| headline(path, own)).collect(),
         title: format!("Paths of stationary action, {}", args.subject.subject),
         subtitle: format!("In {} s between two ends, {} steps", args.time, args.steps),
-        tables: vec![table],
+        tables: vec![table(search, judged)],
         figures,
         commands: vec![Command::new("This page", command_line())],
         ..Report::default()
+    }
+}
+
+fn headline(path: &StationaryPath, judged: &Judgement) -> Headline {
+    let value = format!("{:.6}", path.action);
+    Headline {
+        judged: Some(judged.clone()),
+        ..Headline::new("Least action found", value, "J·s", kind(path))
     }
 }
 

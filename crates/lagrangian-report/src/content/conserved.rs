@@ -17,7 +17,7 @@ pub fn conserved_quantity(number: usize, name: &str, mut series: Vec<Series>) ->
     Figure {
         id: format!("conserved-{number}"),
         title: format!("Change of the {name}"),
-        caption: "From the start of each motion, the work of forces and friction taken off, in parts of the size of the quantity. \
+        caption: "From the start of each motion, the work of forces and friction taken off, of the size of the quantity. \
                   Flat lines are what the model promises."
             .into(),
         x: Axis::linear("time", "s"),
