@@ -6,6 +6,7 @@ use anyhow::Result;
 use lagrangian::saved::Preparation;
 use lagrangian::trajectory::Topology;
 use lagrangian::{Coordinates, EstimateOptions, Layout, Learned, Recording, SavedModel};
+use lagrangian_run::compare::counted;
 
 use crate::cli::{DataArgs, EstimateArgs};
 use crate::failure::{Advise, mistake};
@@ -87,7 +88,10 @@ pub(crate) fn require_dof(recordings: &[Recording], coordinates: &Coordinates) -
         return Ok(());
     }
     Err(mistake(
-        format!("the data has {n} coordinates, the model {expected}"),
+        format!(
+            "the data has {}, the model {expected}",
+            counted(n, "coordinate")
+        ),
         "name the columns of the model's coordinates with --q, in their order",
     ))
 }

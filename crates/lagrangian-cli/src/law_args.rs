@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::cli::{DataArgs, EstimateArgs};
-use crate::out_args::{OutArgs, PlotArgs};
+use crate::out_args::PlotArgs;
 use crate::subject::SubjectArgs;
 use crate::values::{finite, positive, seed};
 
@@ -69,6 +69,7 @@ Examples:
   lagrangian conserved run/model.safetensors test.csv
   lagrangian conserved run/model.safetensors planet.csv --points x:y
   lagrangian conserved n-body --points x1:y1,x2:y2,x3:y3 --json
+  lagrangian conserved kepler --points q1:q2 --plot kepler.html
   lagrangian conserved furuta-pendulum")]
 pub(crate) struct ConservedArgs {
     #[command(flatten)]
@@ -98,7 +99,7 @@ pub(crate) struct ConservedArgs {
     pub(crate) duration: f64,
 
     #[command(flatten)]
-    pub(crate) output: OutArgs,
+    pub(crate) output: PlotArgs,
 
     #[command(flatten)]
     pub(crate) estimate: EstimateArgs,

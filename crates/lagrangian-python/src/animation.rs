@@ -61,7 +61,7 @@ pub(crate) fn animation(
             &Trajectory::new(&recording.name, recording.t, signals),
             links,
         );
-        panels.push(Panel::new(&chain.name, role, &lengths, &chain, None));
+        panels.push(Panel::chain(&chain.name, role, &lengths, &chain, None));
     }
     let report = Report {
         animations: vec![Animation {

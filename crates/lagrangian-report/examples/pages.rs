@@ -5,8 +5,8 @@ use std::path::Path;
 use std::{env, fs, io};
 
 use lagrangian_report::{
-    Animation, Axis, Command, Figure, Headline, HeatMap, Panel, Report, Role, Series, Table, draw,
-    energy_error_over_time, loss_curves, parity,
+    Animation, Axis, Command, Figure, Headline, HeatMap, Panel, Report, Role, Series, Shape, Table,
+    draw, energy_error_over_time, loss_curves, parity,
 };
 
 fn main() -> io::Result<()> {
@@ -59,8 +59,8 @@ fn pendulum() -> Animation {
     let panel = |(name, role), drift: f64| Panel {
         name: String::from(name),
         role,
-        lengths: vec![1.0],
-        angles: t.iter().map(|t| (3.0 * t).cos() + drift * t).collect(),
+        shape: Shape::Chain { lengths: vec![1.0] },
+        values: t.iter().map(|t| (3.0 * t).cos() + drift * t).collect(),
         energy_error: Some(t.iter().map(|t| 1e-9 + drift * t).collect()),
         t: t.clone(),
     };

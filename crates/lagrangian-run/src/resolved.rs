@@ -83,18 +83,30 @@ pub(crate) fn resolved(
         let config = serde_json::to_value(&candidate.config).advise(failed, "")?;
         fits.insert(candidate.config.family.name().into(), config);
     }
+    let fits = in_short(Value::Object(fits));
     let text = toml::to_string(&for_toml(json!({ "data": data, "fit": fits })));
     toml::from_str(&text.advise(failed, "")?).advise(failed, "")
 }
 
-/// Without what is not given, which TOML has no word for, and with the size of a robot's description in its place: the
-/// file is among the data.
+/// With the size of a robot's description in its place: the file is among the data. That of a simulated robot stays, as it is the truth.
+fn in_short(value: Value) -> Value {
+    let entry = |(key, value): (String, Value)| match value {
+        Value::String(text) if key == "urdf" => {
+            (key, Value::String(format!("{} bytes", text.len())))
+        }
+        value => (key, in_short(value)),
+    };
+    match value {
+        Value::Object(entries) => Value::Object(entries.into_iter().map(entry).collect()),
+        Value::Array(items) => Value::Array(items.into_iter().map(in_short).collect()),
+        value => value,
+    }
+}
+
+/// Without what is not given, which TOML has no word for.
 fn for_toml(value: Value) -> Value {
     let entry = |(key, value): (String, Value)| match value {
         Value::Null => None,
-        Value::String(text) if key == "urdf" => {
-            Some((key, Value::String(format!("{} bytes", text.len()))))
-        }
         value => Some((key, for_toml(value))),
     };
     match value {

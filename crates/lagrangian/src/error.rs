@@ -184,7 +184,7 @@ pub enum Error {
 
     /// There is too little data.
     #[error(
-        "{what} has {found} samples where {needed} are needed: record a longer motion, or thin it less (`every`)"
+        "{what} has {found} of the {needed} samples that are needed: record a longer motion, or thin it less (`every`)"
     )]
     TooShort {
         /// The file or trajectory.

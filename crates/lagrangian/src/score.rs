@@ -25,7 +25,7 @@ use crate::{Coordinates, Error, Result, Stop, Trajectory};
 pub use assessment::{Assessment, Grade, Reason};
 pub use errors::{SignalError, torque_error};
 pub use inertia::{Forward, Spectrum, spectrum_of};
-pub use judgement::Judgement;
+pub use judgement::{Judgement, TrackingErrors, extrapolation};
 pub use outside::{Outside, outside};
 pub use restarts::{RESTARTS, RestartScore, restart};
 pub use valid_time::{ValidTime, valid_prediction_time};

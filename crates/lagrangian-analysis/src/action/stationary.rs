@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::discrete::{DiscreteAction, Path};
 use super::second_variation::SecondVariation;
 use lagrangian::mechanics::{Jet, Jets, SymmetricSolver};
+use lagrangian::score::{Grade, Judgement, Outside, extrapolation};
 use lagrangian::{Lagrangian, Signals, Trajectory};
 
 /// Whether a stationary path is a minimum of the action.
@@ -46,6 +47,42 @@ pub struct StationaryPath {
     pub kind: PathKind,
     /// The second variation: Morse index, conjugate times, and the mode of least curvature.
     pub second_variation: SecondVariation,
+}
+
+impl StationaryPath {
+    /// How far the path can be trusted: by its error of the grid as a part of the way, by whether there is another path of the same
+    /// action, and by whether the states of the path lie where the model was fitted.
+    #[must_use]
+    pub fn judged(&self, outside: Option<&Outside>) -> Judgement {
+        let part = self.path_error / extent(&self.path).max(f64::MIN_POSITIVE);
+        let resolved = Grade::of_change(part);
+        let mut reasons = Vec::new();
+        if resolved != Grade::Good {
+            let why = format!(
+                "its error is {:.1} % of the way, with more steps it is less",
+                100.0 * part
+            );
+            reasons.push(Judgement::new(resolved, why));
+        }
+        let kind = match self.kind {
+            PathKind::Minimum | PathKind::Saddle => None,
+            PathKind::Conjugate => {
+                Some("the ends are conjugate: a neighbouring path has the same action")
+            }
+            PathKind::Irregular => {
+                Some("M is not positive definite along it, as that of no machine is")
+            }
+        };
+        let grade = match self.kind {
+            PathKind::Irregular => Grade::Poor,
+            _ => Grade::Fair,
+        };
+        reasons.extend(kind.map(|why| Judgement::new(grade, why)));
+        reasons.extend(extrapolation(outside));
+        let grade = reasons.iter().map(|own| own.grade).max();
+        let why: Vec<String> = reasons.into_iter().map(|own| own.why).collect();
+        Judgement::new(grade.unwrap_or(Grade::Good), why.join("; "))
+    }
 }
 
 /// The largest distance from the first node in any coordinate.

@@ -20,7 +20,24 @@ pub struct Drift {
     pub relative: f64,
     /// The length of the longest motion, s.
     pub seconds: f64,
+    /// The change over time along the first motions.
+    #[serde(skip)]
+    pub changes: Vec<Change>,
 }
+
+/// The change of a quantity along one motion, the work of forces and friction taken off.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Change {
+    /// The name of the motion.
+    pub motion: String,
+    /// Times, s, `[len]`.
+    pub t: Vec<f64>,
+    /// The value less that at the start, relative to the scale of the quantity, `[len]`.
+    pub relative: Vec<f64>,
+}
+
+/// The most motions of which the change over time is kept.
+const KEPT: usize = 10;
 
 /// The forces of motions, besides friction.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -50,7 +67,7 @@ pub(super) fn along(
             let state = (&motion.q[..], &motion.qd[..]);
             let mut values = charge.values(state, &jet, &at_rest.momentum, coordinates);
             subtract_work(charge, motion, &force, &mut values);
-            drift.add(&values, motion.t[motion.len() - 1] - motion.t[0]);
+            drift.add(&values, motion);
         }
     }
     for (charge, drift) in charges.iter().zip(&mut drifts) {
@@ -96,10 +113,11 @@ impl Drift {
             at_end: 0.0,
             relative: 0.0,
             seconds: 0.0,
+            changes: Vec::new(),
         }
     }
 
-    fn add(&mut self, values: &[f64], seconds: f64) {
+    fn add(&mut self, values: &[f64], motion: &Trajectory) {
         let (Some(&first), Some(&last)) = (values.first(), values.last()) else {
             return;
         };
@@ -108,11 +126,20 @@ impl Drift {
         // NaN counts as an unbounded change.
         self.largest = change.fold(self.largest, |l, x| if x <= l { l } else { x });
         self.at_end += (last - first).powi(2);
-        self.seconds = self.seconds.max(seconds);
+        self.seconds = self.seconds.max(motion.t[motion.len() - 1] - motion.t[0]);
+        if self.changes.len() < KEPT {
+            self.changes.push(Change {
+                motion: motion.name.clone(),
+                t: motion.t.clone(),
+                relative: values.iter().map(|x| x - first).collect(),
+            });
+        }
     }
 
     fn finish(&mut self, scale: f64) {
         self.at_end = (self.at_end / self.start.len().max(1) as f64).sqrt();
         self.relative = self.largest / scale;
+        let changes = self.changes.iter_mut().flat_map(|own| &mut own.relative);
+        changes.for_each(|change| *change /= scale);
     }
 }

@@ -13,7 +13,7 @@ mod symmetry;
 use serde::Serialize;
 
 pub use charge::Gauge;
-pub use drift::Drift;
+pub use drift::{Change, Drift};
 pub use generators::Generator;
 pub use symmetry::{Symmetry, candidates, points_by_name};
 
@@ -21,6 +21,7 @@ use charge::Charge;
 use drift::Forces;
 use lagrangian::mechanics::Applied;
 use lagrangian::rollout::free;
+use lagrangian::score::{Grade, Judgement};
 use lagrangian::{Error, Lagrangian, Model, Result, RolloutOptions, Trajectory, rollout};
 use states::States;
 
@@ -78,6 +79,33 @@ pub struct Quantity {
     pub data: Drift,
     /// The drift along rollouts of the model without forces, less the work of its friction.
     pub own: Option<Drift>,
+}
+
+impl Quantity {
+    /// How well the motions bear out what the model says of the quantity; none where both let it change.
+    #[must_use]
+    pub fn judged(&self) -> Option<Judgement> {
+        let percent = |drift: &Drift| format!("{:.2} % of its size", 100.0 * drift.relative);
+        let along_data = Grade::of_change(self.data.relative);
+        if !self.symmetric {
+            let kept = along_data == Grade::Good;
+            let why = "the motions keep it where the model does not: it missed the symmetry, or these motions do not test it";
+            return kept.then(|| Judgement::new(Grade::Fair, why));
+        }
+        if along_data != Grade::Good {
+            let why = format!("along the motions it changes by {}", percent(&self.data));
+            return Some(Judgement::new(along_data, why));
+        }
+        let own = self.own.as_ref();
+        let drifting = own.filter(|own| Grade::of_change(own.relative) != Grade::Good);
+        Some(match drifting {
+            None => Judgement::new(Grade::Good, ""),
+            Some(own) => Judgement::new(
+                Grade::of_change(own.relative),
+                format!("along rollouts of the model it changes by {}", percent(own)),
+            ),
+        })
+    }
 }
 
 /// The conserved quantities of a model.

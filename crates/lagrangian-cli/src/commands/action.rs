@@ -4,13 +4,15 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Result;
-use lagrangian::{Coordinates, Lagrangian};
+use lagrangian::score::{Judgement, outside};
+use lagrangian::{Coordinates, Lagrangian, Model};
 use lagrangian_analysis::action::{
     ActionVariation, Boundary, DiscreteAction, PathKind, Search, SearchOptions, StationaryPath,
     action_variation, stationary_paths,
 };
 use lagrangian_report::{
-    Command, Figure, Report, Role, Series, Table, VariedPath, action_of_families, varied_paths,
+    Command, Figure, Headline, Report, Role, Series, Table, VariedPath, action_of_families,
+    varied_paths,
 };
 use serde_json::json;
 
@@ -45,7 +47,8 @@ pub(super) fn run(args: &ActionArgs, mode: OutputMode) -> Result<ExitCode> {
     let search = stationary_paths(lagrangian, &ends, &options)
         .advise("cannot look for a path", "correct --steps or --guesses")?;
     drop(task);
-    write(args, lagrangian, &search)?;
+    let judged = judged(physics.model, &search);
+    write(args, lagrangian, &search, &judged)?;
     let failure = search.failure();
     let figures = json!({
         "command": "action",
@@ -57,12 +60,13 @@ pub(super) fn run(args: &ActionArgs, mode: OutputMode) -> Result<ExitCode> {
         "out": args.output.file.out,
         "plot": args.output.plot,
         "paths": search.paths,
+        "judged": judged,
         "tried": search.tried,
         "led_nowhere": search.failures.len(),
         "failure": failure,
         "reason": failure.map(|f| f.to_string()),
     });
-    mode.print(&figures, || as_text(&search))?;
+    mode.print(&figures, || as_text(&search, &judged))?;
     if let Some(failure) = failure {
         tell!("no path: {failure}");
         return Ok(ExitCode::from(FAILED));
@@ -85,7 +89,12 @@ fn ends(args: &ActionArgs, coordinates: &Coordinates) -> Result<Boundary> {
 }
 
 /// Writes the files that are asked for, where a path was found.
-fn write(args: &ActionArgs, lagrangian: &dyn Lagrangian, search: &Search) -> Result<()> {
+fn write(
+    args: &ActionArgs,
+    lagrangian: &dyn Lagrangian,
+    search: &Search,
+    judged: &[Judgement],
+) -> Result<()> {
     let Some(first) = search.paths.first() else {
         return Ok(());
     };
@@ -98,7 +107,7 @@ fn write(args: &ActionArgs, lagrangian: &dyn Lagrangian, search: &Search) -> Res
         output::write_trajectories(path, file.existing(), &motions, lagrangian.coordinates())?;
     }
     args.output
-        .draw(|| page(args, search, figures(lagrangian, first)))
+        .draw(|| page(args, search, judged, figures(lagrangian, first)))
 }
 
 /// The path with its neighbours, a figure for each coordinate, and the action of these.
@@ -134,14 +143,24 @@ fn figures(lagrangian: &dyn Lagrangian, found: &StationaryPath) -> Vec<Figure> {
     all
 }
 
-fn page(args: &ActionArgs, search: &Search, figures: Vec<Figure>) -> Report {
+fn page(args: &ActionArgs, search: &Search, judged: &[Judgement], figures: Vec<Figure>) -> Report {
+    let first = search.paths.iter().zip(judged).take(1);
     Report {
+        headlines: first.map(|(path, own)| headline(path, own)).collect(),
         title: format!("Paths of stationary action, {}", args.subject.subject),
         subtitle: format!("In {} s between two ends, {} steps", args.time, args.steps),
-        tables: vec![table(search)],
+        tables: vec![table(search, judged)],
         figures,
         commands: vec![Command::new("This page", command_line())],
         ..Report::default()
+    }
+}
+
+fn headline(path: &StationaryPath, judged: &Judgement) -> Headline {
+    let value = format!("{:.6}", path.action);
+    Headline {
+        judged: Some(judged.clone()),
+        ..Headline::new("Least action found", value, "J·s", kind(path))
     }
 }
 
@@ -154,7 +173,14 @@ fn kind(path: &StationaryPath) -> &'static str {
     }
 }
 
-fn table(search: &Search) -> Table {
+/// How far each path can be trusted.
+fn judged(model: &dyn Model, search: &Search) -> Vec<Judgement> {
+    let judged =
+        |path: &StationaryPath| path.judged(outside(model, &[path.trajectory("")]).as_ref());
+    search.paths.iter().map(judged).collect()
+}
+
+fn table(search: &Search, judged: &[Judgement]) -> Table {
     let list = |x: &[f64]| {
         x.iter()
             .map(|x| format!("{x:.5}"))
@@ -180,15 +206,17 @@ fn table(search: &Search) -> Table {
         &header,
         search.paths.iter().enumerate().map(row).collect(),
     )
+    .judged(judged.iter().cloned().map(Some).collect())
 }
 
-fn as_text(search: &Search) -> String {
-    let table = table(search);
-    let lines = table.rows.iter().map(|row| {
+fn as_text(search: &Search, judged: &[Judgement]) -> String {
+    let table = table(search, judged);
+    let lines = table.rows.iter().zip(judged).map(|(row, own)| {
         let facts = table.header.iter().zip(row).skip(1);
         let facts = facts.filter(|(_, cell)| !cell.is_empty());
         let facts: Vec<String> = facts.map(|(name, cell)| format!("{name} {cell}")).collect();
-        format!("path {}: {}\n", row[0], facts.join(" · "))
+        let (facts, verdict) = (facts.join(" · "), own.text());
+        format!("path {}: {facts} · verdict {verdict}\n", row[0])
     });
     let (found, tried) = (search.paths.len(), search.tried);
     let count = format!("{found} stationary paths from {tried} first paths\n");

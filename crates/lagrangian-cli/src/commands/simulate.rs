@@ -7,7 +7,7 @@ use lagrangian::analytic::{AnalyticModel, Parameter, by_name, systems};
 use lagrangian::rigid::RigidBodies;
 use lagrangian::rollout::Simulation;
 use lagrangian::trajectory::Simulated;
-use lagrangian::{Layout, Outcome, Rollout, Trajectory};
+use lagrangian::{Layout, Outcome, RobotConfig, Rollout, Trajectory};
 use serde::Serialize;
 use serde_json::json;
 
@@ -29,26 +29,25 @@ pub(super) fn run(args: &SimulateArgs, mode: OutputMode) -> Result<ExitCode> {
     let samples = f64::from(args.trajectories) * args.motion.duration / args.motion.step;
     let size = Size::of_files(&robots).with_samples(samples);
     let task = Task::start("simulate", mode.quiet, size)?;
-    let system = system(args)?;
+    let moved = system(args)?;
+    let system = &*moved.model;
     let simulation = simulation(args)?;
-    let mut rollouts = simulation.run(&*system, &args.motion.options()).advise(
+    let mut rollouts = simulation.run(system, &args.motion.options()).advise(
         "cannot simulate",
         "give --q0 and --qd0 one value per coordinate, or neither for a random start",
     )?;
     drop(task);
     omit_stopped(&mut rollouts)?;
-    let summaries = rollouts
-        .iter()
-        .map(|rollout| Summary::of(rollout, &*system));
+    let summaries = rollouts.iter().map(|rollout| Summary::of(rollout, system));
     let summaries: Vec<Summary> = summaries.collect();
     for (k, rollout) in (1..).zip(&rollouts) {
         note_early_end(&format!("trajectory {k}"), rollout.outcome);
     }
-    let trajectories = simulation.recorded(&*system, rollouts);
+    let trajectories = simulation.recorded(system, rollouts);
     let (out, existing) = (&args.output.out, args.output.existing());
     let layout = match out {
         Some(path) => {
-            let declared = declared(args, &*system);
+            let declared = declared(args, &moved);
             Some(output::write_declared(
                 path,
                 existing,
@@ -88,15 +87,21 @@ pub(super) fn run(args: &SimulateArgs, mode: OutputMode) -> Result<ExitCode> {
 }
 
 /// What the file beside the motions says: columns, angles, and the system that made them, so that what is learned can be set beside it.
-fn declared(args: &SimulateArgs, system: &dyn AnalyticModel) -> Layout {
-    let made_by = (args.urdf.is_none()).then(|| Simulated {
-        name: system.name().into(),
+fn declared(args: &SimulateArgs, System { model, robot }: &System) -> Layout {
+    let (urdf, joints) = match robot {
+        Some(robot) => (Some(robot.urdf.clone()), robot.joints.clone()),
+        None => (None, Vec::new()),
+    };
+    let made_by = Simulated {
+        name: model.name().into(),
         friction: args.friction,
         parameters: args.parameters.iter().cloned().collect(),
-    });
+        urdf,
+        joints,
+    };
     Layout {
-        system: made_by,
-        ..Layout::written(system.coordinates())
+        system: Some(made_by),
+        ..Layout::written(model.coordinates())
     }
 }
 
@@ -137,21 +142,31 @@ fn omit_stopped(rollouts: &mut Vec<Rollout>) -> Result<()> {
     Ok(())
 }
 
-fn system(args: &SimulateArgs) -> Result<Box<dyn AnalyticModel>> {
+/// What moves, and its description where it is a robot.
+struct System {
+    model: Box<dyn AnalyticModel>,
+    robot: Option<RobotConfig>,
+}
+
+fn system(args: &SimulateArgs) -> Result<System> {
     if let Some(path) = &args.urdf {
         let robot = robot::read(path, &args.joints)?;
         let bodies = RigidBodies::with_joints(&robot.urdf, &robot.joints).advise(
             format!("cannot simulate the robot of '{}'", path.display()),
             "--joints chooses the joints that move; the others are locked at 0",
         )?;
-        return Ok(Box::new(bodies));
+        return Ok(System {
+            robot: Some(bodies.config()),
+            model: Box::new(bodies),
+        });
     }
     let given = args.parameters.iter().map(|(name, x)| (name.as_str(), *x));
     let name = args.system.as_deref().unwrap_or_default();
-    Ok(by_name(name, &given.collect::<Vec<_>>()).advise(
+    let model = by_name(name, &given.collect::<Vec<_>>()).advise(
         "cannot simulate",
         "`lagrangian simulate list` names the systems and their parameters",
-    )?)
+    )?;
+    Ok(System { model, robot: None })
 }
 
 /// The values of all parameters, also of those left at their defaults.

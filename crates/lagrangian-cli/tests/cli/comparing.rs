@@ -166,6 +166,9 @@ fn what_cannot_be_compared_is_refused_with_what_to_do() {
         let message = bench.refuse(line);
         assert!(message.contains(part), "{line}: {message}");
     }
+    // A unit that is not known leaves no hole in the words.
+    let message = bench.refuse("compare narrow spring");
+    assert!(!message.contains(", )"), "{message}");
     let found = bench
         .succeed("compare narrow alone.safetensors --on other.csv --json")
         .json();

@@ -114,6 +114,7 @@ fn a_planet_turns_and_a_recorded_one_too() {
             .collect()
     };
     assert_eq!(conserved(&known), ["energy", "angular momentum"]);
+    assert_eq!(known["judged"][0]["grade"], "good", "{known}");
     assert_eq!(
         known["conserved"]["generators"].as_array().unwrap().len(),
         1
@@ -125,6 +126,42 @@ fn a_planet_turns_and_a_recorded_one_too() {
         .succeed("conserved charged-particle --points q1:q2")
         .stdout;
     assert!(text.contains("less F = +0.500 q2"), "{text}");
+}
+
+#[test]
+fn what_is_conserved_has_a_page_with_verdicts() {
+    let bench = Workbench::new();
+    let text = bench
+        .succeed("conserved kepler --points q1:q2 --plot kepler.html")
+        .stdout;
+    assert!(text.contains("  good"), "{text}");
+    let page = String::from_utf8(bench.read("kepler.html")).unwrap();
+    for part in [
+        "Change of the energy",
+        "Change of the angular momentum",
+        "along rollouts of the model",
+        "not conserved",
+        "class=\"grade",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+    // A momentum that gravity changes is no promise of the model.
+    assert!(!page.contains("Change of the momentum"));
+    let again = bench.refuse("conserved kepler --points q1:q2 --plot kepler.html");
+    assert!(again.contains("--force"), "{again}");
+    // Friction that the system does not know of.
+    bench
+        .succeed("simulate pendulum --friction 0.3 --trajectories 4 --duration 3 --out damped.csv");
+    let damped = bench.succeed("conserved pendulum damped.csv --json").json();
+    let energy = &damped["judged"][0];
+    assert_eq!(energy["grade"], "poor", "{damped}");
+    assert!(
+        energy["why"]
+            .as_str()
+            .unwrap()
+            .contains("along the motions")
+    );
+    assert!(damped["judged"][1].is_null(), "{damped}");
 }
 
 #[test]

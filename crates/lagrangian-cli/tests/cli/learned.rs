@@ -91,6 +91,35 @@ fn links_are_drawn_where_the_data_say_that_they_measure_their_angles() {
 }
 
 #[test]
+fn a_simulated_robot_is_drawn_as_it_is_and_stands_beside_what_was_learned() {
+    let bench = Workbench::new();
+    let arm = lagrangian::rigid::example("two_link_arm").unwrap();
+    bench.write("arm.urdf", arm);
+    bench.succeed(
+        "simulate --urdf arm.urdf --drive 3 --friction 0.2 --trajectories 3 --duration 3 --step 0.02 --out arm.csv",
+    );
+    // What is needed of the robot is beside the motions.
+    std::fs::remove_file(bench.path("arm.urdf")).unwrap();
+    bench.run("fit arm.csv --model delan --dissipation --steps 10 --width 8 --out run --quiet");
+    let (_, text) = page(&bench, "run");
+    assert!(text.contains("joints of the robot &#39;two_link_arm&#39;"));
+    assert!(text.contains("seen from the side"));
+    assert!(text.contains("map-true-landscape"));
+    // A chain is drawn where it is asked for.
+    bench.succeed("report run --links relative --out chain.html");
+    let chain = String::from_utf8(bench.read("chain.html")).unwrap();
+    assert!(chain.contains("each angle measured from the link before"));
+    // Something that is no robot names no truth, and hinders nothing.
+    let beside = String::from_utf8(bench.read("arm.toml")).unwrap();
+    let damaged = beside.replace("<joint", "<jaunt");
+    assert_ne!(beside, damaged);
+    bench.write("arm.toml", &damaged);
+    bench.run("fit arm.csv --model delan --steps 10 --width 8 --out other --quiet");
+    let (_, text) = page(&bench, "other");
+    assert!(!text.contains("map-true-landscape") && text.contains("a chain of equal links"));
+}
+
+#[test]
 fn each_number_of_a_score_has_a_verdict() {
     let bench = Workbench::new();
     bench.succeed("simulate double-pendulum --trajectories 4 --duration 3 --out data.csv");

@@ -35,6 +35,21 @@ fn a_robot_that_moves_freely_keeps_its_energy() {
 }
 
 #[test]
+fn an_identified_robot_is_drawn_by_its_own_joints() {
+    let bench = Workbench::new();
+    let joints = "shoulder_pan_joint,shoulder_lift_joint,elbow_joint";
+    bench.succeed(&format!(
+        "simulate --urdf ur5 --joints {joints} --drive 40 --trajectories 4 --duration 2 --step 0.01 --out data.npz"
+    ));
+    let fit = format!("fit data.npz --model rigid --urdf ur5 --joints {joints} --out run --quiet");
+    bench.run(&fit);
+    let page = String::from_utf8(bench.read("run/report.html")).unwrap();
+    assert!(page.contains("joints of the robot &#39;ur5&#39;"));
+    // The base, three joints, and the tool.
+    assert!(page.contains("\"joined\":[0,0,1,2,3]"));
+}
+
+#[test]
 fn a_robot_is_identified_from_its_torques_and_found_again_in_the_saved_model() {
     let bench = with_arm();
     let fit = bench

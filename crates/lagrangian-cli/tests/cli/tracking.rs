@@ -51,6 +51,9 @@ fn a_learned_model_tracks_better_than_feedback_alone_and_the_true_one_best() {
             .json();
         let [model, alone, perfect] = ["model", "feedback", "perfect"].map(|x| rmse(&found, x));
         assert!(perfect < 0.1 * model && model < 0.3 * alone, "{found}");
+        for own in found["judged"].as_array().unwrap() {
+            assert_eq!(own["grade"], "good", "{found}");
+        }
         let latency = &found["tracking"]["model"]["latency"];
         assert!(latency["p50"].as_f64().unwrap() > 0.0 && latency["ticks"] == 2000);
     }
@@ -173,7 +176,7 @@ fn loops_that_make_no_sense_are_refused_with_a_hint() {
         ),
         (
             "--robot pendulum".into(),
-            "1 joints, the model and the reference have 2",
+            "1 joint, the model and the reference have 2",
         ),
         ("--robot double-pendulum --payload 1".into(), "payload"),
         ("--robot nowhere.urdf".into(), "nowhere.urdf"),
@@ -184,9 +187,9 @@ fn loops_that_make_no_sense_are_refused_with_a_hint() {
     }
     for (file, words) in [
         ("three.csv", "3 coordinates, the model 2"),
-        ("pendulum.csv", "1 coordinates, the model 2"),
+        ("pendulum.csv", "1 coordinate, the model 2"),
         ("brief.csv", "10 to 5000000 ticks"),
-        ("lone.csv", "has 1 samples where 2"),
+        ("lone.csv", "has 1 of the 2 samples"),
         ("nowhere.csv", "nowhere.csv"),
     ] {
         let line = format!("track run/model.safetensors --reference {file} {arm}");

@@ -1,11 +1,11 @@
-//! Pendulum chains in motion: truth and models side by side.
+//! Motions in space: truth and models side by side.
 
 use lagrangian::Trajectory;
 use serde::{Deserialize, Serialize};
 
 use super::Role;
 
-/// Several motions of one pendulum chain, played together.
+/// Several motions of one machine, played together.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Animation {
@@ -19,25 +19,99 @@ pub struct Animation {
     pub panels: Vec<Panel>,
 }
 
-/// One motion of a chain of n links.
-///
-/// Angles are absolute, from the downward vertical: joint i + 1 is at joint i + lᵢ (sin θᵢ, −cos θᵢ).
+/// One motion of a machine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Panel {
     /// The name of the system or model that moves so.
     pub name: String,
     /// Its role, which gives it its colour.
     pub role: Role,
-    /// Lengths of the links, m, `[n]`.
-    pub lengths: Vec<f64>,
+    /// What moves, and what its values mean.
+    #[serde(flatten)]
+    pub shape: Shape,
     /// Time stamps, s, increasing, `[frames]`; it ends early where the motion diverged.
     pub t: Vec<f64>,
-    /// Angles, rad, unwrapped, `[frames, n]`.
-    #[serde(with = "super::gaps")]
-    pub angles: Vec<f64>,
+    /// What each frame is drawn from, `[frames, width of the shape]`.
+    #[serde(with = "super::gaps", alias = "angles")]
+    pub values: Vec<f64>,
     /// |E(t) − E(0)| over the energy scale, `[frames]`, where known.
     #[serde(with = "super::gaps::optional", default)]
     pub energy_error: Option<Vec<f64>>,
+}
+
+/// What is drawn in each frame of a motion.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Shape {
+    /// A chain of n links. The values of a frame are angles, rad, unwrapped, absolute, from the downward vertical: joint i + 1 is at
+    /// joint i + lᵢ (sin θᵢ, −cos θᵢ).
+    Chain {
+        /// Lengths of the links, m, `[n]`.
+        lengths: Vec<f64>,
+    },
+    /// Points that are joined by lines. The values of a frame are their places in the plane, m: x to the right and y upwards of each.
+    Points {
+        /// The point that each point is joined to, an earlier one; the first has itself.
+        joined: Vec<usize>,
+        /// The part of the plane that is shown.
+        stage: Stage,
+    },
+}
+
+/// A circle of the plane.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Stage {
+    /// Its middle, m.
+    pub middle: [f64; 2],
+    /// Its radius, m.
+    pub radius: f64,
+}
+
+impl Shape {
+    /// How many values a frame has.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        match self {
+            Self::Chain { lengths } => lengths.len(),
+            Self::Points { joined, .. } => 2 * joined.len(),
+        }
+    }
+
+    /// The circle that shows it: for a chain the one that it can reach.
+    #[must_use]
+    pub fn stage(&self) -> Stage {
+        match self {
+            Self::Points { stage, .. } => *stage,
+            Self::Chain { lengths } => Stage {
+                middle: [0.0; 2],
+                radius: lengths.iter().filter(|length| length.is_finite()).sum(),
+            },
+        }
+    }
+
+    /// The point that point `k` is joined to.
+    #[must_use]
+    pub fn parent(&self, k: usize) -> usize {
+        match self {
+            Self::Chain { .. } => k.saturating_sub(1),
+            Self::Points { joined, .. } => joined.get(k).copied().unwrap_or(k),
+        }
+    }
+
+    /// The places of its points, m, from the values of a frame.
+    fn points(&self, values: &[f64]) -> Vec<(f64, f64)> {
+        let Self::Chain { lengths } = self else {
+            return values.as_chunks().0.iter().map(|&[x, y]| (x, y)).collect();
+        };
+        let mut joints = vec![(0.0, 0.0)];
+        let (mut x, mut y) = (0.0, 0.0);
+        for (length, angle) in lengths.iter().zip(values) {
+            x += length * angle.sin();
+            y -= length * angle.cos();
+            joints.push((x, y));
+        }
+        joints
+    }
 }
 
 impl Animation {
@@ -65,7 +139,7 @@ impl Animation {
             let len = panel.t.iter().take_while(|t| **t <= seconds).count();
             let mut cut = panel.clone();
             cut.t.truncate(len);
-            cut.angles.truncate(len * panel.lengths.len());
+            cut.values.truncate(len * panel.shape.width());
             cut
         };
         Self {
@@ -94,52 +168,41 @@ impl Animation {
 }
 
 impl Panel {
-    /// The motion of a trajectory whose coordinates are the absolute angles of the links.
+    /// The motion of a chain: of a trajectory whose coordinates are the absolute angles of the links.
     #[must_use]
-    pub fn new(
+    pub fn chain(
         name: &str,
         role: Role,
         lengths: &[f64],
         trajectory: &Trajectory,
         energy_error: Option<Vec<f64>>,
     ) -> Self {
-        let (t, angles) = (trajectory.t.clone(), trajectory.q.clone());
         Self {
             name: name.into(),
             role,
-            lengths: lengths.to_vec(),
-            t,
-            angles,
+            shape: Shape::Chain {
+                lengths: lengths.to_vec(),
+            },
+            t: trajectory.t.clone(),
+            values: trajectory.q.clone(),
             energy_error,
         }
     }
 
-    /// Positions of pivot, joints and tip in one frame, m, x to the right and y upwards; empty where an angle is
-    /// missing.
+    /// Places of the points in one frame, m, x to the right and y upwards; empty where a value is missing.
     #[must_use]
-    pub fn joints(&self, frame: usize) -> Vec<(f64, f64)> {
-        let n = self.lengths.len();
-        let Some(angles) = self.angles.get(frame * n..(frame + 1) * n) else {
-            return Vec::new();
-        };
-        if angles.iter().any(|angle| !angle.is_finite()) {
-            return Vec::new();
-        }
-        let mut joints = vec![(0.0, 0.0)];
-        let (mut x, mut y) = (0.0, 0.0);
-        for (length, angle) in self.lengths.iter().zip(angles) {
-            x += length * angle.sin();
-            y -= length * angle.cos();
-            joints.push((x, y));
-        }
-        joints
+    pub fn points(&self, frame: usize) -> Vec<(f64, f64)> {
+        let n = self.shape.width();
+        let values = self.values.get(frame * n..(frame + 1) * n);
+        let whole = values.filter(|own| own.iter().all(|value| value.is_finite()));
+        whole.map_or_else(Vec::new, |own| self.shape.points(own))
     }
 
     /// The same motion at other times, linear between frames, up to its own end.
     fn on(&self, clock: &[f64]) -> Self {
-        let n = self.lengths.len();
+        let n = self.shape.width();
         let len = self
-            .angles
+            .values
             .len()
             .checked_div(n)
             .unwrap_or(0)
@@ -154,9 +217,9 @@ impl Panel {
             .copied()
             .filter(|time| *time <= last * (1.0 + 1e-12))
             .collect();
-        let angles = t
+        let values = t
             .iter()
-            .flat_map(|time| (0..n).map(|i| self.between(&self.angles, n, i, len, *time)))
+            .flat_map(|time| (0..n).map(|i| self.between(&self.values, n, i, len, *time)))
             .collect();
         let error = self
             .energy_error
@@ -169,7 +232,7 @@ impl Panel {
         });
         Self {
             t,
-            angles,
+            values,
             energy_error,
             ..self.clone()
         }

@@ -4,6 +4,7 @@
 mod action;
 mod animation;
 mod bands;
+mod conserved;
 mod coordinate;
 mod curves;
 mod decimate;
@@ -16,13 +17,15 @@ mod sweep;
 mod terms;
 mod torque;
 mod tracking;
+mod view;
 
 use lagrangian::score::Judgement;
 use serde::{Deserialize, Serialize};
 
 pub use action::{VariedPath, action_of_families, varied_paths};
-pub use animation::{Animation, Panel};
+pub use animation::{Animation, Panel, Shape, Stage};
 pub use bands::Banded;
+pub use conserved::conserved_quantity;
 pub use coordinate::force_unit;
 pub use curves::{energy_error_over_time, loss_curves};
 pub use decimate::decimate;
@@ -34,6 +37,7 @@ pub use sweep::{Along, Sweep};
 pub use terms::{Piece, TERMS, Term, pieces};
 pub use torque::torque_parts;
 pub use tracking::{Follower, followed_motion, tracking_error};
+pub use view::View;
 
 /// Everything that a reader of a run wants to see, in the order in which they see it.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]

@@ -42,7 +42,7 @@ fn a_report_with_gaps_survives_json() {
         ..Figure::default()
     });
     report.animations.push(Animation {
-        panels: vec![Panel::new(
+        panels: vec![Panel::chain(
             "p",
             Role::Truth,
             &[1.0, 1.0],
@@ -56,7 +56,10 @@ fn a_report_with_gaps_survives_json() {
     let y = &back.figures[0].series[0].y;
     assert!(y[0] == 1.0 && y[1].is_nan() && y[2].is_nan());
     assert!(back.animations[0].panels[0].energy_error.as_ref().unwrap()[5].is_nan());
-    assert_eq!(back.animations[0].panels[0].lengths, [1.0, 1.0]);
+    assert_eq!(
+        back.animations[0].panels[0].shape,
+        report.animations[0].panels[0].shape
+    );
 }
 
 #[test]
@@ -159,8 +162,8 @@ fn a_resampled_animation_keeps_link_lengths_and_ends_where_the_motion_ended() {
     short.t.truncate(300);
     short.q.truncate(600);
     let panels = vec![
-        Panel::new("truth", Role::Truth, &[1.0, 0.5], &long, None),
-        Panel::new("network", Role::Baseline, &[1.0, 0.5], &short, None),
+        Panel::chain("truth", Role::Truth, &[1.0, 0.5], &long, None),
+        Panel::chain("network", Role::Baseline, &[1.0, 0.5], &short, None),
     ];
     let animation = Animation {
         panels,
@@ -171,24 +174,24 @@ fn a_resampled_animation_keeps_link_lengths_and_ends_where_the_motion_ended() {
     let end = *animation.panels[1].t.last().unwrap();
     assert!(end <= 2.99 && end > 2.9, "{end}");
     assert!(animation.first(1.0).duration() <= 1.0);
-    let joints = animation.panels[0].joints(100);
-    let link = (joints[2].0 - joints[1].0).hypot(joints[2].1 - joints[1].1);
+    let points = animation.panels[0].points(100);
+    let link = (points[2].0 - points[1].0).hypot(points[2].1 - points[1].1);
     assert!((link - 0.5).abs() < 1e-12);
-    assert!((animation.panels[0].angles[200] - 3.0 * animation.panels[0].t[100]).abs() < 1e-9);
+    assert!((animation.panels[0].values[200] - 3.0 * animation.panels[0].t[100]).abs() < 1e-9);
 }
 
 #[test]
 fn an_empty_animation_resamples_to_nothing() {
     let empty = Panel {
         t: vec![],
-        angles: vec![],
-        ..Panel::new("p", Role::Lnn, &[1.0], &rotation(), None)
+        values: vec![],
+        ..Panel::chain("p", Role::Lnn, &[1.0], &rotation(), None)
     };
     let animation = Animation {
         panels: vec![empty],
         ..Animation::default()
     }
     .resampled(30.0, 100);
-    assert!(animation.panels[0].t.is_empty() && animation.panels[0].joints(0).is_empty());
+    assert!(animation.panels[0].t.is_empty() && animation.panels[0].points(0).is_empty());
     assert!(Animation::default().resampled(30.0, 100).panels.is_empty());
 }

@@ -5,7 +5,7 @@ use super::curve::Point;
 use super::drawing::{Across, Drawing, Lettering, Letters, Upright};
 use super::scale;
 use super::theme::{self, Ink};
-use crate::{Animation, Panel};
+use crate::{Animation, Panel, Shape, Stage};
 
 /// Size of a panel, px.
 const WIDE: f64 = 260.0;
@@ -35,8 +35,8 @@ pub(super) fn size(animation: &Animation) -> (u32, u32) {
 pub(super) fn drawing(animation: &Animation, frame: usize) -> Drawing {
     let mut drawing = Drawing::new(size(animation), Letters::Outlines);
     for (k, panel) in animation.panels.iter().enumerate() {
-        let stage = Stage::new(panel, WIDE * (k as f64 + 0.5));
-        stage.draw(&mut drawing, frame, animation.panels.first());
+        let view = View::new(panel, WIDE * (k as f64 + 0.5));
+        view.draw(&mut drawing, frame, animation.panels.first());
     }
     let longest = animation.panels.iter().max_by_key(|panel| panel.t.len());
     if let Some(t) = longest.and_then(|panel| panel.t.get(frame)) {
@@ -52,33 +52,39 @@ pub(super) fn drawing(animation: &Animation, frame: usize) -> Drawing {
 }
 
 /// A panel and where it stands.
-struct Stage<'a> {
+struct View<'a> {
     panel: &'a Panel,
     /// Its middle, px.
     middle: f64,
+    /// The part of the plane that it shows.
+    stage: Stage,
     /// Pixels to the metre.
     scale: f64,
 }
 
-impl<'a> Stage<'a> {
+impl<'a> View<'a> {
     fn new(panel: &'a Panel, middle: f64) -> Self {
-        let reach: f64 = panel.lengths.iter().sum();
-        let scale = if reach > 0.0 {
-            0.43 * WIDE / reach
+        let stage = panel.shape.stage();
+        let scale = if stage.radius > 0.0 {
+            0.43 * WIDE / stage.radius
         } else {
             1.0
         };
         Self {
             panel,
             middle,
+            stage,
             scale,
         }
     }
 
-    /// Pivot, joints and tip of a motion, px.
-    fn joints(&self, panel: &Panel, frame: usize) -> Vec<Point> {
-        let px = |(x, y): Point| (self.middle + x * self.scale, PIVOT - y * self.scale);
-        panel.joints(frame).into_iter().map(px).collect()
+    /// The points of a motion, px.
+    fn points(&self, panel: &Panel, frame: usize) -> Vec<Point> {
+        let [x0, y0] = self.stage.middle;
+        let across = |x: f64| self.middle + (x - x0) * self.scale;
+        let up = |y: f64| PIVOT - (y - y0) * self.scale;
+        let points = panel.points(frame).into_iter();
+        points.map(|(x, y)| (across(x), up(y))).collect()
     }
 
     fn draw(&self, drawing: &mut Drawing, frame: usize, truth: Option<&Panel>) {
@@ -93,11 +99,16 @@ impl<'a> Stage<'a> {
             drawing.text(&words, (self.middle, 28.0), CENTRED);
         }
         if let Some(truth) = truth.filter(|truth| truth.role != panel.role) {
-            chain(drawing, &self.joints(truth, frame), theme::AXIS);
+            joined(
+                drawing,
+                &truth.shape,
+                &self.points(truth, frame),
+                theme::AXIS,
+            );
         }
         self.trail(drawing, frame);
-        let joints = self.joints(panel, frame);
-        if joints.is_empty() {
+        let points = self.points(panel, frame);
+        if points.is_empty() {
             drawing.text(
                 "ended",
                 (self.middle, PIVOT),
@@ -107,7 +118,7 @@ impl<'a> Stage<'a> {
                 },
             );
         }
-        chain(drawing, &joints, theme::of(panel.role));
+        joined(drawing, &panel.shape, &points, theme::of(panel.role));
     }
 
     /// Where the tip has been, fading into the past.
@@ -117,7 +128,7 @@ impl<'a> Stage<'a> {
         for band in 0..BANDS {
             let back = |bands: usize| frame.saturating_sub(bands * frames_per_band);
             let frames = back(BANDS - band)..=back(BANDS - band - 1);
-            let tips = frames.filter_map(|frame| self.joints(self.panel, frame).last().copied());
+            let tips = frames.filter_map(|frame| self.points(self.panel, frame).last().copied());
             let opacity = 0.7 * (band + 1) as f64 / BANDS as f64;
             let ink = theme::of(self.panel.role).with_opacity(opacity);
             drawing.line(&tips.collect::<Vec<_>>(), 1.6, ink);
@@ -125,11 +136,19 @@ impl<'a> Stage<'a> {
     }
 }
 
-fn chain(drawing: &mut Drawing, joints: &[Point], ink: Ink) {
-    let Some((pivot, masses)) = joints.split_first() else {
+/// The points of a shape and the lines between them; the first, which does not move, is a smaller one.
+fn joined(drawing: &mut Drawing, shape: &Shape, points: &[Point], ink: Ink) {
+    let Some((first, others)) = points.split_first() else {
         return;
     };
-    drawing.line(joints, 2.4, ink);
-    drawing.discs(&[*pivot], 3.0, ink);
-    drawing.discs(masses, 6.5, ink);
+    for (k, point) in (1..).zip(others) {
+        let parent = points.get(shape.parent(k)).unwrap_or(first);
+        drawing.line(&[*parent, *point], 2.4, ink);
+    }
+    let radius = match shape {
+        Shape::Chain { .. } => 6.5,
+        Shape::Points { .. } => 4.0,
+    };
+    drawing.discs(&[*first], 3.0, ink);
+    drawing.discs(others, radius, ink);
 }

@@ -128,7 +128,7 @@ fn every_text_of_a_report_is_escaped() {
             id: words(),
             title: words(),
             caption: words(),
-            panels: vec![Panel::new(
+            panels: vec![Panel::chain(
                 evil,
                 Role::Truth,
                 &[1.0, 1.0],
@@ -282,7 +282,7 @@ fn a_motion_that_ended_at_once_or_lost_its_angles_is_still_played() {
         ..swing(0.0, 1)
     };
     let panel =
-        |trajectory: &Trajectory| Panel::new("p", Role::Baseline, &[1.0, 1.0], trajectory, None);
+        |trajectory: &Trajectory| Panel::chain("p", Role::Baseline, &[1.0, 1.0], trajectory, None);
     let animation = Animation {
         panels: vec![panel(&lost), panel(&nothing)],
         ..Animation::default()

@@ -189,6 +189,8 @@ fn flatten(path: &str, table: &Table, all: &mut BTreeMap<String, String>) {
 
 fn word(value: &Value) -> String {
     match value {
+        // The description of a robot.
+        Value::String(text) if text.contains('\n') => format!("{} bytes", text.len()),
         Value::String(text) => text.clone(),
         other => other.to_string(),
     }

@@ -22,6 +22,7 @@ use crate::record::RunRecord;
 
 pub use difference::{DataUse, Seen, Setting};
 pub use measured::Row;
+pub use page::counted;
 pub use paired::{Difference, Finding};
 
 /// A run that is compared with others.
@@ -155,8 +156,14 @@ fn refuse_other_coordinates(first: &Run, other: &Run) -> Result<()> {
     }
     let words = |run: &Run| {
         let coordinates = run.model.coordinates().0.iter();
-        let words = coordinates.map(|c| format!("{} ({:?}, {})", c.name, c.topology, c.unit));
-        words.collect::<Vec<_>>().join(", ").to_lowercase()
+        let words = coordinates.map(|c| {
+            let kind = format!("{:?}", c.topology).to_lowercase();
+            match c.unit.as_str() {
+                "" => format!("{} ({kind})", c.name),
+                unit => format!("{} ({kind}, {unit})", c.name),
+            }
+        });
+        words.collect::<Vec<_>>().join(", ")
     };
     Err(Error::new(
         format!(

@@ -166,7 +166,8 @@ pub(super) fn report(
 }
 
 /// A number of things, in the singular where there is one.
-pub(crate) fn counted(count: usize, what: &str) -> String {
+#[must_use]
+pub fn counted(count: usize, what: &str) -> String {
     match count {
         1 => format!("1 {what}"),
         _ => format!("{count} {what}s"),

@@ -1,13 +1,10 @@
 //! The figures of a run's page: loss, a predicted motion, its energy, accelerations.
 
-use std::f64::consts::FRAC_PI_2;
-
 use lagrangian::score::Accelerations;
-pub use lagrangian::trajectory::Links;
 use lagrangian::{Coordinate, Model, Rollout, Signal, Trajectory};
 use lagrangian_report::{
-    Animation, Figure, Motion, Panel, Role, Series, energy_error_over_time, loss_curves, parity,
-    phase_portrait, trajectories,
+    Figure, Motion, Role, Series, energy_error_over_time, loss_curves, parity, phase_portrait,
+    trajectories,
 };
 
 use super::{Page, learned};
@@ -15,22 +12,6 @@ use crate::metrics::Metric;
 
 /// Dots of a parity figure, at most.
 const DOTS: usize = 2000;
-/// The most links of a chain that can be distinguished in motion.
-pub const MOST_LINKS: usize = 8;
-
-/// Where the links of the chain of a run measure their angles: where its data say, else from the link before for a robot, whose joints
-/// do, and from hanging down for anything else.
-pub(super) fn links(page: &Page) -> Links {
-    let layout = learned::layout(page.record);
-    let told = layout.and_then(|own| own.links.or_else(|| own.system?.links()));
-    let is_robot = matches!(page.model.family(), "rigid" | "chain" | "servo")
-        || page.model.nominal().is_some();
-    told.unwrap_or(match is_robot {
-        true => Links::Relative,
-        false => Links::Absolute,
-    })
-}
-
 /// The energy H at every sample, J; none for a model that has none.
 #[must_use]
 pub fn energies(model: &dyn Model, motion: &Trajectory) -> Option<Vec<f64>> {
@@ -41,7 +22,7 @@ pub fn energies(model: &dyn Model, motion: &Trajectory) -> Option<Vec<f64>> {
 
 /// A recorded motion and what the model makes of it.
 pub(super) struct Followed<'a> {
-    truth: &'a Trajectory,
+    pub(super) truth: &'a Trajectory,
     predicted: Trajectory,
 }
 
@@ -53,46 +34,11 @@ impl<'a> Followed<'a> {
         Some(Self { truth, predicted })
     }
 
-    fn motions(&self, role: Role) -> [Motion<'_>; 2] {
+    pub(super) fn motions(&self, role: Role) -> [Motion<'_>; 2] {
         [
             Motion::new("recorded", Role::Truth, self.truth),
             Motion::new("predicted", role, &self.predicted),
         ]
-    }
-
-    /// Both motions as pendulum chains, where all coordinates are angles.
-    pub(super) fn animation(&self, page: &Page, links: Links) -> Option<Animation> {
-        let coordinates = page.model.coordinates();
-        let n = coordinates.dof();
-        let angles = (0..n).all(|i| coordinates.is_circle(i));
-        if !angles || n > MOST_LINKS {
-            return None;
-        }
-        let panel = |motion: &Motion| {
-            let chain = as_chain(motion.trajectory, links);
-            Panel::new(motion.name, motion.role, &vec![1.0; n], &chain, None)
-        };
-        let chain = match (n, links) {
-            (1, _) => "Drawn as a pendulum whose angle is measured from hanging down.",
-            (_, Links::Absolute) => {
-                "Drawn as a chain of equal links, each angle measured from hanging down; the command report \
-                 with `links` relative measures it from the link before."
-            }
-            (_, Links::Relative) => {
-                "Drawn as a chain of equal links, each angle measured from the link before."
-            }
-            (_, Links::Horizontal) => {
-                "Drawn as a chain of equal links, the first angle measured from the horizontal, each other from the link before."
-            }
-        };
-        Some(Animation {
-            id: "motion".into(),
-            title: format!("The motion '{}'", self.truth.name),
-            caption: page.skin.words(&format!(
-                "Predicted from the first state alone; the pale one is the recording. {chain}"
-            )),
-            panels: self.motions(page.role()).iter().map(panel).collect(),
-        })
     }
 
     /// The learned energy where nothing should change it, coordinates over time, and phase portraits.
@@ -170,25 +116,6 @@ fn largest_kinetic_energy(model: &dyn Model, motion: &Trajectory) -> Option<f64>
     let (moving, resting) = (energies(model, motion)?, energies(model, &resting)?);
     let differences = moving.iter().zip(resting).map(|(h, v)| (h - v).abs());
     Some(differences.fold(0.0, f64::max)).filter(|largest| *largest > 0.0)
-}
-
-/// The same motion with each angle measured from hanging down, wherever its links measure them.
-#[must_use]
-pub fn as_chain(motion: &Trajectory, links: Links) -> Trajectory {
-    let n = motion.dof().max(1);
-    let mut chain = motion.clone();
-    if links == Links::Absolute {
-        return chain;
-    }
-    for row in chain.q.chunks_exact_mut(n) {
-        if links == Links::Horizontal {
-            row[0] += FRAC_PI_2;
-        }
-        for i in 1..n {
-            row[i] += row[i - 1];
-        }
-    }
-    chain
 }
 
 /// Loss over steps.

@@ -1,5 +1,6 @@
 //! The page of a run: what the model is worth, a motion that it predicts, and how it came about.
 
+mod animation;
 mod bands;
 mod figures;
 mod learned;
@@ -7,8 +8,9 @@ mod tables;
 
 use std::path::Path;
 
+pub use animation::{Links, MOST_LINKS, as_chain};
 use figures::Followed;
-pub use figures::{Links, MOST_LINKS, as_chain, energies};
+pub use figures::energies;
 use lagrangian::score::{
     Assessment, Grade, Judgement, Predictions, Reason, SignalError, predict_all, score_predictions,
 };
@@ -115,8 +117,8 @@ impl Page<'_> {
         self.folder.write(REPORT, draw::html(report).as_bytes())
     }
 
-    /// The page as plain data. A chain of angles is drawn with its links where the data say that they measure their angles, unless
-    /// `links` says another place.
+    /// The page as plain data. A robot whose joints are known is drawn as it is; a chain of angles with its links where the data say that
+    /// they measure their angles, unless `links` says another place.
     #[must_use]
     pub fn report(&self, scored: Scored, links: Option<Links>) -> Report {
         let Scored {
@@ -141,8 +143,7 @@ impl Page<'_> {
             tables.extend(own.tables);
         }
         tables.retain(|table| !table.rows.is_empty());
-        let links = links.unwrap_or_else(|| figures::links(self));
-        let animation = followed.and_then(|motion| motion.animation(self, links));
+        let animation = followed.and_then(|motion| animation::of(self, &motion, links));
         Report {
             title: format!("{}, learned from recordings", self.model.description().what),
             subtitle: self.subtitle(),

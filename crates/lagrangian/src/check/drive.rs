@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::regression::{JointFit, JointFits, Rub, Stranger, Undriven, fit_joints};
-use super::{CheckOptions, Item, range};
+use super::{CheckOptions, Item, counted, range};
 use crate::trajectory::{Recording, Topology};
 
 /// An inertia or a sign is assessed only where the motion explains this part of the variance of the force …
@@ -90,7 +90,8 @@ fn few_swings(recordings: &[Recording], swings: usize, fits: Option<&JointFits>)
     (swings < enough && !fits.is_some_and(exact)).then(|| {
         let finding = format!("all coordinates together turn back {swings} times");
         let remedy = format!(
-            "record longer, or faster: {enough} swings or more for {n} coordinates, as many as they have parameters"
+            "record longer, or faster: {enough} swings or more for {}, as many as there are parameters",
+            counted(n, "coordinate", "coordinates")
         );
         Item::doubt("swings", finding, remedy).value("swings", swings as f64)
     })

@@ -340,7 +340,10 @@ fn enough(recordings: &[Recording], samples: usize, swings: usize, finding: Stri
     let n = recordings.first().map_or(0, Recording::dof);
     let enough = SAMPLES_PER_AXIS * 2 * n;
     let finding = format!("{finding}; they turn back {swings} times in all");
-    let remedy = format!("record more: {enough} samples or more for {n} coordinates");
+    let remedy = format!(
+        "record more: {enough} samples or more for {}",
+        counted(n, "coordinate", "coordinates")
+    );
     Item::pass("length", finding)
         .warn_if(samples < enough, remedy)
         .value("swings", swings as f64)

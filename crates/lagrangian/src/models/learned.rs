@@ -53,6 +53,11 @@ pub trait FittedModel: Model + Any + Debug {
         None
     }
 
+    /// The robot whose joints the coordinates are, where the model knows one.
+    fn robot(&self) -> Option<&RigidBodies> {
+        FittedModel::nominal(self)
+    }
+
     /// The parameters of the model that have a name and a unit.
     fn parameters(&self) -> Vec<Parameter> {
         Named::of(self.coordinates()).forces(self.forces()).list()
@@ -499,6 +504,12 @@ impl Learned {
     #[must_use]
     pub fn nominal(&self) -> Option<&RigidBodies> {
         FittedModel::nominal(&*self.model)
+    }
+
+    /// The robot whose joints the coordinates are, where the model knows one: identified, or beneath it.
+    #[must_use]
+    pub fn robot(&self) -> Option<&RigidBodies> {
+        self.model.robot()
     }
 
     /// The parameters that have a name and a unit: friction, offsets, gains, rotor inertias, or all of an identified robot. The

@@ -10,6 +10,14 @@ use super::{Assessment, Outside, RolloutScore, Score};
 /// cancel there, and what is recorded is their small remainder and noise.
 const PASSIVE: f64 = 10.0;
 
+/// A change of what should be constant, or an error of what is solved for, is good up to this part of the size of a quantity, and fair up
+/// to the other.
+const SMALL: f64 = 0.01;
+const NOTICEABLE: f64 = 0.1;
+
+/// A drive is told to be at its limit that is there for more than this part of the time.
+const LIMITED: f64 = 0.01;
+
 /// A verdict on one number.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Judgement {
@@ -20,7 +28,8 @@ pub struct Judgement {
 }
 
 impl Judgement {
-    fn new(grade: Grade, why: impl Into<String>) -> Self {
+    /// A verdict and its reason.
+    pub fn new(grade: Grade, why: impl Into<String>) -> Self {
         Self {
             grade,
             why: why.into(),
@@ -57,6 +66,76 @@ impl Grade {
             _ => Self::Poor,
         }
     }
+
+    /// Of a change of what should be constant, or of an error of what is solved for, as a part of the size of the quantity.
+    #[must_use]
+    pub fn of_change(part: f64) -> Self {
+        match part {
+            x if x <= SMALL => Self::Good,
+            x if x <= NOTICEABLE => Self::Fair,
+            _ => Self::Poor,
+        }
+    }
+}
+
+/// Root mean square errors with which a coordinate follows a reference, rad or m; NaN where the motion diverged.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrackingErrors {
+    /// With the torques of the model and feedback.
+    pub model: f64,
+    /// With feedback alone.
+    pub feedback: f64,
+    /// With the torques of the true model.
+    pub truth: f64,
+    /// The part of the time for which the drive was at its limit.
+    pub at_limit: f64,
+}
+
+impl TrackingErrors {
+    /// How much of what the true model gains over feedback alone the model gains.
+    #[must_use]
+    pub fn judged(&self) -> Judgement {
+        let possible = self.feedback - self.truth;
+        let gained = (self.feedback - self.model) / possible;
+        let share = format!(
+            "{:.0} % of what the true model gains over feedback alone",
+            100.0 * gained
+        );
+        let (grade, why) = match gained {
+            _ if !self.model.is_finite() => (Grade::Poor, "the motion diverged".into()),
+            _ if !possible.is_finite() => {
+                let why =
+                    "feedback alone or the true model diverged: there is nothing to compare with";
+                (Grade::Fair, why.into())
+            }
+            _ if possible <= 0.0 => {
+                let why = "even the true model gains nothing over feedback alone";
+                (Grade::Fair, why.into())
+            }
+            x if x >= FOLLOWED => (Grade::Good, share),
+            x if x >= HALF => (Grade::Fair, share),
+            x if x > 0.0 => (Grade::Poor, share),
+            _ => {
+                let why = "no better than feedback alone";
+                (Grade::Poor, why.into())
+            }
+        };
+        if self.at_limit <= LIMITED {
+            return Judgement { grade, why };
+        }
+        let limited = format!(
+            "the drive is at its limit in {:.0} % of the time",
+            100.0 * self.at_limit
+        );
+        Judgement::new(grade, format!("{why}; {limited}"))
+    }
+}
+
+/// A reason why states outside of the data of a model make a result fair at best; none where few lie there.
+#[must_use]
+pub fn extrapolation(outside: Option<&Outside>) -> Option<Judgement> {
+    let why = extrapolated("", outside);
+    (!why.is_empty()).then(|| Judgement::new(Grade::Fair, why))
 }
 
 impl Score {
@@ -203,6 +282,42 @@ mod tests {
         assert!(why.is_some_and(|own| own.why.contains("passive")));
         let why = found.judged_torque(2, &assessed(&[0.5; 3]));
         assert!(why.is_some_and(|own| own.why.contains("no better")));
+    }
+
+    #[test]
+    fn a_model_is_worth_what_it_gains_over_feedback() {
+        let errors = |model, truth| TrackingErrors {
+            model,
+            feedback: 0.1,
+            truth,
+            at_limit: 0.0,
+        };
+        let grade = |own: TrackingErrors| own.judged().grade;
+        assert_eq!(grade(errors(0.02, 0.01)), Grade::Good);
+        assert_eq!(grade(errors(0.04, 0.01)), Grade::Fair);
+        assert_eq!(grade(errors(0.04, 0.03)), Grade::Good);
+        assert_eq!(grade(errors(0.08, 0.0)), Grade::Poor);
+        assert_eq!(grade(errors(f64::NAN, 0.0)), Grade::Poor);
+        assert!(errors(0.2, 0.0).judged().why.contains("no better"));
+        let alone = TrackingErrors {
+            feedback: f64::NAN,
+            ..errors(0.02, 0.01)
+        };
+        assert!(alone.judged().why.contains("diverged"));
+        // Where the truth gains nothing, no model is to blame.
+        assert_eq!(grade(errors(0.1, 0.1)), Grade::Fair);
+        let limited = TrackingErrors {
+            at_limit: 0.3,
+            ..errors(0.02, 0.0)
+        };
+        assert!(limited.judged().why.contains("limit in 30 % of the time"));
+    }
+
+    #[test]
+    fn what_should_be_constant_may_change_by_a_hundredth_of_its_size() {
+        let found = [0.0, 0.01, 0.05, 0.5, f64::NAN].map(Grade::of_change);
+        let (good, poor) = (Grade::Good, Grade::Poor);
+        assert_eq!(found, [good, good, Grade::Fair, poor, poor]);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Simulated {
-    /// The name of the system, as in [`analytic::systems`](crate::analytic::systems).
+    /// The name of the system, as in [`analytic::systems`](crate::analytic::systems), or of the robot.
     pub name: String,
     /// Viscous friction on every coordinate, N·m·s/rad or N·s/m.
     #[serde(default)]
@@ -16,12 +16,21 @@ pub struct Simulated {
     /// The parameters that differ from those of the table of systems.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub parameters: BTreeMap<String, f64>,
+    /// Of a robot: what dynamics needs of its URDF, as [`RigidBodies::urdf`](crate::rigid::RigidBodies::urdf) has it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub urdf: Option<String>,
+    /// Of a robot: the joints that moved, in the order of the coordinates.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub joints: Vec<String>,
 }
 
 impl Simulated {
     /// Where the links of the system measure their angles; `None` for one that is no chain of links.
     #[must_use]
     pub fn links(&self) -> Option<Links> {
+        if self.urdf.is_some() {
+            return None;
+        }
         match self.name.as_str() {
             "pendulum" | "double-pendulum" | "n-link-pendulum" => Some(Links::Absolute),
             "two-link-arm" => Some(Links::Horizontal),
@@ -55,6 +64,7 @@ mod tests {
             name: "two-link-arm".into(),
             friction: 0.3,
             parameters: [("length1".to_string(), 0.5)].into(),
+            ..Simulated::default()
         };
         assert_eq!(system.links(), Some(Links::Horizontal));
         let layout = Layout {
@@ -65,6 +75,20 @@ mod tests {
         let read = Layout::from_toml(&layout.to_toml().unwrap()).unwrap();
         assert_eq!(read, layout);
         assert_eq!(Layout::default().or(read), layout);
+        let robot = Simulated {
+            name: "pendulum".into(),
+            urdf: Some("<robot name=\"pendulum\">\n</robot>\n".into()),
+            joints: vec!["shoulder".into()],
+            ..Simulated::default()
+        };
+        // A robot of that name measures its angles as its joints do.
+        assert_eq!(robot.links(), None);
+        let layout = Layout {
+            system: Some(robot),
+            ..Layout::default()
+        };
+        let read = Layout::from_toml(&layout.to_toml().unwrap()).unwrap();
+        assert_eq!(read, layout);
         assert!(Layout::from_toml("links = \"sideways\"").is_err());
     }
 }

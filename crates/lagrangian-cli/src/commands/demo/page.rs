@@ -192,7 +192,7 @@ fn animation(system: &dyn AnalyticModel, motions: &[Motion]) -> Animation {
             role,
             trajectory,
         } = *motion;
-        Panel::new(name, role, &[1.0, 1.0], trajectory, Some(error))
+        Panel::chain(name, role, &[1.0, 1.0], trajectory, Some(error))
     };
     Animation {
         id: "pendulum".into(),

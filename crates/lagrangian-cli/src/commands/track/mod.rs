@@ -86,6 +86,7 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<ExitCode> {
             "out": file.out,
             "plot": plot,
             "tracking": tracking(&runs),
+            "judged": report.judged(),
     });
     mode.print(&figures, || report.text())?;
     Ok(ExitCode::SUCCESS)

@@ -1,10 +1,12 @@
 //! The results of tracking as text and as a page.
 
 use lagrangian::Coordinates;
-use lagrangian_control::{Quantiles, Reference};
+use lagrangian::score::{Judgement, TrackingErrors};
+use lagrangian::trajectory::Coordinate;
+use lagrangian_control::{LoopOutcome, Quantiles, Reference};
 use lagrangian_report::draw::short;
 use lagrangian_report::{
-    Command, Figure, Follower, Report, Role, Table, followed_motion, tracking_error,
+    Command, Figure, Follower, Headline, Report, Role, Table, followed_motion, tracking_error,
 };
 
 use super::Run;
@@ -77,7 +79,56 @@ impl TrackingReport<'_> {
             let cells = [p50, p99, max].map(|x| format!("{:.2}", 1e6 * x));
             text += &line("", run.name, cells.into());
         }
+        let judged: Vec<Judgement> = self.judged().into_iter().flatten().collect();
+        if !judged.is_empty() {
+            let grades = judged.iter().map(|own| own.grade.name().into());
+            text += &line("verdict", "this model", grades.collect());
+            for (name, own) in self.names().zip(&judged) {
+                text += &format!("    {name}: {}\n", own.text());
+            }
+        }
         text
+    }
+
+    fn run(&self, key: &str) -> Option<&Run> {
+        self.runs.iter().find(|run| run.key == key)
+    }
+
+    /// How much of what can be gained the model gains, for each joint; none without a true model or without this one.
+    pub(super) fn judged(&self) -> Option<Vec<Judgement>> {
+        let (model, feedback) = (self.run("model")?, self.run("feedback")?);
+        let truth = self.run("perfect")?;
+        let judged = |i: usize| {
+            let rmse = |run: &Run| match run.followed.driven.outcome {
+                LoopOutcome::Diverged { .. } => f64::NAN,
+                _ => run.followed.following.rmse[i],
+            };
+            let errors = TrackingErrors {
+                model: rmse(model),
+                feedback: rmse(feedback),
+                truth: rmse(truth),
+                at_limit: model.followed.following.at_limit[i],
+            };
+            errors.judged()
+        };
+        Some((0..self.coordinates.dof()).map(judged).collect())
+    }
+
+    /// The error of each joint with this model, with its verdict.
+    fn headlines(&self) -> Vec<Headline> {
+        let (Some(model), Some(judged)) = (self.run("model"), self.judged()) else {
+            return Vec::new();
+        };
+        let headline = |(i, own): (usize, Judgement)| {
+            let Coordinate { name, unit, .. } = &self.coordinates.0[i];
+            let value = short(model.followed.following.rmse[i]);
+            Headline {
+                role: Some(Role::Lnn),
+                judged: Some(own),
+                ..Headline::new(&format!("RMSE of {name}"), value, unit, "with this model")
+            }
+        };
+        judged.into_iter().enumerate().map(headline).collect()
     }
 
     fn followers(&self) -> Vec<Follower<'_>> {
@@ -133,6 +184,7 @@ impl TrackingReport<'_> {
         Report {
             title: "Tracking of a reference".into(),
             subtitle: format!("'{}', {} Hz", self.reference.samples().name, self.rate),
+            headlines: self.headlines(),
             figures: self.figures(),
             tables: vec![self.errors(), self.times()],
             commands: vec![Command::new("This page", command_line())],

@@ -6,6 +6,7 @@ use anyhow::Result;
 use lagrangian::analytic::{by_name, systems};
 use lagrangian::rigid::RigidBodies;
 use lagrangian::{Learned, Model, Trajectory};
+use lagrangian_run::compare::counted;
 
 use crate::failure::{Advise, mistake};
 use crate::robot;
@@ -36,8 +37,9 @@ pub(super) fn read(
     }
     Err(mistake(
         format!(
-            "the robot '{}' has {found} joints, the model and the reference have {expected}",
-            path.display()
+            "the robot '{}' has {}, the model and the reference have {expected}",
+            path.display(),
+            counted(found, "joint")
         ),
         "give the robot of the model, and the joints that move as --joints where it comes from a URDF",
     ))

@@ -32,25 +32,34 @@
     return (value / 10 ** k).toFixed(1) + "×" + power(k) + " %";
   }
 
-  // Joint positions at a fractional frame: Catmull–Rom between frames, so that fast turns stay round.
-  function joints(panel, place) {
-    const n = panel.lengths.length;
-    const last = panel.angles.length / n - 1;
+  // The values of a fractional frame: Catmull–Rom between frames, so that fast turns stay round.
+  function values(panel, place) {
+    const n = panel.width;
+    const last = panel.values.length / n - 1;
     if (last < 0 || place > last + 1e-6) return null;
     const k = Math.min(Math.floor(place), Math.max(0, last - 1));
     const u = place - k;
-    const spots = [[0, 0]];
-    let x = 0, y = 0;
+    const found = [];
     for (let i = 0; i < n; i++) {
-      const at = (f) => panel.angles[Math.min(Math.max(f, 0), last) * n + i];
+      const at = (f) => panel.values[Math.min(Math.max(f, 0), last) * n + i];
       const [a, b, c, d] = [at(k - 1), at(k), at(k + 1), at(k + 2)];
       if (b === null || c === null) return null;
       const p = a ?? b, q = d ?? c;
-      const angle = (b + 0.5 * u * (c - p + u * (2 * p - 5 * b + 4 * c - q + u * (3 * (b - c) + q - p)))) / 1000;
-      x += panel.lengths[i] * Math.sin(angle);
-      y -= panel.lengths[i] * Math.cos(angle);
-      spots.push([x, y]);
+      found.push((b + 0.5 * u * (c - p + u * (2 * p - 5 * b + 4 * c - q + u * (3 * (b - c) + q - p)))) / panel.unit);
     }
+    return found;
+  }
+
+  // The points of a fractional frame, in parts of the radius of the stage from its middle.
+  function points(panel, place) {
+    const own = values(panel, place);
+    if (!own) return null;
+    if (panel.joined) return panel.joined.map((_, k) => [own[2 * k], own[2 * k + 1]]);
+    const spots = [[0, 0]];
+    own.forEach((angle, i) => {
+      const [x, y] = spots[i];
+      spots.push([x + panel.lengths[i] * Math.sin(angle), y - panel.lengths[i] * Math.cos(angle)]);
+    });
     return spots;
   }
 
@@ -62,12 +71,17 @@
     const truth = data.panels.find((panel) => panel.ink === "truth");
     let time = 0, playing = false, visible = true, before = 0, next = 0, background = null;
 
-    function chain(context, spots, place, colour, width, bob) {
+    function joined(context, panel, spots, place, colour, width, bob) {
       context.strokeStyle = context.fillStyle = colour;
       context.lineWidth = width;
       context.lineJoin = context.lineCap = "round";
       context.beginPath();
-      for (const spot of spots) context.lineTo(...place(spot));
+      spots.forEach((spot, k) => {
+        if (k === 0) return;
+        const parent = panel.joined ? panel.joined[k] : k - 1;
+        context.moveTo(...place(spots[parent] ?? spots[0]));
+        context.lineTo(...place(spot));
+      });
       context.stroke();
       spots.forEach((spot, k) => {
         context.beginPath();
@@ -86,7 +100,7 @@
         context.beginPath();
         for (let step = 0; step <= steps; step++) {
           const t = time - TRAIL * (1 - (band + step / steps) / bands);
-          const spots = t < 0 ? null : joints(panel, t / data.dt);
+          const spots = t < 0 ? null : points(panel, t / data.dt);
           if (spots) context.lineTo(...place(spots[spots.length - 1]));
         }
         context.stroke();
@@ -96,20 +110,19 @@
 
     function drawPanel(panel, view) {
       const { context, w, h } = fitted(view.querySelector("canvas"));
-      const reach = data.panels.reduce((most, one) => Math.max(most, one.lengths.reduce((a, b) => a + b, 0)), 1e-9);
-      const scale = 0.455 * Math.min(w, h) / reach;
-      const place = ([x, y]) => [w / 2 + x * scale, h / 2 - y * scale];
-      const colour = ink(panel.ink), bob = Math.max(5, 0.024 * Math.min(w, h));
+      const radius = 0.455 * Math.min(w, h);
+      const place = ([x, y]) => [w / 2 + x * radius, h / 2 - y * radius];
+      const colour = ink(panel.ink), bob = Math.max(5, 0.024 * Math.min(w, h)) * (panel.joined ? 0.6 : 1);
       context.strokeStyle = ink("grid");
       context.lineWidth = 1;
       context.beginPath();
-      context.arc(w / 2, h / 2, scale * reach, 0, 7);
+      context.arc(w / 2, h / 2, radius, 0, 7);
       context.stroke();
-      const ghost = truth && panel !== truth && joints(truth, time / data.dt);
-      if (ghost) chain(context, ghost, place, ink("axis"), 1.6, 0.7 * bob);
+      const ghost = truth && panel !== truth && points(truth, time / data.dt);
+      if (ghost) joined(context, truth, ghost, place, ink("axis"), 1.6, 0.7 * bob);
       if (trails.checked) trail(context, panel, place, colour);
-      const spots = joints(panel, time / data.dt);
-      if (spots) chain(context, spots, place, colour, 2.6, bob);
+      const spots = points(panel, time / data.dt);
+      if (spots) joined(context, panel, spots, place, colour, 2.6, bob);
       const output = view.querySelector("output");
       if (!spots) {
         output.textContent = "ended at " + panel.end.toFixed(1) + " s";

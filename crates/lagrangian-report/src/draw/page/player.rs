@@ -4,11 +4,15 @@ use serde::Serialize;
 
 use super::{add, dot};
 use crate::draw::{escaped, theme};
-use crate::{Animation, Panel};
+use crate::{Animation, Panel, Shape};
 
-/// Frames of an animation: 30 a second are smooth, and 4 000 hold two minutes of them.
+/// Frames of an animation: 30 a second are smooth, and 4 000 hold two minutes of them; fewer where each has many values.
 const RATE: f64 = 30.0;
 const MOST_FRAMES: usize = 4_000;
+const MOST_VALUES: usize = 32_000;
+/// Places are written in these parts of the radius of their stage, and none lies farther away than this many.
+const PARTS: f64 = 5e3;
+const FARTHEST: f64 = 1e6;
 
 /// The strip of energy errors, the controls and the data of a player go between these parts.
 const STRIP: &str = "</div>\n<canvas class=\"strip\" aria-hidden=\"true\"></canvas>\n<div class=\"controls\">\
@@ -20,7 +24,9 @@ const CHOICES: &str = "<label><span class=\"word\">Speed</span> <select class=\"
 
 /// One animation with its controls.
 pub(super) fn player(body: &mut String, animation: &Animation) {
-    let clip = animation.resampled(RATE, MOST_FRAMES);
+    let widths = animation.panels.iter().map(|panel| panel.shape.width());
+    let most = MOST_VALUES / widths.max().unwrap_or(1).max(1);
+    let clip = animation.resampled(RATE, most.min(MOST_FRAMES));
     let (title, caption) = (escaped(&animation.title), escaped(&animation.caption));
     add(
         body,
@@ -58,10 +64,18 @@ struct Clip {
 #[derive(Serialize)]
 struct ClipPanel {
     ink: &'static str,
-    lengths: Vec<f64>,
+    /// Of a chain: lengths of its links over the reach of the longest chain.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lengths: Option<Vec<f64>>,
+    /// Of points: the point that each is joined to.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    joined: Option<Vec<usize>>,
     end: f64,
-    /// Thousandths of a radian.
-    angles: Vec<Option<i64>>,
+    /// How many values a frame has.
+    width: usize,
+    /// A radian of a chain, or the radius of the stage of points, as it is written.
+    unit: f64,
+    values: Vec<Option<i64>>,
     error: Option<Vec<Option<f64>>>,
 }
 
@@ -69,6 +83,8 @@ struct ClipPanel {
 fn json(clip: &Animation) -> String {
     let frames = clip.frames();
     let duration = clip.duration();
+    let reaches = clip.panels.iter().map(|panel| panel.shape.stage().radius);
+    let reach = reaches.fold(0.0, f64::max);
     let data = Clip {
         dt: if frames > 1 {
             duration / (frames - 1) as f64
@@ -76,23 +92,46 @@ fn json(clip: &Animation) -> String {
             1.0
         },
         duration,
-        panels: clip.panels.iter().map(clip_panel).collect(),
+        panels: clip
+            .panels
+            .iter()
+            .map(|panel| clip_panel(panel, reach))
+            .collect(),
     };
     let json = serde_json::to_string(&data).unwrap_or_else(|_| "{}".into());
     json.replace('<', "\\u003c")
 }
 
-fn clip_panel(panel: &Panel) -> ClipPanel {
-    let finite_or_zero = |length: &f64| if length.is_finite() { *length } else { 0.0 };
-    let thousandths = |angle: &f64| angle.is_finite().then(|| (angle * 1e3).round() as i64);
+fn clip_panel(panel: &Panel, reach: f64) -> ClipPanel {
+    let written = |value: f64| value.is_finite().then(|| value.round() as i64);
     let errors = panel.energy_error.as_ref();
-    ClipPanel {
+    let mut clip = ClipPanel {
         ink: theme::of(panel.role).name,
-        lengths: panel.lengths.iter().map(finite_or_zero).collect(),
+        lengths: None,
+        joined: None,
         end: panel.t.last().copied().unwrap_or(0.0),
-        angles: panel.angles.iter().map(thousandths).collect(),
+        width: panel.shape.width(),
+        unit: 1e3,
+        values: Vec::new(),
         error: errors.map(|errors| errors.iter().map(three_digits).collect()),
+    };
+    match &panel.shape {
+        Shape::Chain { lengths } => {
+            let part = |length: &f64| Some(length / reach).filter(|part| part.is_finite());
+            clip.lengths = Some(lengths.iter().map(|own| part(own).unwrap_or(0.0)).collect());
+            clip.values = panel.values.iter().map(|own| written(own * 1e3)).collect();
+        }
+        Shape::Points { joined, stage } => {
+            let place = |(k, own): (usize, &f64)| {
+                let parts = (own - stage.middle[k % 2]) / stage.radius * PARTS;
+                written(parts.clamp(-FARTHEST, FARTHEST))
+            };
+            clip.unit = PARTS;
+            clip.joined = Some(joined.clone());
+            clip.values = panel.values.iter().enumerate().map(place).collect();
+        }
     }
+    clip
 }
 
 fn three_digits(error: &f64) -> Option<f64> {

@@ -62,7 +62,7 @@ pub(super) fn demo() -> Report {
     ];
     let panel = |k: usize| {
         let motion = &motions[k];
-        Panel::new(
+        Panel::chain(
             motion.name,
             motion.role,
             &[1.0, 1.0],

@@ -18,7 +18,7 @@ use super::Page;
 use truth::Truth;
 
 pub(super) use coverage::outside;
-pub(super) use truth::layout;
+pub(super) use truth::{layout, simulated_robot};
 
 /// Places along an axis.
 const PLACES: usize = 121;

@@ -1,6 +1,7 @@
 //! The system that made the data, where they say which.
 
 use lagrangian::analytic::{AnalyticModel, by_name};
+use lagrangian::rigid::{RigidBodies, RobotConfig};
 use lagrangian::trajectory::Simulated;
 use lagrangian::{Layout, Learned, Model, Quantities};
 
@@ -24,14 +25,17 @@ pub(in crate::page) fn layout(record: &RunRecord) -> Option<Layout> {
 impl Truth {
     /// The system that the data of a run name; none for one of other coordinates, which their columns cannot be of.
     pub(super) fn of(record: &RunRecord, model: &Learned, middle: &[f64]) -> Option<Self> {
-        let Simulated {
-            name,
-            friction,
-            parameters,
-        } = layout(record)?.system?;
-        let parameters: Vec<(&str, f64)> =
-            parameters.iter().map(|(k, x)| (k.as_str(), *x)).collect();
-        let system = by_name(&name, &parameters).ok()?;
+        let simulated = layout(record)?.system?;
+        let friction = simulated.friction;
+        let system: Box<dyn AnalyticModel> = match &simulated.urdf {
+            Some(_) => Box::new(robot(&simulated, model)?),
+            None => {
+                let parameters = simulated.parameters.iter();
+                let parameters: Vec<(&str, f64)> =
+                    parameters.map(|(k, x)| (k.as_str(), *x)).collect();
+                by_name(&simulated.name, &parameters).ok()?
+            }
+        };
         if system.coordinates().dof() != middle.len() {
             return None;
         }
@@ -49,6 +53,20 @@ impl Truth {
             false => 1.0,
         }
     }
+}
+
+/// The robot that was simulated for the data of a run.
+pub(in crate::page) fn simulated_robot(record: &RunRecord, model: &Learned) -> Option<RigidBodies> {
+    robot(&layout(record)?.system?, model)
+}
+
+/// The robot of the data with the coordinates of a model; none where its text is no robot, or one of other coordinates.
+fn robot(simulated: &Simulated, model: &Learned) -> Option<RigidBodies> {
+    let config = RobotConfig {
+        urdf: simulated.urdf.clone()?,
+        joints: simulated.joints.clone(),
+    };
+    config.bodies(model.coordinates()).ok()
 }
 
 /// The factor from the inertia of a model to that of another, by their traces in the middle of the data; 1 where one has none.

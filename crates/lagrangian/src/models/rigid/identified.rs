@@ -4,6 +4,7 @@ use crate::mechanics::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
 use crate::mechanics::lagrangian::Lagrangian;
 use crate::models::Parameter;
 use crate::models::learned::{Description, FittedForces, FittedModel, Learned, Stored};
+use crate::rigid::RigidBodies;
 use crate::{Coordinates, Error, Result};
 
 /// Rigid bodies with identified parameters and the standard errors of these.
@@ -27,6 +28,11 @@ pub trait Identifiable: Lagrangian + Clone + std::fmt::Debug + 'static {
     /// # Errors
     /// [`Error::DamagedModel`] where their description cannot be written.
     fn stored(&self) -> Result<Stored>;
+
+    /// The robot that they are, where they are one.
+    fn robot(&self) -> Option<&RigidBodies> {
+        None
+    }
 
     /// The same bodies with inertia added to their drives, where these have any.
     fn with_added_inertia(&self, added: &[f64]) -> Option<Self> {
@@ -120,6 +126,10 @@ impl<L: Identifiable> FittedModel for IdentifiedBodies<L> {
 
     fn forces(&self) -> FittedForces<'_> {
         self.motion.fitted_forces()
+    }
+
+    fn robot(&self) -> Option<&RigidBodies> {
+        self.motion.lagrangian.robot()
     }
 
     fn parameters(&self) -> Vec<Parameter> {

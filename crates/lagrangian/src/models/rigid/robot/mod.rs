@@ -96,6 +96,10 @@ impl Identifiable for RigidBodies {
         named.map(parameter).collect()
     }
 
+    fn robot(&self) -> Option<&RigidBodies> {
+        Some(self)
+    }
+
     fn with_added_inertia(&self, added: &[f64]) -> Option<Self> {
         let rotor = self.rotor().iter().zip(added).map(|(a, b)| a + b).collect();
         self.clone().with_drives(rotor, self.offset().to_vec()).ok()

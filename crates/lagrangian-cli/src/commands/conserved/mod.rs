@@ -1,5 +1,7 @@
 //! `lagrangian conserved`: energy, momenta and Noether's charges of a model, and how far they drift.
 
+mod page;
+
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -7,7 +9,7 @@ use anyhow::Result;
 use lagrangian::rollout::{free, rollout_many, times};
 use lagrangian::{Coordinates, RolloutOptions, Trajectory};
 use lagrangian_analysis::conserved::{
-    Conserved, ConservedOptions, Gauge, Quantity, candidates, conserved, points_by_name,
+    ConservedOptions, Quantity, candidates, conserved, points_by_name,
 };
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -29,7 +31,7 @@ pub(super) fn run(args: &ConservedArgs, mode: OutputMode) -> Result<ExitCode> {
     let mut inputs = args.data.inputs(&args.files)?;
     inputs.push(PathBuf::from(&args.subject.subject));
     args.output.refuse_inputs(&inputs)?;
-    args.output.refuse_existing()?;
+    args.output.refuse_unwritable_figures()?;
     let samples = MOTIONS as f64 * RATE * args.duration;
     let size = Size::of_files(&inputs).with_samples(samples);
     let task = Task::start("conserved", mode.quiet, size)?;
@@ -51,6 +53,8 @@ pub(super) fn run(args: &ConservedArgs, mode: OutputMode) -> Result<ExitCode> {
         "`lagrangian check` shows what is wrong with the data",
     )?;
     drop(task);
+    args.output.draw(|| page::page(args, &found))?;
+    let judged: Vec<_> = found.quantities.iter().map(Quantity::judged).collect();
     let figures = json!({
         "command": "conserved",
         "subject": args.subject.subject,
@@ -58,9 +62,11 @@ pub(super) fn run(args: &ConservedArgs, mode: OutputMode) -> Result<ExitCode> {
         "motions": motions.len(),
         "tolerance": args.tolerance,
         "conserved": found,
+        "judged": judged,
+        "plot": args.output.plot,
     });
-    let text = || as_text(&found);
-    args.output.write_figures(mode, &figures, text)?;
+    let text = || page::text(&found);
+    args.output.file.write_figures(mode, &figures, text)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -96,58 +102,4 @@ fn motions(args: &ConservedArgs, subject: &Subject) -> Result<Vec<Trajectory>> {
     let rolled = rollout_many(&**system, &starts, &times, &free, &options)
         .advise(shown, "give other parameters with --set")?;
     Ok(rolled.into_iter().map(|r| r.trajectory).collect())
-}
-
-fn as_text(found: &Conserved) -> String {
-    let widths = found.quantities.iter().map(|q| q.name.chars().count());
-    let width = widths.max().unwrap_or(0);
-    let mut text = format!(
-        "{} states\n  {:width$}  {:<13}{:>9}{:>12}{:>12}\n",
-        found.states, "", "", "r", "drift, data", "own"
-    );
-    for quantity in &found.quantities {
-        text += &line(quantity, width);
-    }
-    match &found.generators {
-        None => {
-            text += "linear symmetries: these motions do not distinguish them, or there are too many coordinates\n"
-        }
-        Some(all) if all.is_empty() => text += "linear symmetries: none\n",
-        Some(all) => {
-            text += "linear symmetries, as a basis:\n";
-            all.iter().for_each(|g| text += &format!("  {}\n", g.text));
-        }
-    }
-    text
-}
-
-fn line(quantity: &Quantity, width: usize) -> String {
-    let (verdict, gauge) = match quantity.symmetric {
-        true => ("conserved", gauge(&quantity.gauge)),
-        false => ("not conserved", String::new()),
-    };
-    let size = |x: f64| format!("{x:.1e}");
-    let (name, r, data) = (
-        &quantity.name,
-        size(quantity.violation),
-        size(quantity.data.relative),
-    );
-    let own = quantity
-        .own
-        .as_ref()
-        .map_or("–".into(), |drift| size(drift.relative));
-    format!("  {name:width$}  {verdict:<13}{r:>9}{data:>12}{own:>12}{gauge}\n")
-}
-
-/// The terms of F, where it is more than the gauge at rest.
-fn gauge(gauge: &Gauge) -> String {
-    if gauge.terms.is_empty() {
-        return String::new();
-    }
-    let terms = gauge
-        .terms
-        .iter()
-        .map(|(name, f)| format!("{f:+.3} {name}"));
-    let terms: Vec<String> = terms.collect();
-    format!("   less F = {}", terms.join(" "))
 }

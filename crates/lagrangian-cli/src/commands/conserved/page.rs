@@ -1,0 +1,144 @@
+//! What is conserved, as text and as a page.
+
+use lagrangian_analysis::conserved::{Change, Conserved, Drift, Quantity};
+use lagrangian_report::draw::short;
+use lagrangian_report::{
+    Command, Figure, Headline, Report, Role, Series, Table, conserved_quantity,
+};
+
+use crate::command_line::command_line;
+use crate::law_args::ConservedArgs;
+
+pub(super) fn text(found: &Conserved) -> String {
+    let widths = found.quantities.iter().map(|q| q.name.chars().count());
+    let width = widths.max().unwrap_or(0);
+    let mut text = format!(
+        "{} states\n  {:width$}  {:<13}{:>9}{:>12}{:>12}  verdict\n",
+        found.states, "", "", "r", "drift, data", "own"
+    );
+    for quantity in &found.quantities {
+        text += &line(quantity, width);
+    }
+    text += &generators(found).join("\n");
+    text + "\n"
+}
+
+/// What the search for linear symmetries found, in lines.
+fn generators(found: &Conserved) -> Vec<String> {
+    match &found.generators {
+        None => vec!["linear symmetries: these motions do not distinguish them, or there are too many coordinates".into()],
+        Some(all) if all.is_empty() => vec!["linear symmetries: none".into()],
+        Some(all) => {
+            let head = "linear symmetries, as a basis:".to_string();
+            let lines = all.iter().map(|g| format!("  {}", g.text));
+            std::iter::once(head).chain(lines).collect()
+        }
+    }
+}
+
+fn line(quantity: &Quantity, width: usize) -> String {
+    let verdict = kept(quantity);
+    let gauge = match gauge(quantity) {
+        terms if terms.is_empty() => terms,
+        terms => format!("   less F = {terms}"),
+    };
+    let size = |x: f64| format!("{x:.1e}");
+    let (name, r, data) = (
+        &quantity.name,
+        size(quantity.violation),
+        size(quantity.data.relative),
+    );
+    let own = quantity
+        .own
+        .as_ref()
+        .map_or("–".into(), |drift| size(drift.relative));
+    let judged = quantity.judged().map_or("–".into(), |own| own.text());
+    format!("  {name:width$}  {verdict:<13}{r:>9}{data:>12}{own:>12}  {judged}{gauge}\n")
+}
+
+fn kept(quantity: &Quantity) -> &'static str {
+    match quantity.symmetric {
+        true => "conserved",
+        false => "not conserved",
+    }
+}
+
+/// The terms of F, where the quantity is conserved and F is more than the gauge at rest.
+fn gauge(quantity: &Quantity) -> String {
+    let terms = quantity.gauge.terms.iter().filter(|_| quantity.symmetric);
+    let terms = terms.map(|(name, f)| format!("{f:+.3} {name}"));
+    terms.collect::<Vec<_>>().join(" ")
+}
+
+pub(super) fn page(args: &ConservedArgs, found: &Conserved) -> Report {
+    let conserved = || {
+        (1..)
+            .zip(&found.quantities)
+            .filter(|(_, own)| own.symmetric)
+    };
+    Report {
+        title: format!("What is conserved, {}", args.subject.subject),
+        subtitle: format!(
+            "Symmetries measured at {} states; a force along the direction of at most {} of the inertial forces counts as none",
+            found.states, args.tolerance
+        ),
+        headlines: conserved().map(|(_, own)| headline(own)).collect(),
+        summary: generators(found),
+        figures: conserved().map(|(k, own)| figure(k, own)).collect(),
+        tables: vec![table(found)],
+        commands: vec![Command::new("This page", command_line())],
+        ..Report::default()
+    }
+}
+
+fn headline(quantity: &Quantity) -> Headline {
+    let label = format!("Drift of the {}", quantity.name);
+    let value = short(100.0 * quantity.data.relative);
+    let note = format!(
+        "of its size, at most, in {} s",
+        short(quantity.data.seconds)
+    );
+    Headline {
+        judged: quantity.judged(),
+        ..Headline::new(&label, value, "%", note)
+    }
+}
+
+/// The change along the motions and along rollouts of the model; one entry of the legend for each of the two.
+fn figure(number: usize, quantity: &Quantity) -> Figure {
+    let lines = |name: &'static str, role, drift: &Drift| -> Vec<Series> {
+        let line = |(k, own): (usize, &Change)| {
+            let name = if k == 0 { name } else { "" };
+            Series::line(name, role, own.t.clone(), own.relative.clone())
+        };
+        drift.changes.iter().enumerate().map(line).collect()
+    };
+    let own = quantity.own.iter();
+    let mut series = lines("along the motions", Role::Truth, &quantity.data);
+    series.extend(own.flat_map(|own| lines("along rollouts of the model", Role::Lnn, own)));
+    conserved_quantity(number, &quantity.name, series)
+}
+
+fn table(found: &Conserved) -> Table {
+    let percent = |drift: &Drift| short(100.0 * drift.relative);
+    let row = |own: &Quantity| {
+        let drift = own.own.as_ref().map_or("–".into(), percent);
+        let (r, data) = (short(own.violation), percent(&own.data));
+        vec![
+            own.name.clone(),
+            kept(own).into(),
+            r,
+            data,
+            drift,
+            gauge(own),
+        ]
+    };
+    let all = &found.quantities;
+    Table::new(
+        "What was looked at. r is the force along the direction of the inertial forces, 0 for a symmetry; a drift is the largest change \
+         of the quantity, the work of forces and friction taken off, in % of its size; F is what is taken off the charge.",
+        &["quantity", "by the model", "r", "drift along the motions, %", "drift along rollouts, %", "F"],
+        all.iter().map(row).collect(),
+    )
+    .judged(all.iter().map(Quantity::judged).collect())
+}
