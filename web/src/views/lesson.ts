@@ -167,7 +167,7 @@ function learnL(): ReturnType<Step["make"]> {
 
 function energyKept(): ReturnType<Step["make"]> {
   return race(
-    { system: "double-pendulum", motions: "30", width: "64", seconds: "20" },
+    { system: "double-pendulum", motions: "30", width: "32", seconds: "20" },
     text("Whatever its weights are, a Lagrangian keeps its energy H = q̇·∂L/∂q̇ − L, because time does not appear in it: that is Noether's theorem.", "A plain network keeps nothing, and its small errors add up."),
     text("Let both learn a double pendulum for 20 s, then look at the energy along 30 s of motion, and at the figure for 100 s. Neither predicts the angles of a chaotic motion for long; the energy is what remains."),
     more("energy and power", "energy-and-power"),
@@ -180,7 +180,7 @@ function whenItFails(): ReturnType<Step["make"]> {
     ["Too little data: two motions", { ...setup, motions: "2" }],
     ["Much noise, and positions alone", { ...setup, noise: "0.02", positions: "1" }],
     ["Friction, which no L alone explains", { ...setup, friction: "0.3" }],
-    ["Too little time: one second for a double pendulum", { system: "double-pendulum", motions: "30", width: "64", seconds: "1" }],
+    ["Too little time: one second for a double pendulum", { system: "double-pendulum", motions: "30", width: "32", seconds: "1" }],
   ];
   const parts = [
     text("A learned Lagrangian keeps an energy, but not always the right one: where the data never went it is a guess, and where they are noisy it is blurred."),

@@ -207,7 +207,7 @@ export class Race {
     const { scene, friction } = this.setup;
     if (friction > 0) {
       const errors = SIDES.map((side) => [side, this.lastError(side)] as const);
-      this.write(errors, `Off the true energy after ${PREDICTED} s, in parts of ${short(scene.reference)} J:`);
+      this.write(errors, `How far the energy is off after ${PREDICTED} s, in percent of ${short(scene.reference)} J:`);
       return;
     }
     this.result.textContent = "Predicting 100 s from ten other starts …";
