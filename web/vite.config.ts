@@ -1,4 +1,5 @@
 import { type Plugin, defineConfig } from "vite";
+import { theory } from "./vite.theory";
 
 /** Lists the files that the page needs without a network, for its service worker. */
 function offline(): Plugin {
@@ -18,7 +19,7 @@ function offline(): Plugin {
 // Relative paths, so that the page works in any folder of any server.
 export default defineConfig({
   base: "./",
-  build: { target: "es2022", assetsInlineLimit: 0, modulePreload: { polyfill: false } },
+  build: { target: "es2022", assetsInlineLimit: 0, modulePreload: { polyfill: false }, rolldownOptions: { input: ["index.html", "theory.html"] } },
   worker: { format: "es" },
-  plugins: [offline()],
+  plugins: [theory(), offline()],
 });

@@ -15,9 +15,10 @@ const axe = createRequire(import.meta.url).resolve("axe-core/axe.min.js");
 export const folder = resolve(process.env.LAGRANGIAN_PAGES ?? new URL("../../target/browser/pages", import.meta.url).pathname);
 
 /** Starts Chromium; the sandbox is left where the system allows none (as root, in containers). */
-export async function launched() {
+export async function launched({ args = [], ...options } = {}) {
   if (!executablePath) throw new Error("there is no Chromium: install it (apt-get install chromium) or set CHROMIUM to its path");
-  return chromium.launch({ executablePath, args: process.getuid?.() === 0 ? ["--no-sandbox"] : [] });
+  const open = process.getuid?.() === 0 ? ["--no-sandbox"] : [];
+  return chromium.launch({ executablePath, args: [...args, ...open], ...options });
 }
 
 /**
@@ -72,3 +73,9 @@ export function plotOf(page, id) {
 
 /** Waits until what was asked for is painted. */
 export const frame = (page) => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+
+/** Fingers on the screen, as the browser's own protocol sends them. */
+export async function fingers(page) {
+  const session = await page.context().newCDPSession(page);
+  return (type, ...spots) => session.send("Input.dispatchTouchEvent", { type, touchPoints: spots.map(([x, y], id) => ({ x, y, id })) });
+}

@@ -3,7 +3,7 @@
 import { compile } from "./engine/engine";
 import { library } from "./engine/library";
 import * as address from "./ui/address";
-import { el } from "./ui/element";
+import { byId, el } from "./ui/element";
 import { themeButton } from "./ui/theme";
 import "./style.css";
 import { data } from "./views/data";
@@ -31,12 +31,6 @@ function show(): void {
     if (tab.dataset["view"] === entry.name) tab.setAttribute("aria-current", "page");
     else tab.removeAttribute("aria-current");
   }
-}
-
-function byId(id: string): HTMLElement {
-  const element = document.getElementById(id);
-  if (!element) throw new Error(`the page has no element ${id}`);
-  return element;
 }
 
 /** Keeps the page for times without a network. */

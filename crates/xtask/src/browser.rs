@@ -8,12 +8,15 @@ use crate::{Failure, built, cargo, in_ci, root, succeed, target};
 
 pub(crate) const USAGE: &str = "\
 browser  makes pages whose values are known (target/browser/pages) and reads them in Chromium: values, zoom, legends, keys, fingers,
-           accessibility; needs Node 20, npm and Chromium (or CHROMIUM, the path of one)
+           accessibility, and whether they look as stored; needs Node 20, npm and Chromium (or CHROMIUM, the path of one)
+           --store  stores anew how pages look, in tests/browser/pictures, and tests nothing else
            --where-possible  ends without a failure where one of these is missing, unless CI=true";
 
 /// The folder of the tests, and the one of its folders that reads pages.
 const TESTS: &str = "tests/browser";
 const FOLDER: &str = "pages";
+/// Set to 1, it has the tests of pictures store what they see.
+const STORE: &str = "LAGRANGIAN_STORE";
 /// Where distributions put the browser.
 const BROWSERS: [&str; 3] = [
     "/usr/bin/chromium",
@@ -22,13 +25,14 @@ const BROWSERS: [&str; 3] = [
 ];
 
 pub(crate) fn main(flags: &[&str]) -> Result<(), Failure> {
-    let where_possible = match flags {
-        [] => false,
-        ["--where-possible"] => true,
+    let (where_possible, run) = match flags {
+        [] => (false, Run::Tests),
+        ["--where-possible"] => (true, Run::Tests),
+        ["--store"] => (false, Run::StoredPictures),
         [other, ..] => {
             return Err(Failure::usage(
                 format!("browser has no flag '{other}'"),
-                "browser [--where-possible]",
+                "browser [--where-possible | --store]",
             ));
         }
     };
@@ -42,10 +46,20 @@ pub(crate) fn main(flags: &[&str]) -> Result<(), Failure> {
     };
     let pages = target().join("browser").join("pages");
     make(&pages)?;
-    test(FOLDER, &browser, |node| {
+    test(FOLDER, &browser, run, |node| {
         node.env("LAGRANGIAN_PAGES", pages);
     })?;
     Ok(())
+}
+
+/// What is done with the tests of a folder.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) enum Run {
+    /// All of them run.
+    #[default]
+    Tests,
+    /// Those of pictures store what they see.
+    StoredPictures,
 }
 
 /// The browser, once the packages of the tests are there too.
@@ -81,15 +95,20 @@ pub(crate) fn packages(folder: &Path) -> Result<(), String> {
     succeed(npm.current_dir(folder), "npm ci")
 }
 
-/// Runs the tests of a folder in the browser.
+/// Runs the tests of a folder in the browser, or has its pictures stored.
 pub(crate) fn test(
     folder: &str,
     browser: &Path,
+    run: Run,
     set: impl FnOnce(&mut Command),
 ) -> Result<(), String> {
     let mut node = Command::new("node");
-    node.args(["--test", "--test-concurrency=1", folder]);
-    node.env("CHROMIUM", browser);
+    node.args(["--test", "--test-concurrency=1"]);
+    if run == Run::StoredPictures {
+        node.arg("--test-name-pattern=looks as stored")
+            .env(STORE, "1");
+    }
+    node.arg(folder).env("CHROMIUM", browser);
     set(&mut node);
     succeed(
         node.current_dir(root().join(TESTS)),

@@ -5,13 +5,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::browser;
+use crate::browser::{self, Run};
 use crate::{Failure, in_ci, plain, root, succeed, target};
 
 pub(crate) const USAGE: &str = "\
 web      builds the library as WebAssembly and the page around it in web/dist, and runs tests/browser/lab in Chromium; says what to
            install where something is missing
            --build  without the tests
+           --store  stores anew how the views look, in tests/browser/pictures, and tests nothing else
            --where-possible  ends without a failure where a tool is missing, unless CI=true";
 
 const TRIPLE: &str = "wasm32-unknown-unknown";
@@ -31,6 +32,7 @@ const DEBIAN_SOURCE: &str = "/usr/lib/rustlib/src/rust/library";
 struct Options {
     build_only: bool,
     where_possible: bool,
+    run: Run,
 }
 
 pub(crate) fn main(flags: &[&str]) -> Result<(), Failure> {
@@ -47,7 +49,7 @@ pub(crate) fn main(flags: &[&str]) -> Result<(), Failure> {
     let module = library(&root, tools.toolchain)?;
     page(&root, &module)?;
     if let Some(browser) = tools.browser {
-        browser::test(FOLDER, &browser, |_| ())?;
+        browser::test(FOLDER, &browser, options.run, |_| ())?;
     }
     println!(
         "xtask: the laboratory is in {}",
@@ -61,11 +63,12 @@ fn options(flags: &[&str]) -> Result<Options, Failure> {
     for flag in flags {
         match *flag {
             "--build" => options.build_only = true,
+            "--store" => options.run = Run::StoredPictures,
             "--where-possible" => options.where_possible = true,
             other => {
                 return Err(Failure::usage(
                     format!("web has no flag '{other}'"),
-                    "web [--build] [--where-possible]",
+                    "web [--build | --store] [--where-possible]",
                 ));
             }
         }
@@ -197,8 +200,11 @@ mod tests {
         let expected = Options {
             build_only: true,
             where_possible: true,
+            ..Options::default()
         };
         assert_eq!(both, Ok(expected));
+        let stored = options(&["--store"]).map(|options| options.run);
+        assert_eq!(stored, Ok(Run::StoredPictures));
         assert!(options(&["--quick"]).is_err());
     }
 }

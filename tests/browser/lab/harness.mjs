@@ -4,6 +4,7 @@ import { readFile } from "node:fs/promises";
 import { createServer } from "node:http";
 import path from "node:path";
 import { fileURLToPath } from "node:url";
+import { gzipSync } from "node:zlib";
 
 export { launched as browser } from "../browser.js";
 
@@ -17,15 +18,16 @@ const TYPES = {
   ".webmanifest": "application/manifest+json",
 };
 
-/** Serves the page on a free port of this machine. */
-export async function serve() {
+/** Serves the page, or another folder, on a free port of this machine, compressed as web servers do. */
+export async function serve(root = ROOT) {
+  const packed = new Map();
   const server = createServer(async (request, response) => {
     const name = new URL(request.url, "http://localhost").pathname;
-    const file = path.join(ROOT, path.normalize(name === "/" ? "/index.html" : name));
+    const file = path.join(root, path.normalize(name === "/" ? "/index.html" : name));
     try {
-      const body = await readFile(file);
-      response.writeHead(200, { "content-type": TYPES[path.extname(file)] ?? "application/octet-stream" });
-      response.end(body);
+      if (!packed.has(file)) packed.set(file, gzipSync(await readFile(file)));
+      response.writeHead(200, { "content-type": TYPES[path.extname(file)] ?? "application/octet-stream", "content-encoding": "gzip" });
+      response.end(packed.get(file));
     } catch {
       response.writeHead(404).end();
     }

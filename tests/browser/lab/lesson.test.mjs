@@ -44,3 +44,25 @@ test("five steps follow each other, and the third one learns", async () => {
   assert.deepEqual(wrong, []);
   await close();
 });
+
+test("each step leads to its section of the theory, which is there without a network too", async () => {
+  const { page, wrong, close } = await open(own, `${server.url}#lesson`);
+  await page.evaluate(() => navigator.serviceWorker.ready);
+  await page.waitForFunction(async () => (await (await caches.open("lagrangian-laboratory")).keys()).some((key) => key.url.endsWith("/theory.html")));
+  await page.context().setOffline(true);
+  const read = [];
+  for (const step of [1, 2, 4, 5]) {
+    await page.goto(`${server.url}#lesson?step=${step}`);
+    await page.reload();
+    await page.getByText("In the theory").getByRole("link").click();
+    const section = page.locator(":target");
+    await section.waitFor();
+    read.push(await section.textContent());
+  }
+  assert.deepEqual(read, ["1 The action", "2 The equation of motion", "4 Energy and power", "11 Dissipation"]);
+  // The Euler–Lagrange equation is (2), and whoever mentions it leads there.
+  await page.locator('p a[href="#eq-2"]').first().click();
+  assert.match(await page.locator("pre", { has: page.locator(":target") }).textContent(), /d\/dt ∂L\/∂q̇ − ∂L\/∂q = τ/);
+  assert.deepEqual(wrong.filter((line) => !line.includes("ERR_INTERNET_DISCONNECTED")), []);
+  await close();
+});

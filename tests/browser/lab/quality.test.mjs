@@ -8,7 +8,7 @@ import { brotliCompressSync, constants } from "node:zlib";
 import { violations } from "../browser.js";
 import { browser, open, serve } from "./harness.mjs";
 
-const VIEWS = ["play?system=double-pendulum", "learn", "data", "lesson?step=1", "lesson?step=3", "lesson?step=5"];
+const VIEWS = ["#play?system=double-pendulum", "#learn", "#data", "#lesson?step=1", "#lesson?step=3", "#lesson?step=5", "theory.html"];
 
 let server, own;
 before(async () => ([server, own] = [await serve(), await browser()]));
@@ -21,9 +21,9 @@ for (const colorScheme of ["light", "dark"]) {
   test(`no view has a barrier that axe finds, in ${colorScheme}`, async () => {
     for (const view of VIEWS) {
       // The policy of the page would refuse a script that it does not hold.
-      const { page, wrong, close } = await open(own, `${server.url}#${view}`, { colorScheme, bypassCSP: true });
+      const { page, wrong, close } = await open(own, `${server.url}${view}`, { colorScheme, bypassCSP: true });
       await page.waitForTimeout(600);
-      if (view === "data") {
+      if (view === "#data") {
         await page.getByRole("button", { name: /example/ }).click();
         await page.getByRole("button", { name: "Check the data" }).click();
         await page.getByText("The data are").waitFor();
@@ -37,7 +37,7 @@ for (const colorScheme of ["light", "dark"]) {
 
 test("no view is wider than a telephone", async () => {
   for (const view of VIEWS) {
-    const { page, close } = await open(own, `${server.url}#${view}`, { viewport: { width: 390, height: 800 } });
+    const { page, close } = await open(own, `${server.url}${view}`, { viewport: { width: 390, height: 800 } });
     await page.waitForTimeout(400);
     const width = await page.evaluate(() => document.documentElement.scrollWidth);
     assert.ok(width <= 390, `${view} is ${width} px wide`);

@@ -49,3 +49,17 @@ test("a library that does not come is told too", async () => {
   await page.getByText(/library could not be loaded \(/).first().waitFor();
   await context.close();
 });
+
+test("requests wait for a library that is slow to begin", async () => {
+  const context = await own.newContext({ serviceWorkers: "block" });
+  const page = await context.newPage();
+  const slow = "{ const own = WebAssembly.instantiate; WebAssembly.instantiate = async (...all) => { await new Promise((done) => setTimeout(done, 400)); return own(...all); }; }";
+  await page.route("**/worker-*.js", async (route) => {
+    const response = await route.fetch();
+    await route.fulfill({ response, body: slow + (await response.text()) });
+  });
+  await page.goto(`${server.url}#play?system=pendulum`);
+  await page.locator(".figures dd, .message.bad").first().waitFor();
+  assert.equal(await page.locator(".message.bad").count(), 0);
+  await context.close();
+});

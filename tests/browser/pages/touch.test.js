@@ -3,17 +3,11 @@
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 
-import { launched, opened, plotOf } from "../browser.js";
+import { fingers, launched, opened, plotOf } from "../browser.js";
 
 let browser;
 before(async () => { browser = await launched(); });
 after(() => browser.close());
-
-// Fingers on the screen, as the browser's own protocol sends them.
-async function fingers(page) {
-  const session = await page.context().newCDPSession(page);
-  return (type, ...spots) => session.send("Input.dispatchTouchEvent", { type, touchPoints: spots.map(([x, y], id) => ({ x, y, id })) });
-}
 
 test("a finger reads values, two zoom, and two taps reset", async () => {
   const { page, faults, close } = await opened(browser, "known.html", { width: 390, touch: true });
@@ -45,6 +39,22 @@ test("eight names take one line of a phone and follow the plots that they belong
   await plotOf(page, "torque-3").seen();
   const box = await legend.boundingBox();
   assert.ok(box.height < 60 && box.y >= 0 && box.y < 10, JSON.stringify(box));
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("eight values stand beneath the plot of a phone and hide none of it", async () => {
+  const { page, faults, close } = await opened(browser, "known.html", { width: 390, touch: true });
+  const torque = plotOf(page, "torque-1"), edge = await torque.seen(), touch = await fingers(page);
+  const tall = () => page.evaluate(() => document.documentElement.scrollHeight);
+  const before = await tall();
+  await touch("touchStart", [edge.x + 0.5 * edge.width, edge.y + 100]);
+  assert.equal((await torque.values()).length, 9);
+  const [canvas, values] = [await torque.figure.locator("canvas.base").boundingBox(), await torque.readout.boundingBox()];
+  assert.ok(values.y >= canvas.y + canvas.height, JSON.stringify({ canvas, values }));
+  assert.ok(values.y + values.height <= edge.y + edge.height && values.x + values.width <= 390, "the values leave their place");
+  assert.equal(await tall(), before, "the page moves under the finger");
+  await touch("touchEnd");
   assert.deepEqual(faults, []);
   await close();
 });

@@ -3,29 +3,33 @@
 import { Ended, Library } from "./module";
 import type { FromWorker, ToWorker } from "./messages";
 
-let library: Library | undefined;
+// Requests may come before the module has begun; they wait for it, in their order.
+let library: Promise<Library> | undefined;
 
-self.onmessage = async (event: MessageEvent<ToWorker>) => {
+self.onmessage = (event: MessageEvent<ToWorker>) => {
   const message = event.data;
-  if ("module" in message) {
-    library = await Library.of(message.module);
-    return;
-  }
-  post(message.id, () => {
-    if (!library) throw new Ended("the library was not loaded");
-    return library.answer(message.request, message.file);
-  });
+  if ("module" in message) library = Library.of(message.module);
+  else void serve(message.id, message.request, message.file);
 };
 
-function post(id: number, compute: () => { value: unknown; bytes: Uint8Array<ArrayBuffer> }): void {
+async function serve(id: number, request: object, file?: Uint8Array): Promise<void> {
   try {
-    const { value, bytes } = compute();
+    const { value, bytes } = (await begun()).answer(request, file);
     send({ id, value, bytes }, [bytes.buffer]);
   } catch (error) {
     const ended = error instanceof Ended;
     const words = error instanceof Error ? error.message : String(error);
     send({ id, error: words, ended }, []);
   }
+}
+
+async function begun(): Promise<Library> {
+  try {
+    if (library) return await library;
+  } catch (error) {
+    throw new Ended(String(error));
+  }
+  throw new Ended("the library was not loaded");
 }
 
 function send(message: FromWorker, moved: Transferable[]): void {

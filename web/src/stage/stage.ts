@@ -2,6 +2,7 @@
 
 import { el } from "../ui/element";
 import { withNextFrame } from "../ui/frame";
+import { sheet } from "../ui/sheet";
 import { onTheme } from "../ui/theme";
 import { Pen, type Point } from "./pen";
 import type { Scene, State } from "./scenes";
@@ -41,6 +42,8 @@ export class Stage {
       this.canvas.addEventListener("pointermove", (event) => this.move(event));
       this.canvas.addEventListener("pointerup", () => this.release());
       this.canvas.addEventListener("pointercancel", () => this.release());
+      // A finger that takes a handle drags it; one beside it scrolls the page.
+      this.canvas.addEventListener("touchstart", (event) => this.touch(event), { passive: false });
     }
     new ResizeObserver(() => this.later()).observe(this.canvas);
     onTheme(() => this.later());
@@ -74,10 +77,7 @@ export class Stage {
   private draw(): void {
     const pen = this.pen();
     if (!pen) return;
-    const scale = devicePixelRatio || 1;
-    this.canvas.width = Math.round(pen.width * scale);
-    this.canvas.height = Math.round(pen.height * scale);
-    pen.context.scale(scale, scale);
+    sheet(this.canvas, pen.width, pen.height);
     for (const body of this.bodies) {
       if (body.trail && body.trail.length > 1) pen.use(body.colour, 0.3).line(body.trail, 1.5);
       pen.use(body.colour);
@@ -85,17 +85,29 @@ export class Stage {
     }
   }
 
-  private take(event: PointerEvent): void {
+  /** The handle at a place of the canvas, if there is one. */
+  private handleAt(x: number, y: number): number | undefined {
     const [pen, state] = [this.pen(), this.bodies.at(-1)?.state];
-    if (!pen || !state) return;
+    if (!pen || !state) return undefined;
     const distance = (handle: Point) => {
-      const [x, y] = pen.pixel(handle);
-      return Math.hypot(x - event.offsetX, y - event.offsetY);
+      const [across, down] = pen.pixel(handle);
+      return Math.hypot(across - x, down - y);
     };
     const distances = this.scene.handles(state).map(distance);
     const nearest = distances.indexOf(Math.min(...distances));
-    if ((distances[nearest] ?? Infinity) > NEAR) return;
-    this.held = nearest;
+    return (distances[nearest] ?? Infinity) > NEAR ? undefined : nearest;
+  }
+
+  private touch(event: TouchEvent): void {
+    const edge = this.canvas.getBoundingClientRect();
+    const [finger] = event.touches;
+    if (finger && this.handleAt(finger.clientX - edge.left, finger.clientY - edge.top) !== undefined) event.preventDefault();
+  }
+
+  private take(event: PointerEvent): void {
+    const handle = this.handleAt(event.offsetX, event.offsetY);
+    if (handle === undefined) return;
+    this.held = handle;
     this.canvas.setPointerCapture(event.pointerId);
     event.preventDefault();
     this.move(event);

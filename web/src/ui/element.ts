@@ -26,3 +26,10 @@ export function unique(prefix: string): string {
   numbered += 1;
   return `${prefix}-${numbered}`;
 }
+
+/** The element of the page with this id. */
+export function byId(id: string): HTMLElement {
+  const element = document.getElementById(id);
+  if (!element) throw new Error(`the page has no element ${id}`);
+  return element;
+}

@@ -2,6 +2,7 @@
 
 import { short } from "./controls";
 import { el } from "./element";
+import { sheet } from "./sheet";
 import { withNextFrame } from "./frame";
 import { colour, onTheme } from "./theme";
 import { type Axis, axisOver, place, ticks, tickText, valueAt } from "./axes";
@@ -43,16 +44,25 @@ export class Plot {
   private axes: { x: Axis; y: Axis } | undefined;
   private readonly later = withNextFrame(() => this.draw());
   private span = 0;
+  /** What does not change with the cursor, painted once. */
+  private readonly painted = el("canvas");
+  private stale = true;
 
   constructor(private readonly settings: Settings) {
-    const caption = el("figcaption", {}, settings.title, this.reading);
-    this.element = el("figure", { class: "plot" }, caption, this.canvas, this.legend);
+    this.element = el("figure", { class: "plot" }, el("figcaption", {}, settings.title), this.canvas, this.reading, this.legend);
     this.show([]);
+    this.canvas.addEventListener("pointerdown", (event) => this.point(event.offsetX));
     this.canvas.addEventListener("pointermove", (event) => this.point(event.offsetX));
-    this.canvas.addEventListener("pointerleave", () => this.point(undefined));
+    // What a finger has read stays when it is lifted.
+    this.canvas.addEventListener("pointerleave", (event) => event.pointerType !== "touch" && this.point(undefined));
     this.canvas.addEventListener("keydown", (event) => this.key(event));
-    new ResizeObserver(() => this.later()).observe(this.canvas);
-    onTheme(() => this.later());
+    new ResizeObserver(() => this.repaint()).observe(this.canvas);
+    onTheme(() => this.repaint());
+  }
+
+  private repaint(): void {
+    this.stale = true;
+    this.later();
   }
 
   /** Shows other curves, over a range of y of at least `span`. */
@@ -64,7 +74,7 @@ export class Plot {
     if (!same) this.writeLegend();
     const ends = curves.map((curve) => `${curve.name}: ${short(curve.y.at(-1) ?? NaN)}`).join(", ");
     this.canvas.setAttribute("aria-label", `${this.settings.title}. Last values: ${ends || "none yet"}`);
-    this.later();
+    this.repaint();
   }
 
   /** Marks a value of x, or none. */
@@ -79,7 +89,7 @@ export class Plot {
       const press = () => {
         if (!this.hidden.delete(curve.name)) this.hidden.add(curve.name);
         item.setAttribute("aria-pressed", String(!this.hidden.has(curve.name)));
-        this.later();
+        this.repaint();
       };
       const item = el("button", { type: "button", "aria-pressed": "true", click: press }, swatch, curve.name);
       return item;
@@ -106,13 +116,18 @@ export class Plot {
   private draw(): void {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (width === 0 || height === 0) return;
-    const scale = devicePixelRatio || 1;
-    this.canvas.width = Math.round(width * scale);
-    this.canvas.height = Math.round(height * scale);
-    const context = this.canvas.getContext("2d");
-    if (!context) return;
-    context.scale(scale, scale);
     const shown = this.curves.filter((curve) => !this.hidden.has(curve.name));
+    if (this.stale) this.paint(shown, width, height);
+    this.stale = false;
+    const context = sheet(this.canvas, width, height);
+    context?.drawImage(this.painted, 0, 0, width, height);
+    if (context && this.axes) this.lines(context, shown, height);
+  }
+
+  private paint(shown: Curve[], width: number, height: number): void {
+    const context = sheet(this.painted, width, height);
+    this.axes = undefined;
+    if (!context) return;
     if (shown.every((curve) => curve.x.length === 0)) {
       context.fillStyle = colour("--faint");
       context.font = "14px system-ui, sans-serif";
@@ -128,7 +143,6 @@ export class Plot {
     context.clip();
     shown.forEach((curve) => this.curve(context, curve));
     context.restore();
-    this.lines(context, shown, height);
   }
 
   private fitted(shown: Curve[], width: number, height: number): { x: Axis; y: Axis } {

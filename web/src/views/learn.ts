@@ -6,6 +6,7 @@ import * as address from "../ui/address";
 import { button, select, slider, toggle } from "../ui/controls";
 import { el } from "../ui/element";
 import { Race, type Setup } from "./race";
+import { StateSliders } from "./state";
 import type { Entry, View } from "./view";
 
 /** Systems that a plain network and a Lagrangian can both be tried on. */
@@ -23,7 +24,8 @@ export function setupOf(values: address.Values): Setup {
     noise: address.number(values["noise"], 0, 0, 0.05),
     friction: address.number(values["friction"], 0, 0, 1),
     positionsOnly: values["positions"] === "1",
-    width: Math.round(address.number(values["width"], 64, 8, 128)),
+    // In 20 s a wider Lagrangian has not learned enough yet where other programs want the processor too.
+    width: Math.round(address.number(values["width"], 32, 8, 128)),
     seconds: address.number(values["seconds"], 20, 1, 120),
     steps: Math.round(address.number(values["steps"], 0, 0, 10_000)),
     seed: Math.round(address.number(values["seed"], 0, 0, 1e6)),
@@ -35,16 +37,21 @@ class Learn implements View {
   private readonly race: Race;
   private readonly count = el("output");
   private readonly throws: Stage;
+  private readonly start: StateSliders;
   private readonly hand: HTMLElement;
   private setup: Setup;
+  /** Where the body that is recorded next is held. */
+  private held: State;
 
   constructor(values: address.Values) {
     this.setup = setupOf(values);
+    this.held = this.setup.scene.start;
     this.race = new Race(this.setup);
     this.throws = new Stage(this.setup.scene, {
-      moved: (state) => this.throws.show([{ state, colour: "--truth" }]),
+      moved: (state) => this.hold(state),
       released: (state) => this.add(state),
     });
+    this.start = new StateSliders(this.setup.scene, this.setup.scene.start, (state) => this.hold(state));
     this.hand = this.byHand();
     const left = el("div", { class: "column" }, this.controls(), this.race.element);
     this.element.append(left, el("div", { class: "column" }, this.race.figures, this.questions()));
@@ -71,7 +78,7 @@ class Learn implements View {
     if (steps > 0) values["steps"] = String(steps);
     if (seed > 0) values["seed"] = String(seed);
     address.write("learn", values);
-    const recorded = starts.length > 0 ? `${starts.length} thrown by hand` : `${motions} from random states`;
+    const recorded = starts.length > 0 ? `${starts.length} begun by hand` : `${motions} from random states`;
     this.count.textContent = `${recorded}, 4 s each, 50 samples a second`;
   }
 
@@ -79,7 +86,8 @@ class Learn implements View {
     const systems = SCENES.filter((own) => NAMES.includes(own.name)).map((own): [string, string] => [own.name, own.title]);
     const chosen = select("System", systems, this.setup.scene.name, (name) => {
       this.throws.use(scene(name));
-      this.throws.show([{ state: scene(name).start, colour: "--truth" }]);
+      this.start.use(scene(name), scene(name).start);
+      this.hold(scene(name).start);
       this.change({ scene: scene(name), starts: [] });
     });
     const { motions, noise, width, seconds } = this.setup;
@@ -96,11 +104,18 @@ class Learn implements View {
 
   /** Motions that a person starts. */
   private byHand(): HTMLElement {
+    const record = button("Record this start", () => this.add(this.held));
     const none = button("Forget them", () => this.change({ starts: [] }));
-    const hint = el("p", { class: "hint" }, "Drag the body and release it: each release is recorded as a motion. Three or more make a data set.");
-    this.throws.show([{ state: this.setup.scene.start, colour: "--truth" }]);
-    this.throws.canvas.classList.add("small");
-    return el("details", {}, el("summary", {}, "Record motions by hand"), hint, this.throws.canvas, el("div", { class: "row" }, none));
+    const hint = el("p", { class: "hint" }, "Drag the body and release it, or set its start with the sliders: each release is recorded as a motion. Three or more make a data set.");
+    this.hold(this.setup.scene.start);
+    const parts = [hint, this.throws.canvas, this.start.element, el("div", { class: "row" }, record, none)];
+    return el("details", {}, el("summary", {}, "Record motions by hand"), el("div", { class: "card-part" }, ...parts));
+  }
+
+  private hold(state: State): void {
+    this.held = state;
+    this.throws.show([{ state, colour: "--truth" }]);
+    this.start.show(state);
   }
 
   private add(state: State): void {

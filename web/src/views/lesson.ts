@@ -18,8 +18,6 @@ interface Step {
   make(): { parts: HTMLElement[]; close(): void };
 }
 
-const THEORY = "https://en.wikipedia.org/wiki/";
-
 export const lesson: Entry = { name: "lesson", title: "Lesson", open: (values) => new Lesson(values) };
 
 class Lesson implements View {
@@ -70,8 +68,9 @@ function equation(symbols: string): HTMLElement {
   return el("p", { class: "equation", tabindex: 0 }, symbols);
 }
 
-function more(words: string, page: string): HTMLElement {
-  return el("p", { class: "hint" }, "More: ", el("a", { href: THEORY + page, rel: "noreferrer" }, words), ".");
+/** A link to a section of the theory. */
+function more(words: string, section: string): HTMLElement {
+  return el("p", { class: "hint" }, "In the theory: ", el("a", { href: `./theory.html#${section}` }, words), ".");
 }
 
 /** The path of a pendulum between two instants, bent by hand: the action is least along the true one. */
@@ -112,7 +111,7 @@ function leastAction(): ReturnType<Step["make"]> {
     said,
     plot.element,
     message.element,
-    more("the principle of stationary action", "Action_principles"),
+    more("the action", "the-action"),
   ];
   return { parts, close: () => engine.stop() };
 }
@@ -146,7 +145,7 @@ function eulerLagrange(): ReturnType<Step["make"]> {
     el("div", { class: "sliders" }, ...sliders.map((own) => own.element)),
     plot.element,
     message.element,
-    more("the Euler–Lagrange equation", "Euler%E2%80%93Lagrange_equation"),
+    more("the equation of motion", "the-equation-of-motion"),
   ];
   return { parts, close: () => engine.stop() };
 }
@@ -168,10 +167,10 @@ function learnL(): ReturnType<Step["make"]> {
 
 function energyKept(): ReturnType<Step["make"]> {
   return race(
-    { system: "double-pendulum", motions: "30", width: "64", seconds: "20" },
+    { system: "double-pendulum", motions: "30", width: "32", seconds: "20" },
     text("Whatever its weights are, a Lagrangian keeps its energy H = q̇·∂L/∂q̇ − L, because time does not appear in it: that is Noether's theorem.", "A plain network keeps nothing, and its small errors add up."),
     text("Let both learn a double pendulum for 20 s, then look at the energy along 30 s of motion, and at the figure for 100 s. Neither predicts the angles of a chaotic motion for long; the energy is what remains."),
-    more("Noether's theorem", "Noether%27s_theorem"),
+    more("energy and power", "energy-and-power"),
   );
 }
 
@@ -181,11 +180,12 @@ function whenItFails(): ReturnType<Step["make"]> {
     ["Too little data: two motions", { ...setup, motions: "2" }],
     ["Much noise, and positions alone", { ...setup, noise: "0.02", positions: "1" }],
     ["Friction, which no L alone explains", { ...setup, friction: "0.3" }],
-    ["Too little time: one second for a double pendulum", { system: "double-pendulum", motions: "30", width: "64", seconds: "1" }],
+    ["Too little time: one second for a double pendulum", { system: "double-pendulum", motions: "30", width: "32", seconds: "1" }],
   ];
   const parts = [
     text("A learned Lagrangian keeps an energy, but not always the right one: where the data never went it is a guess, and where they are noisy it is blurred."),
     text("Friction is no part of a Lagrangian: it has to be learned as a force beside it. Here it is; a Lagrangian alone would say that the motion never ends."),
+    more("dissipation", "dissipation"),
     el("h4", {}, "Try"),
     el("ul", {}, ...tries.map(([words, values]) => el("li", {}, el("a", { href: address.link("learn", values) }, words)))),
     text("A model that you trust is one that was tested on motions that it has not seen. That is what the check and the verdict in Your data are for."),

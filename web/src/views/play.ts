@@ -6,15 +6,18 @@ import { Player, column, stateAt, wrapped } from "../stage/player";
 import { SCENES, type Scene, type State, scene } from "../stage/scenes";
 import { type Body, Stage } from "../stage/stage";
 import * as address from "../ui/address";
-import { type Slider, button, select, short, slider } from "../ui/controls";
+import { button, select, short, slider } from "../ui/controls";
 import { el } from "../ui/element";
 import { Message } from "../ui/message";
 import { type Curve, Plot } from "../ui/plot";
+import { StateSliders } from "./state";
 import type { Entry, View } from "./view";
 
 /** Seconds of its way that a body leaves behind. */
 const TRAIL = 2.5;
 const COLOURS = ["--first", "--second"];
+/** What is said of the motion at each instant. */
+const FIGURES = ["time", "energy H", "action ∫ L dt", "position q", "velocity q̇"];
 
 export const play: Entry = { name: "play", title: "Play", open: (values) => new Play(values) };
 
@@ -25,12 +28,12 @@ class Play implements View {
   private readonly stage: Stage;
   private readonly energy = new Plot({ title: "Energy", x: "time, s", y: "J" });
   private readonly phase = new Plot({ title: "Phase portrait", x: "position", y: "velocity" });
-  private readonly figures = el("dl", { class: "figures" });
-  private readonly sliders = el("div", { class: "sliders" });
+  private readonly values = FIGURES.map(() => el("dd"));
+  private readonly figures = el("dl", { class: "figures" }, ...FIGURES.map((name, i) => el("div", {}, el("dt", {}, name), this.values[i])));
+  private readonly state: StateSliders;
   private readonly hint = el("p", { class: "hint" });
   private readonly run = button("Pause", () => this.toggle());
   private readonly player = new Player((t) => this.frame(t));
-  private states: Slider[] = [];
   private scene: Scene;
   private start: State;
   private friction: number;
@@ -48,6 +51,7 @@ class Play implements View {
       moved: (state) => this.hold(state),
       released: (state) => void this.begin(state, true),
     });
+    this.state = new StateSliders(this.scene, this.start, (state) => void this.begin(state, this.player.isRunning));
     this.build();
     const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
     void this.begin(this.start, !still);
@@ -63,7 +67,7 @@ class Play implements View {
     const chosen = select("System", systems, this.scene.name, (name) => this.change(scene(name)));
     const again = button("Begin again", () => void this.begin(this.start, true));
     const controls = el("div", { class: "row" }, chosen, this.run, again);
-    const left = el("section", { class: "card", "aria-label": "Stage" }, controls, this.stage.canvas, this.hint, this.message.element, this.sliders);
+    const left = el("section", { class: "card", "aria-label": "Stage" }, controls, this.stage.canvas, this.hint, this.message.element, this.state.element);
     const right = el("section", { class: "card plots", "aria-label": "Figures" }, this.figures, this.energy.element, this.phase.element);
     this.element.append(left, right);
     this.writeSliders();
@@ -74,7 +78,7 @@ class Play implements View {
     this.friction = 0;
     this.motion = undefined;
     this.player.pause();
-    this.figures.replaceChildren();
+    this.values.forEach((place) => (place.textContent = ""));
     this.stage.use(next);
     this.start = next.start;
     this.writeSliders();
@@ -83,16 +87,7 @@ class Play implements View {
 
   private writeSliders(): void {
     this.hint.textContent = this.scene.hint;
-    const of = (kind: "q" | "qd", symbol: string) =>
-      this.start[kind].map((value, i) => {
-        const bound = this.scene.bounds[kind][i] ?? 1;
-        const changed = (x: number) => {
-          const values = this.start[kind].map((own, k) => (k === i ? x : own));
-          void this.begin({ ...this.start, [kind]: values }, this.player.isRunning);
-        };
-        return slider({ label: `${symbol}${this.start.q.length > 1 ? i + 1 : ""} at the start`, min: -bound, max: bound, step: 0.01, value, changed });
-      });
-    this.states = [...of("q", "q"), ...of("qd", "q̇")];
+    this.state.use(this.scene, this.start);
     const friction = slider({
       label: "Friction",
       min: 0,
@@ -104,8 +99,7 @@ class Play implements View {
         void this.begin(this.start, this.player.isRunning);
       },
     });
-    const all = this.scene.friction ? [...this.states, friction] : this.states;
-    this.sliders.replaceChildren(...all.map((own) => own.element));
+    if (this.scene.friction) this.state.element.append(friction.element);
   }
 
   /** While the system is held, it is where the hand is. */
@@ -117,7 +111,7 @@ class Play implements View {
 
   private showStart(state: State): void {
     this.start = state;
-    [...state.q, ...state.qd].forEach((value, k) => this.states[k]?.show(value));
+    this.state.show(state);
     const q = state.q.map((x) => x.toFixed(3)).join(",");
     const qd = state.qd.map((x) => x.toFixed(3)).join(",");
     const values: address.Values = { system: this.scene.name, q, qd };
@@ -202,15 +196,17 @@ class Play implements View {
   /** The figures beside the stage. */
   private write(motion: Motion, now: number): void {
     const k = motion.t.findLastIndex((t) => t <= now);
-    const entry = (name: string, value: string) => el("div", {}, el("dt", {}, name), el("dd", {}, value));
     const state = stateAt(motion, now);
-    const rows = [
-      entry("time", `${now.toFixed(1)} s`),
-      entry("energy H", `${short(motion.energy[k] ?? NaN)} J`),
-      entry("action ∫ L dt", `${short(motion.action[k] ?? NaN)} J s`),
-      entry("position q", state.q.map(short).join(", ")),
-      entry("velocity q̇", state.qd.map(short).join(", ")),
+    const values = [
+      `${now.toFixed(1)} s`,
+      `${short(motion.energy[k] ?? NaN)} J`,
+      `${short(motion.action[k] ?? NaN)} J s`,
+      state.q.map(short).join(", "),
+      state.qd.map(short).join(", "),
     ];
-    this.figures.replaceChildren(...rows);
+    values.forEach((value, i) => {
+      const place = this.values[i];
+      if (place && place.textContent !== value) place.textContent = value;
+    });
   }
 }

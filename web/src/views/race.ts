@@ -10,6 +10,7 @@ import { el } from "../ui/element";
 import { Message } from "../ui/message";
 import { type Curve, Plot } from "../ui/plot";
 import { Contestant, type Task, type Trial } from "./contestant";
+import { StateSliders } from "./state";
 
 /** What both learn from, and how. */
 export interface Setup {
@@ -42,6 +43,7 @@ export class Race {
   private readonly engine = new Engine();
   private readonly sides = { lagrangian: new Contestant(), plain: new Contestant() };
   private readonly stage: Stage;
+  private readonly state: StateSliders;
   private readonly message = new Message();
   private readonly loss = new Plot({ title: "Loss on data that were held back", x: "training, s", y: "loss", logarithmic: true });
   private readonly energy: Plot;
@@ -55,6 +57,7 @@ export class Race {
   private motions: Partial<Record<Side | "truth", Motion>> = {};
   private learning = false;
   private trial: Trial;
+  private asked = 0;
 
   constructor(
     private setup: Setup,
@@ -66,11 +69,13 @@ export class Race {
       moved: (state) => this.hold(state),
       released: (state) => void this.from(state),
     });
+    this.state = new StateSliders(setup.scene, setup.scene.start, (state) => void this.from(state));
     this.save.disabled = true;
     const caption = el("p", { class: "hint" }, "Drag the true body: all three begin again from there.");
-    this.element.append(this.stage.canvas, caption, this.legend(), el("div", { class: "row" }, this.go, this.move, this.save), this.bar, this.message.element);
+    const start = el("details", {}, el("summary", {}, "Set the start with sliders"), this.state.element);
+    this.element.append(this.stage.canvas, caption, start, this.legend(), el("div", { class: "row" }, this.go, this.move, this.save), this.bar, this.message.element);
     this.figures.append(this.result, this.energy.element, this.loss.element);
-    this.result.textContent = "Nothing is learned yet.";
+    this.result.textContent = "Nothing is learned yet: press Learn.";
     void this.from(this.trial.start);
   }
 
@@ -88,6 +93,7 @@ export class Race {
     this.forget();
     if (!other) return;
     this.stage.use(setup.scene);
+    this.state.use(setup.scene, setup.scene.start);
     this.trial = { start: setup.scene.start, duration: PREDICTED };
     void this.from(this.trial.start);
   }
@@ -167,7 +173,7 @@ export class Race {
     }
     this.save.disabled = true;
     this.bar.value = 0;
-    this.result.replaceChildren("Nothing is learned yet.");
+    this.result.replaceChildren("Nothing is learned yet: press Learn.");
     this.loss.show([]);
     this.showEnergies();
   }
@@ -201,7 +207,7 @@ export class Race {
     const { scene, friction } = this.setup;
     if (friction > 0) {
       const errors = SIDES.map((side) => [side, this.lastError(side)] as const);
-      this.write(errors, `Off the true energy after ${PREDICTED} s, in parts of ${short(scene.reference)} J:`);
+      this.write(errors, `How far the energy is off after ${PREDICTED} s, in percent of ${short(scene.reference)} J:`);
       return;
     }
     this.result.textContent = "Predicting 100 s from ten other starts …";
@@ -226,19 +232,26 @@ export class Race {
   private hold(state: State): void {
     this.player.pause();
     this.stage.show([{ state, colour: "--truth" }]);
+    this.state.show(state);
   }
 
   /** All begin again from a state. */
   private async from(start: State): Promise<void> {
     this.trial = { start, duration: PREDICTED };
+    this.state.show(start);
+    const asked = ++this.asked;
     try {
       const { q, qd } = start;
       const known = this.system;
       const request = { ask: "simulate", by: { known }, q0: q, qd0: qd, duration: PREDICTED, interval: 1 / 30, friction: this.setup.friction };
-      this.motions.truth = await this.engine.ask<Motion>(request);
+      const truth = await this.engine.ask<Motion>(request);
+      // A slider that was moved further has asked again.
+      if (asked !== this.asked) return;
+      this.motions.truth = truth;
       for (const side of SIDES) {
         if (!this.learning && this.motions[side]) this.motions[side] = await this.sides[side].predict(known, this.trial);
       }
+      if (asked !== this.asked) return;
       this.showEnergies();
       this.player.seek(0);
       this.setMoving(!matchMedia("(prefers-reduced-motion: reduce)").matches);

@@ -3,11 +3,8 @@
 use std::ops::Range;
 
 use super::shape::load;
-use super::{Arithmetic, Isa, Memory, Real, Shape, Task, Vector};
+use super::{Arithmetic, Isa, Memory, Real, Shape, Task};
 use crate::Activation;
-
-/// What is computed at a time: an activation and its slopes are more values than several registers each would leave room for.
-type Register<I, T> = <<T as Real>::Vec<I> as Vector>::Register;
 
 /// a₀ = σ(z₀), and the slopes σ′, σ″, σ‴ at z₀ (theory.md, equation 10).
 pub(crate) struct PointForward<'a, T> {
@@ -40,13 +37,12 @@ impl<T: Real> PointForward<'_, T> {
         shape.check(self.a, 1);
         self.slopes.iter().for_each(|s| shape.check_slope(s));
         let [s1, s2, s3] = self.slopes.map(|s| s.as_mut_ptr());
-        let registers = shape.samples * T::LANES / Register::<I, T>::LANES;
         for p in 0..shape.panels {
             let (first, slope) = (shape.at::<T>(p, 0, 0), shape.slope::<T>(p, 0));
-            for s in (0..registers).map(|s| s * Register::<I, T>::LANES) {
+            for s in (0..shape.samples).map(|s| s * T::LANES) {
                 // SAFETY: checked above.
                 unsafe {
-                    let z = load::<Register<I, T>>(self.z.as_ptr(), first + s);
+                    let z = load::<T::Vec<I>>(self.z.as_ptr(), first + s);
                     let d = activation.derivatives(z);
                     d.value.store_ptr(self.a.as_mut_ptr().add(first + s));
                     d.first.store_ptr(s1.add(slope + s));

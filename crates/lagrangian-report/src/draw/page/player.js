@@ -1,7 +1,12 @@
 (() => {
   "use strict";
   const root = document.documentElement;
-  const ink = (name) => getComputedStyle(root).getPropertyValue("--" + name).trim();
+  const inks = new Map(); // those of the theme, which frames ask for again and again
+  function ink(name) {
+    if (!inks.has(name)) inks.set(name, getComputedStyle(root).getPropertyValue("--" + name).trim());
+    return inks.get(name);
+  }
+  root.addEventListener("themechange", () => inks.clear());
   const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
   const TRAIL = 2.4; // s
   const LEFT = 50; // px before the time axis of the energy errors, for its labels
@@ -66,6 +71,7 @@
   function player(box) {
     const data = JSON.parse(box.querySelector("script").textContent);
     const views = [...box.querySelectorAll(".panels figure")];
+    const outputs = views.map((view) => view.querySelector("output"));
     const [play, clock, slider] = [".play", ".clock", ".slider"].map((name) => box.querySelector(name));
     const [speed, trails, strip] = [".speed", ".trails", ".strip"].map((name) => box.querySelector(name));
     const truth = data.panels.find((panel) => panel.ink === "truth");
@@ -108,6 +114,7 @@
       context.globalAlpha = 1;
     }
 
+    // Draws a panel; returns what is said below it.
     function drawPanel(panel, view) {
       const { context, w, h } = fitted(view.querySelector("canvas"));
       const radius = 0.455 * Math.min(w, h);
@@ -123,13 +130,9 @@
       if (trails.checked) trail(context, panel, place, colour);
       const spots = points(panel, time / data.dt);
       if (spots) joined(context, panel, spots, place, colour, 2.6, bob);
-      const output = view.querySelector("output");
-      if (!spots) {
-        output.textContent = "ended at " + panel.end.toFixed(1) + " s";
-        return;
-      }
+      if (!spots) return "ended at " + panel.end.toFixed(1) + " s";
       const error = panel.error ? panel.error[Math.round(time / data.dt)] : null;
-      output.textContent = error === null || error === undefined ? "" : "energy error " + percent(error);
+      return error === null || error === undefined ? "" : "energy error " + percent(error);
     }
 
     // The energy errors over the whole time, on a log axis: drawn once, then copied under the cursor.
@@ -142,7 +145,7 @@
       const context = sheet.getContext("2d");
       context.scale(density, density);
       const logs = data.panels.flatMap((panel) => (panel.error || []).filter((e) => e > 0).map((e) => Math.log10(100 * e)));
-      if (!logs.length || w === 0) return null;
+      if (!logs.length) return null;
       const high = Math.ceil(logs.reduce((a, b) => Math.max(a, b), -300));
       const low = Math.max(Math.floor(logs.reduce((a, b) => Math.min(a, b), 300)), high - 16);
       const y = (log) => 8 + (h - 24) * (high - Math.max(log, low)) / Math.max(high - low, 1);
@@ -178,7 +181,8 @@
       return sheet;
     }
     function drawStrip() {
-      if (strip.hidden) return;
+      // Before the page is laid out it has no width; it is drawn once it has.
+      if (strip.hidden || strip.clientWidth === 0) return;
       background ??= drawBackground();
       if (!background) { strip.hidden = true; return; }
       const { context, w, h } = fitted(strip);
@@ -192,10 +196,16 @@
       context.stroke();
     }
 
+    function say(place, words) {
+      if (place.textContent !== words) place.textContent = words;
+    }
+
+    // All is drawn before anything is written: a size that is read after words have changed lays the page out again.
     function draw() {
-      data.panels.forEach((panel, k) => drawPanel(panel, views[k]));
+      const words = data.panels.map((panel, k) => drawPanel(panel, views[k]));
       drawStrip();
-      clock.textContent = time.toFixed(1) + " / " + data.duration.toFixed(0) + " s";
+      words.forEach((own, k) => say(outputs[k], own));
+      say(clock, time.toFixed(1) + " / " + data.duration.toFixed(0) + " s");
       slider.value = time;
     }
 

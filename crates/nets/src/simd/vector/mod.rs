@@ -135,8 +135,6 @@ pub trait Arithmetic: Memory {
 /// All methods compile to single instructions when they are inlined below the entry of their instruction set. `f64` is
 /// the vector of one lane, for algebra that serves one state as well as a vector of samples; it needs no entry.
 pub trait Vector: Arithmetic {
-    /// As much of it as one register holds: for kernels whose values would not fit the registers otherwise.
-    type Register: Vector<Elem = Self::Elem>;
     /// `yes` where a ≥ 0, else `no`.
     fn if_non_negative(self, yes: Self, no: Self) -> Self;
     /// 2ⁿ from n + 1.5·2⁵² (1.5·2²³ in single precision), with n in the normal exponents.

@@ -47,7 +47,6 @@ impl<V: Vector> Arithmetic for Pair<V> {
 }
 
 impl<V: Vector> Vector for Pair<V> {
-    type Register = V::Register;
     both!(if_non_negative(yes, no), pow2_of_shifted());
     #[inline(always)]
     fn zip(self, b: Self) -> (Self, Self) {

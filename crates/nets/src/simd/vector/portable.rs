@@ -58,7 +58,6 @@ macro_rules! portable {
         }
 
         impl Vector for Lanes<$elem, $n> {
-            type Register = Self;
             lanes! {
                 if_non_negative(a, yes, no) => if a >= 0.0 { yes } else { no };
             }

@@ -50,7 +50,6 @@ macro_rules! register {
         }
 
         impl Vector for $name {
-            type Register = Self;
             #[inline(always)]
             fn if_non_negative(self, yes: Self, no: Self) -> Self {
                 let ($s, $yes, $no) = (self.0, yes.0, no.0);

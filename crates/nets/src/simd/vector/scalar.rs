@@ -46,7 +46,6 @@ impl Arithmetic for f64 {
 }
 
 impl Vector for f64 {
-    type Register = Self;
     scalar! {
         if_non_negative(a, yes, no) => if a >= 0.0 { yes } else { no };
         pow2_of_shifted(a) => Self::from_bits(a.to_bits().wrapping_add(1023) << 52);

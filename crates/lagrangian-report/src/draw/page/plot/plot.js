@@ -1,5 +1,7 @@
   // One plot: its data, its view, its canvases, and what it shows.
 
+  const MANY = 6; // curves from which values stand beneath the plot of a phone (style.css), where they would hide it
+
   function element(name, className, text = "") {
     const made = document.createElement(name);
     made.className = className;
@@ -37,6 +39,10 @@
       this.readout.hidden = this.marquee.hidden = true;
       for (const part of [this.base, this.over, this.readout, this.marquee]) part.setAttribute("aria-hidden", "true");
       this.box.append(this.base, this.over, this.marquee, this.readout);
+      if (this.series.length >= MANY) {
+        this.box.classList.add("many");
+        this.box.style.setProperty("--lines", 1 + Math.ceil(this.series.length / 2));
+      }
       const attributes = { tabindex: 0, role: "application", "aria-roledescription": "interactive figure", "aria-label": this.title, "aria-describedby": words + " keys" };
       for (const [name, value] of Object.entries(attributes)) this.box.setAttribute(name, value);
       this.figure.querySelector("svg.static").before(this.box);
@@ -98,7 +104,7 @@
     }
 
     paint() {
-      const size = (this.size = { wide: this.box.clientWidth, tall: this.box.clientHeight });
+      const size = (this.size = { wide: this.box.clientWidth, tall: this.base.clientHeight });
       if (size.wide === 0) return;
       this.stale = false;
       const context = sheet(this.base, size);
@@ -142,7 +148,7 @@
       this.write(marks);
     }
 
-    // The values beside the crosshair, on the side with more room.
+    // The values beside the crosshair, on the side with more room; many of them stand beneath the plot of a phone.
     write({ px, head, rows, dots }) {
       const lines = rows.map(({ name, value, ink: colour, kind }) => {
         const line = element("div", "row");
@@ -151,14 +157,18 @@
         return line;
       });
       this.readout.replaceChildren(...(head ? [element("div", "head", head)] : []), ...lines);
+      if (this.box.clientHeight > this.size.tall) {
+        this.readout.style.transform = "";
+        return;
+      }
       const wide = this.readout.offsetWidth, { left, right, top, bottom } = this.frame;
       const at = px > (left + right) / 2 ? px - wide - 12 : px + 12;
       const inside = Math.min(Math.max(at, 2), Math.max(this.box.clientWidth - wide - 2, 2));
       // Where it hides least: above points that are low, below points that are high.
-    const heights = dots.map(({ spot }) => spot[1]).filter(Number.isFinite);
-    const mean = heights.reduce((sum, height) => sum + height, 0) / Math.max(heights.length, 1);
-    const low = heights.length > 0 && mean < (top + bottom) / 2;
-    const down = low ? bottom - this.readout.offsetHeight - 4 : top + 4;
-    this.readout.style.transform = `translate(${Math.round(inside)}px,${Math.round(down)}px)`;
+      const heights = dots.map(({ spot }) => spot[1]).filter(Number.isFinite);
+      const mean = heights.reduce((sum, height) => sum + height, 0) / Math.max(heights.length, 1);
+      const low = heights.length > 0 && mean < (top + bottom) / 2;
+      const down = low ? bottom - this.readout.offsetHeight - 4 : top + 4;
+      this.readout.style.transform = `translate(${Math.round(inside)}px,${Math.round(down)}px)`;
     }
   }
