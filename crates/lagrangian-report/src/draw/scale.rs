@@ -236,11 +236,6 @@ fn power(exponent: i32) -> String {
     format!("10{}", raised.collect::<String>())
 }
 
-/// A fraction as a percentage, e.g. `0.41 %` or `3.2×10⁻⁶ %`.
-pub(super) fn percent(fraction: f64) -> String {
-    format!("{} %", short(100.0 * fraction.abs()))
-}
-
 /// A number with two or three digits, e.g. `1200`, `0.41`, `0.0021` or `3.2×10⁻⁶`.
 pub fn short(value: f64) -> String {
     if !value.is_finite() {

@@ -1,10 +1,10 @@
 //! One frame of an animation: panels side by side, the truth in pale colour beneath each model.
 
-use super::chart::NOTE;
-use super::curve::Point;
-use super::drawing::{Across, Drawing, Lettering, Letters, Upright};
-use super::scale;
-use super::theme::{self, Ink};
+use crate::draw::chart::NOTE;
+use crate::draw::curve::Point;
+use crate::draw::drawing::{Across, Drawing, Lettering, Letters, Upright};
+use crate::draw::short;
+use crate::draw::theme::{self, Ink};
 use crate::{Animation, Panel};
 
 /// Size of a panel, px.
@@ -89,7 +89,7 @@ impl<'a> Stage<'a> {
             .as_ref()
             .and_then(|error| error.get(frame));
         if let Some(error) = error.filter(|error| error.is_finite()) {
-            let words = format!("energy error {}", scale::percent(*error));
+            let words = format!("energy error {}", percent(*error));
             drawing.text(&words, (self.middle, 28.0), CENTRED);
         }
         if let Some(truth) = truth.filter(|truth| truth.role != panel.role) {
@@ -132,4 +132,9 @@ fn chain(drawing: &mut Drawing, joints: &[Point], ink: Ink) {
     drawing.line(joints, 2.4, ink);
     drawing.discs(&[*pivot], 3.0, ink);
     drawing.discs(masses, 6.5, ink);
+}
+
+/// A fraction as a percentage, e.g. `0.41 %` or `3.2×10⁻⁶ %`.
+fn percent(fraction: f64) -> String {
+    format!("{} %", short(100.0 * fraction.abs()))
 }
