@@ -97,6 +97,17 @@ test("what a file contains does nothing in the report, which reaches neither the
   await close();
 });
 
+test("the report is shown without a network", async () => {
+  const { page, close } = await open(own, `${server.url}#data`);
+  await page.evaluate(() => navigator.serviceWorker.ready);
+  await page.waitForFunction(async () => (await (await caches.open("lagrangian-laboratory")).keys()).some((key) => key.url.endsWith("/report.html")));
+  await page.context().setOffline(true);
+  await page.reload();
+  await fitted(page);
+  await (await opened(page)).locator(".card").first().waitFor();
+  await close();
+});
+
 for (const colorScheme of ["light", "dark"]) {
   test(`the report has the theme of the laboratory and no barrier that axe finds, in ${colorScheme}`, async () => {
     const { page, close } = await open(own, `${server.url}#data`, { colorScheme, bypassCSP: true, viewport: { width: 390, height: 800 } });

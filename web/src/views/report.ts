@@ -41,7 +41,10 @@ function open(page: Page, save: () => void, message: Message): void {
   const around = el("iframe", { src: "./report.html", title: "Report" });
   const close = button("Close", () => dialog.close(), "main");
   const dialog = el("dialog", { class: "report", "aria-label": "The report of the fit" }, el("div", { class: "row" }, button("Save the report", save), close), around);
-  around.addEventListener("load", () => fill(around, page) || dialog.close("failed"), { once: true });
+  const loaded = () => {
+    if (!fill(around, page)) dialog.close("failed");
+  };
+  around.addEventListener("load", loaded, { once: true });
   dialog.addEventListener("close", () => {
     dialog.remove();
     if (dialog.returnValue) message.fail(new Error("the report cannot be shown without a network: save it, and open the file"));
@@ -56,12 +59,12 @@ function open(page: Page, save: () => void, message: Message): void {
  * has an origin of its own there: it reaches neither this page nor what it keeps.
  */
 function fill(around: HTMLIFrameElement, page: Page): boolean {
-  const document = around.contentDocument;
-  if (!document?.querySelector("style")) return false;
-  const own = document.createElement("iframe");
+  const inside = around.contentDocument;
+  if (!inside?.querySelector("style")) return false;
+  const own = inside.createElement("iframe");
   own.setAttribute("sandbox", "allow-scripts");
   own.title = "The report of the fit";
   own.srcdoc = new TextDecoder().decode(page).replace("<html ", `<html data-theme="${theme()}" `);
-  document.body.append(own);
+  inside.body.append(own);
   return true;
 }

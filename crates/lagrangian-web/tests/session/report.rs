@@ -96,7 +96,7 @@ fn the_report_of_a_fit_is_the_page_of_a_run_of_the_same_fit() {
     for (begin, end, least) in [
         ("<h3>", "</h3>", 12),
         ("<span class=\"value\">", "</li>", 4),
-        ("<caption>", "</caption>", 2),
+        ("<p class=\"caption\">", "</p>", 12),
     ] {
         let (own, kept) = (between(&own, begin, end), between(&kept, begin, end));
         assert!(own.len() >= least, "{begin} {own:?}");

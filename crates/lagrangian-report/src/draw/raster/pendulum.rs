@@ -138,3 +138,17 @@ fn chain(drawing: &mut Drawing, joints: &[Point], ink: Ink) {
 fn percent(fraction: f64) -> String {
     format!("{} %", short(100.0 * fraction.abs()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn percentages_are_short() {
+        let words = [0.0, 0.00412, 0.5, 12.0, 3.2e-9].map(percent);
+        assert_eq!(
+            words,
+            ["0.00 %", "0.41 %", "50.0 %", "1200 %", "3.2×10⁻⁷ %"]
+        );
+    }
+}
