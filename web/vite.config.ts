@@ -10,7 +10,7 @@ function offline(): Plugin {
       order: "post",
       handler(_, bundle) {
         const files = Object.keys(bundle).map((name) => `./${name}`);
-        this.emitFile({ type: "asset", fileName: "files.json", source: JSON.stringify(["./", "./favicon.svg", ...files]) });
+        this.emitFile({ type: "asset", fileName: "files.json", source: JSON.stringify(["./", "./favicon.svg", "./report.html", ...files]) });
       },
     },
   };

@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use sha2::{Digest, Sha256};
 
+use crate::content::hex;
 use crate::input;
 
 /// Bytes that are hashed at a time.
@@ -19,6 +20,17 @@ pub struct FileHash {
     pub bytes: u64,
     /// SHA-256 of its content.
     pub sha256: String,
+}
+
+impl FileHash {
+    /// Of bytes that are in memory.
+    #[must_use]
+    pub fn of(bytes: &[u8]) -> Self {
+        Self {
+            bytes: bytes.len() as u64,
+            sha256: hex(&Sha256::digest(bytes)),
+        }
+    }
 }
 
 /// A file that is read by the reader of its format. Text is hashed as it streams by; of an archive, which is read where
@@ -116,7 +128,7 @@ impl Hashing {
         let digest = std::mem::take(&mut hash.hash).finalize();
         Ok(FileHash {
             bytes: hash.bytes,
-            sha256: digest.iter().map(|byte| format!("{byte:02x}")).collect(),
+            sha256: hex(&digest),
         })
     }
 }
@@ -157,5 +169,6 @@ mod tests {
         assert_eq!(abc(whole), expected);
         assert_eq!(abc(jumping), expected);
         assert_eq!(abc(|_| ()), expected);
+        assert_eq!(FileHash::of(b"abc"), expected);
     }
 }

@@ -6,16 +6,17 @@ use lagrangian::train::{Choice, Chosen, Contestant, Selection, select};
 use lagrangian::{
     Fit, FitConfig, Observer, Prepared, Provenance, Recording, RolloutOptions, Score,
 };
+use lagrangian_report::draw;
 use serde_json::{Value, json};
 
 use crate::content::content;
 use crate::ensemble::FittedEnsemble;
 use crate::error::{Advise, Result};
 use crate::fit::provenance;
-use crate::folder::{FIGURES, RunFolder};
+use crate::folder::{FIGURES, REPORT, RunFolder};
 use crate::metrics::Tensorboard;
 use crate::page::{Evaluation, Page, Skin};
-use crate::record::{DataFile, RunRecord};
+use crate::record::{DataFile, RunRecord, seconds_now};
 use crate::resolved::{Columns, resolved};
 use crate::source::delayed;
 use crate::spec::Specification;
@@ -197,16 +198,16 @@ impl Ready {
     /// was another one.
     pub fn fit(self, place: Option<&Place>, shown: &mut dyn Observer) -> Result<Kept> {
         self.validate()?;
-        let of_data: Vec<Choice> = self.prepared.low_pass.iter().cloned().collect();
+        let of_data = self.of_data();
         let mut record = match place {
-            Some(place) => Some(place.folder.begin(&self.record(place, &of_data)?)?),
+            Some(place) => {
+                let (command, settings) = (place.command.clone(), place.settings.clone());
+                let begins = self.record(command, settings, seconds_now())?;
+                Some(place.folder.begin(&begins)?)
+            }
             None => None,
         };
-        let mut provenance = match &record {
-            Some(record) => provenance(record, self.preparation),
-            None => self.specification.provenance(self.preparation),
-        };
-        provenance.command = self.source.or(provenance.command);
+        let provenance = self.provenance(record.as_ref());
         let (dataset, candidates) = (&self.prepared.dataset, self.candidates);
         let selection = match place {
             Some(place) => {
@@ -251,14 +252,36 @@ impl Ready {
         FittedEnsemble::new(&self.prepared, config, members, provenance, shown)
     }
 
-    /// The record of a run that begins.
-    fn record(&self, place: &Place, of_data: &[Choice]) -> Result<RunRecord> {
+    /// Where its model comes from: the data and the command of its run, where there is one.
+    #[must_use]
+    pub fn provenance(&self, record: Option<&RunRecord>) -> Provenance {
+        let preparation = self.preparation.clone();
+        let own = match record {
+            Some(record) => provenance(record, preparation),
+            None => self.specification.provenance(preparation),
+        };
+        Provenance {
+            command: self.source.clone().or(own.command),
+            ..own
+        }
+    }
+
+    /// What was chosen from the data before any fit.
+    fn of_data(&self) -> Vec<Choice> {
+        self.prepared.low_pass.iter().cloned().collect()
+    }
+
+    /// The record of a run that begins so many seconds after 1970, by this command, for which these settings were given.
+    ///
+    /// # Errors
+    /// [`Error::Refused`](crate::Error::Refused) for settings that TOML has no form for.
+    pub fn record(&self, command: String, settings: Value, begun: f64) -> Result<RunRecord> {
         let seed = self.specification.seed;
-        let settings = without_nulls(place.settings.clone());
+        let settings = without_nulls(settings);
         let files = self.files.clone();
-        let mut record = RunRecord::now(place.command.clone(), seed, &settings, files)?;
+        let mut record = RunRecord::begun(begun, command, seed, &settings, files)?;
         if let [Chosen { choices, .. }] = &self.candidates[..] {
-            record.choices = [of_data, choices].concat();
+            record.choices = [&self.of_data()[..], choices].concat();
         }
         let columns = match &self.columns {
             Some(columns) => columns.clone(),
@@ -366,7 +389,7 @@ impl Fitted {
         };
         let page = Page {
             skin: place.skin,
-            folder: place.folder,
+            folder: place.folder.path(),
             record,
             metrics: &place.folder.read_metrics()?,
             model: &self.fit.model,
@@ -380,7 +403,7 @@ impl Fitted {
             let kept = serde_json::to_vec(&report).advise("cannot write the page", "")?;
             place.folder.write(FIGURES, &kept)?;
         }
-        page.write(&report)?;
+        place.folder.write(REPORT, draw::html(&report).as_bytes())?;
         if let Some(ensemble) = &self.ensemble {
             ensemble.saved().write(place.folder.path())?;
         }

@@ -3,6 +3,7 @@
 use std::fs::File;
 use std::io::Write;
 
+use lagrangian::Progress;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Advise, Result};
@@ -31,12 +32,40 @@ pub struct Metric {
 }
 
 impl Metric {
+    /// A step of a fit.
+    #[must_use]
+    pub fn of(progress: &Progress) -> Self {
+        Self::new(progress.step as u64, progress.seconds, &figures(progress))
+    }
+
+    fn new(step: u64, seconds: f64, figures: &[(&str, f64)]) -> Self {
+        let finite = figures.iter().filter(|(_, value)| value.is_finite());
+        Self {
+            step,
+            seconds,
+            figures: finite
+                .map(|(name, value)| ((*name).into(), *value))
+                .collect(),
+        }
+    }
+
     /// The line of the file.
     pub(crate) fn line(&self) -> Result<Vec<u8>> {
         let mut line = serde_json::to_vec(self).advise("cannot write the metrics", "")?;
         line.push(b'\n');
         Ok(line)
     }
+}
+
+/// The figures of a step of a fit.
+pub(crate) fn figures(progress: &Progress) -> Vec<(&'static str, f64)> {
+    let mut figures = vec![
+        ("loss/train", progress.loss),
+        ("learning_rate", progress.rate),
+        ("singular", progress.singular as f64),
+    ];
+    figures.extend(progress.validation.map(|loss| ("loss/validation", loss)));
+    figures
 }
 
 /// Writes each step's figures to the metrics and to the event file.
@@ -52,14 +81,7 @@ impl Metrics {
     /// # Errors
     /// [`Error::Refused`](crate::Error::Refused) where the disk is full.
     pub fn add(&mut self, step: u64, seconds: f64, figures: &[(&str, f64)]) -> Result<()> {
-        let finite = figures.iter().filter(|(_, value)| value.is_finite());
-        let metric = Metric {
-            step,
-            seconds,
-            figures: finite
-                .map(|(name, value)| ((*name).into(), *value))
-                .collect(),
-        };
+        let metric = Metric::new(step, seconds, figures);
         let written = self.lines.write_all(&metric.line()?);
         let written = written.and_then(|()| match &mut self.events {
             Some(events) => events.scalars(seconds_now(), step, figures),

@@ -52,10 +52,24 @@ impl RunRecord {
         settings: &impl Serialize,
         data: Vec<DataFile>,
     ) -> Result<Self> {
+        Self::begun(seconds_now(), command, seed, settings, data)
+    }
+
+    /// The record of a run that began so many seconds after 1970, by this command: a program in a browser is told the time.
+    ///
+    /// # Errors
+    /// As [`RunRecord::now`].
+    pub fn begun(
+        seconds: f64,
+        command: String,
+        seed: u64,
+        settings: &impl Serialize,
+        data: Vec<DataFile>,
+    ) -> Result<Self> {
         Ok(Self {
             command,
             version: env!("CARGO_PKG_VERSION").into(),
-            started: utc(seconds_now()),
+            started: utc(seconds),
             seed,
             platform: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
             threads: std::thread::available_parallelism().map_or(1, usize::from),

@@ -7,7 +7,7 @@ use lagrangian::{Checkpoint, Observer, Progress};
 
 use crate::error::{Error, Result};
 use crate::folder::{CHECKPOINT, RunFolder};
-use crate::metrics::Metrics;
+use crate::metrics::{Metrics, figures};
 
 /// Between two lines of the metrics, where no validation brings one.
 const METRICS_EVERY: Duration = Duration::from_millis(200);
@@ -55,14 +55,8 @@ impl<'a> Watch<'a> {
             return Ok(());
         }
         self.measured = Some(Instant::now());
-        let mut figures = vec![
-            ("loss/train", progress.loss),
-            ("learning_rate", progress.rate),
-            ("singular", progress.singular as f64),
-        ];
-        figures.extend(progress.validation.map(|loss| ("loss/validation", loss)));
-        self.metrics
-            .add(progress.step as u64, progress.seconds, &figures)
+        let step = progress.step as u64;
+        self.metrics.add(step, progress.seconds, &figures(progress))
     }
 
     fn save(&mut self) {

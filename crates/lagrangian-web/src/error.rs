@@ -1,5 +1,7 @@
 //! What can be wrong with a request.
 
+use crate::limits;
+
 /// Why a request was not served; the message says what to do.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -7,6 +9,15 @@ pub enum Error {
     /// The library refused it.
     #[error(transparent)]
     Library(#[from] lagrangian::Error),
+
+    /// The record of a run, or its page, cannot be made.
+    #[error("{finding}: {remedy}")]
+    Refused {
+        /// What happened.
+        finding: String,
+        /// What to do.
+        remedy: String,
+    },
 
     /// The request is no request of this crate.
     #[error(
@@ -41,8 +52,26 @@ pub enum Error {
     },
 }
 
+impl From<lagrangian_run::Error> for Error {
+    fn from(error: lagrangian_run::Error) -> Self {
+        match error {
+            lagrangian_run::Error::Library(error) => Self::Library(error),
+            other => Self::Refused {
+                finding: other.to_string(),
+                remedy: other.remedy().into(),
+            },
+        }
+    }
+}
+
 /// The result of a request.
 pub type Result<T> = std::result::Result<T, Error>;
+
+/// Refuses a file beyond its bound.
+pub(crate) fn bounded_file(bytes: &[u8], remedy: &'static str) -> Result<()> {
+    let (size, most) = (bytes.len() as f64, limits::FILE as f64);
+    bounded("the size of the file in bytes", size, most, remedy)
+}
 
 /// Refuses a value beyond its bound, or one that is no number.
 pub(crate) fn bounded(

@@ -2,26 +2,29 @@
 
 use std::ops::ControlFlow;
 
-use lagrangian::saved::Preparation;
-use lagrangian::score::{Assessment, score};
+use lagrangian::score::Assessment;
 use lagrangian::settings::Values;
-use lagrangian::train::{Choice, Ending, Request};
+use lagrangian::train::{Choice, Ending};
 use lagrangian::{
-    Budget, CheckReport, Checkpoint, Dataset, Fit, FitConfig, Learned, Observer, PrepareOptions,
-    Prepared, Progress, Provenance, Recording, Result as LibraryResult, RolloutOptions, Score,
-    Trajectory, fit,
+    Checkpoint, Dataset, Fit, FitConfig, Learned, Observer, Prepared, Progress, Provenance,
+    Result as LibraryResult, Score, fit,
 };
+use lagrangian_run::{Evaluation, Ready, Specification};
 use nets::Instant;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use crate::error::{Error, Result, bounded};
 use crate::limits;
+use crate::recordings::Given;
+use crate::run::{COMMAND, Run};
 
 /// The fit that is wanted.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Wanted {
     /// The family of models, such as `lnn` or `mlp`.
+    #[serde(rename(serialize = "model"))]
     family: String,
     /// Settings of the family.
     #[serde(default)]
@@ -38,14 +41,15 @@ pub(crate) struct Wanted {
     /// The seed of weights and batches.
     #[serde(default)]
     seed: u64,
+    /// The time at which it is asked for, ms since 1970.
+    #[serde(default, skip_serializing)]
+    started: f64,
 }
 
 impl Wanted {
-    fn request(self) -> Result<Request> {
-        let width = self
-            .settings
-            .get("width")
-            .and_then(serde_json::Value::as_f64);
+    /// What is asked of the fit, within its bounds.
+    fn specification(&self) -> Result<Specification> {
+        let width = self.settings.get("width").and_then(Value::as_f64);
         let remedy = "take a narrower network, or the command `lagrangian`";
         bounded(
             "the width",
@@ -66,18 +70,22 @@ impl Wanted {
             limits::STEPS as f64,
             remedy,
         )?;
-        let budget = match (self.steps, self.seconds) {
-            (Some(steps), _) => Budget::Steps(steps),
-            (None, seconds) => Budget::Seconds(seconds.unwrap_or(20.0)),
-        };
-        Ok(Request {
-            family: Some(self.family),
-            settings: self.settings,
-            training: self.training,
-            budget: Some(budget),
+        Ok(Specification {
+            family: Some(self.family.clone()),
+            settings: self.settings.clone(),
+            training: self.training.clone(),
+            steps: self.steps,
+            seconds: Some(self.seconds.unwrap_or(20.0)),
             seed: self.seed,
-            ..Request::default()
+            ..Specification::default()
         })
+    }
+
+    /// What was given for a run of it, with how its file was read.
+    fn given(&self, columns: Value) -> Result<Value> {
+        let mut given = serde_json::to_value(self)?;
+        given["columns"] = columns;
+        Ok(given)
     }
 }
 
@@ -87,10 +95,9 @@ pub(crate) struct Fitting {
     dataset: Dataset,
     config: FitConfig,
     choices: Vec<Choice>,
-    /// What the model is scored on: held back, where something could be.
-    motions: Vec<Trajectory>,
-    check: Option<CheckReport>,
-    preparation: Option<Preparation>,
+    provenance: Provenance,
+    /// The run that it is, where recordings are fitted.
+    run: Option<Run>,
     checkpoint: Option<Checkpoint>,
     fit: Option<Fit>,
     done: bool,
@@ -124,50 +131,56 @@ pub(crate) struct Begun<'a> {
 
 impl Fitting {
     /// A fit to recordings.
-    pub(crate) fn of_recordings(
-        recordings: Vec<Recording>,
-        layout: Option<String>,
-        wanted: Wanted,
-    ) -> Result<Self> {
-        let request = wanted.request()?;
-        let prepared = Prepared::new(recordings, Vec::new(), &request, &PrepareOptions::default())?;
+    pub(crate) fn of_recordings(given: Given, wanted: &Wanted) -> Result<Self> {
+        let Given { data, columns } = given;
+        let settings = wanted.given(columns)?;
+        let ready = wanted.specification()?.ready(data)?;
+        let record = ready.record(COMMAND.into(), settings, wanted.started / 1e3)?;
+        let provenance = ready.provenance(Some(&record));
+        let Ready {
+            prepared,
+            mut candidates,
+            ..
+        } = ready;
         let Prepared {
             dataset,
-            estimates,
-            check,
-            options,
             motions,
+            held_out,
+            check,
             ..
         } = prepared;
-        let chosen = FitConfig::for_data(&dataset, &estimates, &request)?;
-        let preparation = Preparation {
-            layout: layout.unwrap_or_default(),
-            smooth: options.smooth,
-            low_pass: options.low_pass,
-            delay: Vec::new(),
+        // OK because one family is asked for, which is one candidate.
+        let chosen = candidates.pop().ok_or(NO_MODEL)?;
+        let evaluation = Evaluation {
+            motions,
+            held_out,
+            check,
         };
         Ok(Self {
-            motions,
-            check: Some(check),
-            preparation: Some(preparation),
-            ..Self::new(dataset, chosen.config, chosen.choices)
+            choices: record.choices.clone(),
+            run: Some(Run::new(record, evaluation)),
+            ..Self::new(dataset, chosen.config, provenance)
         })
     }
 
     /// A fit to random states of a known system.
-    pub(crate) fn of_states(dataset: Dataset, wanted: Wanted) -> Result<Self> {
-        let chosen = FitConfig::for_data(&dataset, &[], &wanted.request()?)?;
-        Ok(Self::new(dataset, chosen.config, chosen.choices))
+    pub(crate) fn of_states(dataset: Dataset, wanted: &Wanted) -> Result<Self> {
+        let request = wanted.specification()?.request()?;
+        let chosen = FitConfig::for_data(&dataset, &[], &request)?;
+        let provenance = Provenance::of_seed(chosen.config.seed);
+        Ok(Self {
+            choices: chosen.choices,
+            ..Self::new(dataset, chosen.config, provenance)
+        })
     }
 
-    fn new(dataset: Dataset, config: FitConfig, choices: Vec<Choice>) -> Self {
+    fn new(dataset: Dataset, config: FitConfig, provenance: Provenance) -> Self {
         Self {
             dataset,
             config,
-            choices,
-            motions: Vec::new(),
-            check: None,
-            preparation: None,
+            choices: Vec::new(),
+            provenance,
+            run: None,
             checkpoint: None,
             fit: None,
             done: false,
@@ -192,6 +205,9 @@ impl Fitting {
             self.done = fit.ending != Ending::Interrupted;
             self.checkpoint = slice.checkpoint;
             self.fit = Some(fit);
+            if let Some(run) = &mut self.run {
+                run.extend(&slice.losses);
+            }
         }
         Ok(Advanced {
             losses: slice.losses,
@@ -212,43 +228,44 @@ impl Fitting {
 
     /// The best model so far.
     pub(crate) fn model(&self) -> Result<&Learned> {
-        Ok(&self.fitted()?.model)
-    }
-
-    fn fitted(&self) -> Result<&Fit> {
-        self.fit.as_ref().ok_or(Error::Missing {
-            what: "fitted model",
-            remedy: "start a fit first",
-        })
+        let fit = self.fit.as_ref().ok_or(NO_MODEL)?;
+        Ok(&fit.model)
     }
 
     /// How well the model predicts the motions that were held back.
-    pub(crate) fn score(&self) -> Result<Scored> {
-        if self.motions.is_empty() {
-            return Err(Error::Missing {
-                what: "motion to score on",
-                remedy: "fit recordings, not random states",
-            });
-        }
-        let model = self.model()?;
-        let score = score(model, &self.motions, &RolloutOptions::for_comparison())?;
-        let assessment = Assessment::new(model, &self.motions, &score);
-        let assessment = match &self.check {
-            Some(check) => assessment.of_checked(check),
-            None => assessment,
-        };
-        Ok(Scored { score, assessment })
+    pub(crate) fn score(&mut self) -> Result<Scored> {
+        let (run, fit) = self.ran()?;
+        let scored = run.scored(&fit.model)?;
+        Ok(Scored {
+            score: scored.score.clone(),
+            assessment: scored.assessment.clone(),
+        })
+    }
+
+    /// The page of the run, as the command writes it.
+    pub(crate) fn report(&mut self) -> Result<Vec<u8>> {
+        let (run, fit) = self.ran()?;
+        run.report(&fit.model)
+    }
+
+    fn ran(&mut self) -> Result<(&mut Run, &Fit)> {
+        let run = self.run.as_mut().ok_or(Error::Missing {
+            what: "motion to score on",
+            remedy: "fit recordings, not random states",
+        })?;
+        Ok((run, self.fit.as_ref().ok_or(NO_MODEL)?))
     }
 
     /// The bytes of the model, as the command writes them.
     pub(crate) fn save(&self) -> Result<Vec<u8>> {
-        let provenance = Provenance {
-            preparation: self.preparation.clone(),
-            ..Provenance::of_seed(self.config.seed)
-        };
-        Ok(self.model()?.save(provenance)?.to_bytes()?)
+        Ok(self.model()?.save(self.provenance.clone())?.to_bytes()?)
     }
 }
+
+const NO_MODEL: Error = Error::Missing {
+    what: "fitted model",
+    remedy: "start a fit first",
+};
 
 /// Losses of a slice that are kept at most.
 const KEPT: usize = 200;

@@ -4,6 +4,8 @@
 //! language of the machine has them, with semicolons or tabs between the columns. Both are unambiguous, and each change is told.
 //! Whether angles are in degrees is never guessed.
 
+use lagrangian::trajectory::csv::delimiter;
+
 /// Rows that are shown.
 const SHOWN: usize = 5;
 /// Lines before the header that are passed over at most.
@@ -29,7 +31,7 @@ pub(crate) fn table(bytes: &[u8]) -> Table {
     };
     let mut notes = Vec::new();
     let text = without_titles(text.trim_start_matches('\u{feff}'), &mut notes);
-    let separator = separator(text);
+    let separator = char::from(delimiter(text.as_bytes()));
     let mut lines = text.lines();
     let headers = cells(lines.next().unwrap_or_default(), separator);
     let commas = separator != ','
@@ -73,23 +75,28 @@ fn without_titles<'a>(mut text: &'a str, notes: &mut Vec<String>) -> &'a str {
     text
 }
 
-fn separator(text: &str) -> char {
-    let header = text.lines().next().unwrap_or_default();
-    let count = |c: &char| header.matches(*c).count();
-    // The last of equals wins, as in the library.
-    ['\t', ';', ',']
-        .into_iter()
-        .max_by_key(count)
-        .unwrap_or(',')
+/// The cells of a line, separated where no quote is open.
+fn split(line: &str, separator: char) -> impl Iterator<Item = &str> {
+    // A quote opens where a cell begins, and after one that closed: two of them stand for one.
+    let (mut quoted, mut opens) = (false, true);
+    line.split(move |letter| {
+        if letter == '"' {
+            (quoted, opens) = (!quoted && opens, quoted);
+            return false;
+        }
+        let between = letter == separator && !quoted;
+        opens = between;
+        between
+    })
 }
 
 fn cells(line: &str, separator: char) -> Vec<String> {
     let plain = |cell: &str| cell.trim().trim_matches('"').trim().to_string();
-    line.split(separator).map(plain).collect()
+    split(line, separator).map(plain).collect()
 }
 
 fn has_decimal_commas(line: &str, separator: char) -> bool {
-    line.split(separator).any(is_decimal_comma)
+    split(line, separator).any(is_decimal_comma)
 }
 
 fn is_decimal_comma(cell: &str) -> bool {
@@ -101,7 +108,7 @@ fn is_decimal_comma(cell: &str) -> bool {
 fn with_points(text: &str, separator: char) -> String {
     let mut plain = String::with_capacity(text.len());
     for (k, line) in text.lines().enumerate() {
-        for (i, cell) in line.split(separator).enumerate() {
+        for (i, cell) in split(line, separator).enumerate() {
             if i > 0 {
                 plain.push(separator);
             }
@@ -198,6 +205,15 @@ mod tests {
         assert_eq!(read.headers, ["t", "x", "y"]);
         assert_eq!(read.coordinates(), ["x", "y"]);
         assert!(read.notes[0].contains("'mass A'"));
+    }
+
+    #[test]
+    fn what_stands_in_quotes_separates_nothing() {
+        let read = table(b"\"angle, left, smoothed (deg)\";\"t; s\"\n\"0,5\";1\n");
+        assert_eq!(read.headers, ["angle, left, smoothed (deg)", "t; s"]);
+        assert_eq!(read.first, [["0.5", "1"]]);
+        let read = table(b"a 5\" tube,t,\"a \"\"b\"\", c\"\n1,2,3\n");
+        assert_eq!(read.headers, ["a 5\" tube", "t", "a \"\"b\"\", c"]);
     }
 
     #[test]

@@ -25,6 +25,7 @@ pub mod limits;
 mod motion;
 mod recordings;
 mod request;
+mod run;
 mod session;
 mod speed;
 mod system;

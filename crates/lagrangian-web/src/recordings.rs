@@ -1,18 +1,21 @@
 //! Data from files.
 
 use std::io::Cursor;
+use std::path::Path;
 
 use lagrangian::{Format, Layout, Recording, Signal, Signals};
+use lagrangian_run::{Data, DataFile, FileHash};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
-use crate::error::{Error, Result, bounded};
+use crate::error::{Error, Result, bounded_file};
 use crate::foreign::{self, Table};
-use crate::limits;
 
 /// A file that was dropped on the page.
 #[derive(Debug)]
 pub(crate) struct Dropped {
     name: String,
+    hash: FileHash,
     table: Table,
 }
 
@@ -33,8 +36,30 @@ pub(crate) struct Inspected {
     degrees: bool,
 }
 
+/// Recordings that can be fitted, and how their file was read.
+#[derive(Debug, Clone)]
+pub(crate) struct Given {
+    pub(crate) data: Data,
+    /// The columns as they were asked for; null where there was no file.
+    pub(crate) columns: Value,
+}
+
+impl Given {
+    /// Recordings that are in no file.
+    pub(crate) fn recorded(recordings: Vec<Recording>) -> Self {
+        let data = Data {
+            training: recordings,
+            ..Data::default()
+        };
+        Self {
+            data: data.hashed(),
+            columns: Value::Null,
+        }
+    }
+}
+
 /// Which columns of the file are what.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Columns {
     t: String,
@@ -68,14 +93,10 @@ impl Dropped {
     pub(crate) fn new(name: String, bytes: &[u8]) -> Result<Self> {
         let remedy =
             "take a part of the file, or use the command `lagrangian`, which has no such bound";
-        bounded(
-            "the size of the file in bytes",
-            bytes.len() as f64,
-            limits::FILE as f64,
-            remedy,
-        )?;
+        bounded_file(bytes, remedy)?;
         Ok(Self {
             name,
+            hash: FileHash::of(bytes),
             table: foreign::table(bytes),
         })
     }
@@ -93,15 +114,15 @@ impl Dropped {
         }
     }
 
-    /// Its recordings by these columns, the layout that a model keeps, and what the reader passed over.
-    pub(crate) fn read(&self, columns: Columns) -> Result<(Vec<Recording>, String, Vec<String>)> {
+    /// Its recordings by these columns, and what the reader passed over.
+    pub(crate) fn read(&self, columns: Columns) -> Result<(Given, Vec<String>)> {
+        let shown = serde_json::to_value(&columns)?;
         let layout = columns.layout();
         let text = layout.to_toml()?;
         let source = Cursor::new(self.table.plain.clone());
-        let stem = self
-            .name
-            .rsplit_once('.')
-            .map_or(&*self.name, |(stem, _)| stem);
+        let path = Path::new(&self.name);
+        let stem = path.file_stem().and_then(|stem| stem.to_str());
+        let stem = stem.unwrap_or(&self.name);
         let readings = Format::Csv.read(source, stem, &layout)?;
         let (mut notes, ignored) = (readings.notes, readings.columns.ignored);
         if !ignored.is_empty() {
@@ -110,7 +131,17 @@ impl Dropped {
                 ignored.join(", ")
             ));
         }
-        Ok((readings.recordings, text, notes))
+        let data = Data {
+            training: readings.recordings,
+            layout: text,
+            hashes: vec![DataFile::new("training", path, self.hash.clone())],
+            ..Data::default()
+        };
+        let given = Given {
+            data,
+            columns: shown,
+        };
+        Ok((given, notes))
     }
 }
 

@@ -45,6 +45,8 @@ pub(crate) enum Request {
     Finish,
     /// How well the fitted model predicts motions that were held back.
     Score,
+    /// The page of the fit, as the command writes it: one file.
+    Report,
     /// How well free motions of the fitted model keep the energy of a system.
     Energy(EnergyAsked),
     /// The energy of a model at rest along one coordinate.

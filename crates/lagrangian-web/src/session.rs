@@ -7,11 +7,11 @@ use lagrangian::{
 };
 use serde::Serialize;
 
-use crate::error::{Error, Result, bounded};
+use crate::error::{Error, Result, bounded, bounded_file};
 use crate::fitting::{Fitting, Wanted};
 use crate::limits;
 use crate::motion::options;
-use crate::recordings::{Columns, Dropped, Summary, csv};
+use crate::recordings::{Columns, Dropped, Given, Summary, csv};
 use crate::request::{By, EnergyAsked, Request, States};
 use crate::speed;
 use crate::system::{self, Axis, Named, axes};
@@ -62,8 +62,8 @@ pub struct Session {
 /// What can be fitted.
 #[derive(Debug)]
 enum Data {
-    /// Recordings, and the layout that they were read with.
-    Recordings(Vec<Recording>, Option<String>),
+    /// Recordings.
+    Recordings(Box<Given>),
     /// Random states with their accelerations.
     States(Box<Dataset>),
 }
@@ -98,7 +98,7 @@ impl Session {
                 let motion = self.with(&asked.by, |model| asked.of(model, energy))?;
                 Message::json(&motion)
             }
-            Request::Experiment(asked) => self.take(asked.record()?, None, Vec::new()),
+            Request::Experiment(asked) => self.take(Given::recorded(asked.record()?), Vec::new()),
             Request::States(asked) => self.states(&asked),
             Request::Inspect { name } => {
                 let dropped = Dropped::new(name, &message.bytes)?;
@@ -109,7 +109,7 @@ impl Session {
             Request::Read(columns) => self.read(columns),
             Request::Check => Message::json(&self.checked()?),
             Request::Data => Ok(Message::file(csv(self.recordings()?))),
-            Request::Start(wanted) => self.start(wanted),
+            Request::Start(wanted) => self.start(&wanted),
             Request::Advance { milliseconds } => {
                 Message::json(&self.fitting_mut()?.advance(milliseconds)?)
             }
@@ -117,7 +117,8 @@ impl Session {
                 self.fitting_mut()?.finish();
                 Message::json(&())
             }
-            Request::Score => Message::json(&self.fitting()?.score()?),
+            Request::Score => Message::json(&self.fitting_mut()?.score()?),
+            Request::Report => Ok(Message::file(self.fitting_mut()?.report()?)),
             Request::Energy(asked) => Message::json(&self.energy(&asked)?),
             Request::Potential(asked) => {
                 Message::json(&self.with(&asked.by, |model| Ok(asked.of(model)))?)
@@ -131,14 +132,9 @@ impl Session {
         }
     }
 
-    fn take(
-        &mut self,
-        recordings: Vec<Recording>,
-        layout: Option<String>,
-        notes: Vec<String>,
-    ) -> Result<Message> {
-        let summary = Summary::of(&recordings, notes)?;
-        self.data = Some(Data::Recordings(recordings, layout));
+    fn take(&mut self, given: Given, notes: Vec<String>) -> Result<Message> {
+        let summary = Summary::of(&given.data.training, notes)?;
+        self.data = Some(Data::Recordings(Box::new(given)));
         Message::json(&summary)
     }
 
@@ -162,13 +158,13 @@ impl Session {
             what: "file",
             remedy: "drop one on the page",
         })?;
-        let (recordings, layout, notes) = dropped.read(columns)?;
-        self.take(recordings, Some(layout), notes)
+        let (given, notes) = dropped.read(columns)?;
+        self.take(given, notes)
     }
 
     fn recordings(&self) -> Result<&[Recording]> {
         match &self.data {
-            Some(Data::Recordings(recordings, _)) => Ok(recordings),
+            Some(Data::Recordings(given)) => Ok(&given.data.training),
             _ => Err(NO_DATA),
         }
     }
@@ -181,12 +177,10 @@ impl Session {
         })
     }
 
-    fn start(&mut self, wanted: Wanted) -> Result<Message> {
+    fn start(&mut self, wanted: &Wanted) -> Result<Message> {
         let fitting = match &self.data {
             None => return Err(NO_DATA),
-            Some(Data::Recordings(recordings, layout)) => {
-                Fitting::of_recordings(recordings.clone(), layout.clone(), wanted)?
-            }
+            Some(Data::Recordings(given)) => Fitting::of_recordings((**given).clone(), wanted)?,
             Some(Data::States(dataset)) => Fitting::of_states((**dataset).clone(), wanted)?,
         };
         let answer = Message::json(&fitting.begun());
@@ -235,12 +229,7 @@ impl Session {
 
     fn load(&mut self, bytes: &[u8]) -> Result<Message> {
         let remedy = "take a smaller model, or the command `lagrangian`";
-        bounded(
-            "the size of the file in bytes",
-            bytes.len() as f64,
-            limits::FILE as f64,
-            remedy,
-        )?;
+        bounded_file(bytes, remedy)?;
         let model = Learned::load(&SavedModel::from_bytes(bytes)?)?;
         let description = model.description();
         let answer = Message::json(&Loaded {

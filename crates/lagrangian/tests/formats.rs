@@ -257,6 +257,25 @@ fn semicolons_tabs_spaces_and_a_byte_order_mark_are_understood() {
 }
 
 #[test]
+fn separators_within_quotes_are_letters_of_a_name() {
+    let layout = Layout {
+        t: Some("time; s".into()),
+        columns: Signals {
+            q: vec!["angle, left, smoothed".into()],
+            ..Signals::default()
+        },
+        ..Layout::default()
+    };
+    for text in [
+        "\"angle, left, smoothed\";\"time; s\"\n1;0\n2;1\n",
+        "\u{feff}\"time; s\"\t\"angle, left, smoothed\"\n0\t1\n1\t2\n",
+        "\"angle, left, smoothed\",\"time; s\",a \"\",b;\n1,0,3,4\n2,1,3,4\n",
+    ] {
+        assert_eq!(csv(text, &layout).recordings[0].q, [1.0, 2.0], "{text:?}");
+    }
+}
+
+#[test]
 fn an_archive_of_numpy_is_read_whatever_its_order_types_and_packing() {
     let bytes = include_bytes!("golden/numpy_compressed.npz").as_slice();
     let readings = Format::Npz

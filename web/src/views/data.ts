@@ -11,6 +11,7 @@ import { type Columns, columnsForm, preview } from "./columns";
 import { assessment, findings } from "./findings";
 import { ModelPlayer } from "./model";
 import { offer } from "./race";
+import { reportButtons } from "./report";
 import type { Entry, View } from "./view";
 
 /** The largest file, as in crates/lagrangian-web/src/limits.rs. */
@@ -165,7 +166,7 @@ class Data implements View {
       go.textContent = "Stop and keep the best";
       const friction = this.friction && this.family !== "mlp" ? { dissipation: true } : {};
       const settings = { width: this.width, ...friction };
-      const begun = await this.engine.ask<Begun>({ ask: "start", family: this.family, settings, seconds: this.seconds });
+      const begun = await this.engine.ask<Begun>({ ask: "start", family: this.family, settings, seconds: this.seconds, started: Date.now() });
       await this.watch(place, begun);
       await this.finish(place, begun);
     });
@@ -194,10 +195,11 @@ class Data implements View {
     const bytes = await this.engine.file({ ask: "save" });
     const stem = (this.file?.name ?? "model").replace(/\.[^.]*$/, "");
     const save = button("Save the model", () => offer(bytes, `${stem}.safetensors`), "main");
+    const said = new Message();
     const loaded = await this.engine.ask<Loaded>({ ask: "load" }, bytes);
     const player = new ModelPlayer(this.engine, "loaded", loaded);
     const hint = el("p", { class: "hint" }, "The command reads the same file: lagrangian score, rollout, torque, export.");
-    place.append(assessment(scored), el("div", { class: "row" }, save), hint, player.element, choices(begun));
+    place.append(assessment(scored), el("div", { class: "row" }, save, ...reportButtons(this.engine, `${stem}.html`, said)), said.element, hint, player.element, choices(begun));
     place.querySelector("details")?.remove();
   }
 }

@@ -93,7 +93,7 @@ fn of_run(folder: &RunFolder, links: Option<Links>, mode: OutputMode) -> Result<
     let metrics = folder.read_metrics()?;
     let page = Page {
         skin: &Flags,
-        folder,
+        folder: folder.path(),
         record: &record,
         metrics: &metrics,
         model: &model,

@@ -6,6 +6,9 @@ use super::Page;
 const POLICY: &str = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; img-src 'self' data:; \
     connect-src 'self'; worker-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'; object-src 'none'";
 
+/// What the page around a report may do stands in its file; only the laboratory shows it.
+const AROUND_REPORTS: (&str, &str) = ("report.html", "frame-ancestors 'self'");
+
 /// An answer.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Answer<'p> {
@@ -37,7 +40,11 @@ pub(super) fn answer<'p>(head: &str, page: &'p Page, port: u16) -> Answer<'p> {
     let Some((name, body)) = found else {
         return refusal("404 Not Found");
     };
-    let head = written("200 OK", media_type(name), body.len());
+    let policy = match name == AROUND_REPORTS.0 {
+        true => AROUND_REPORTS.1,
+        false => POLICY,
+    };
+    let head = written("200 OK", media_type(name), policy, body.len());
     let body = if method == "HEAD" { &[] } else { body };
     Answer { head, body }
 }
@@ -53,15 +60,15 @@ fn names_this_machine(line: &str, port: u16) -> bool {
 
 fn refusal<'p>(status: &str) -> Answer<'p> {
     Answer {
-        head: written(status, "text/plain; charset=utf-8", 0),
+        head: written(status, "text/plain; charset=utf-8", POLICY, 0),
         body: &[],
     }
 }
 
-fn written(status: &str, media_type: &str, length: usize) -> String {
+fn written(status: &str, media_type: &str, policy: &str, length: usize) -> String {
     format!(
         "HTTP/1.1 {status}\r\nContent-Type: {media_type}\r\nContent-Length: {length}\r\n\
-         Content-Security-Policy: {POLICY}\r\nX-Content-Type-Options: nosniff\r\nReferrer-Policy: no-referrer\r\n\
+         Content-Security-Policy: {policy}\r\nX-Content-Type-Options: nosniff\r\nReferrer-Policy: no-referrer\r\n\
          Cross-Origin-Resource-Policy: same-origin\r\nCache-Control: no-cache\r\nConnection: close\r\n\r\n"
     )
 }

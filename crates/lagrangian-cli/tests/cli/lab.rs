@@ -21,10 +21,11 @@ impl Drop for Lab {
 }
 
 impl Lab {
-    /// Serves a page of two files; beside its folder is one that is nobody's business.
+    /// Serves a page of three files; beside its folder is one that is nobody's business.
     fn new(bench: &Workbench) -> Self {
         std::fs::create_dir_all(bench.path("page/assets")).unwrap();
         bench.write("page/index.html", "<title>laboratory</title>");
+        bench.write("page/report.html", "<title>report</title>");
         bench.write("page/assets/library.wasm", "\0asm");
         bench.write("secret.txt", "secret");
         let mut command = bench.command("lab --no-open --folder page");
@@ -64,6 +65,8 @@ fn the_laboratory_serves_its_page_with_a_policy_and_the_types_that_browsers_need
     let page = lab.get("/");
     assert!(page.starts_with("HTTP/1.1 200") && page.ends_with("<title>laboratory</title>"));
     assert!(page.contains("script-src 'self' 'wasm-unsafe-eval'") && page.contains("nosniff"));
+    let report = lab.get("/report.html");
+    assert!(report.contains("frame-ancestors 'self'") && !report.contains("script-src"));
     let library = lab.get("/assets/library.wasm?v=1");
     assert!(library.contains("Content-Type: application/wasm") && library.ends_with("\0asm"));
 }

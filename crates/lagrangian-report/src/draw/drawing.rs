@@ -3,8 +3,10 @@
 use std::fmt::Write as _;
 
 use super::curve::Point;
+use super::escaped;
+#[cfg(feature = "raster")]
+use super::text;
 use super::theme::{self, Ink};
-use super::{escaped, text};
 
 /// Units of a drawing to the px: whole units keep paths short, and a curve needs finer steps than a px.
 const UNIT: f64 = 8.0;
@@ -15,6 +17,7 @@ pub(super) enum Letters {
     /// As text, in the reader's own font.
     Text,
     /// As outlines of the embedded font, the same everywhere.
+    #[cfg(feature = "raster")]
     Outlines,
 }
 
@@ -151,6 +154,7 @@ impl Drawing {
         let at = (at.0, at.1 + drop_to_baseline(lettering));
         match self.letters {
             Letters::Text => self.written(words, at, lettering),
+            #[cfg(feature = "raster")]
             Letters::Outlines => self.outlined(words, at, lettering),
         }
     }
@@ -172,6 +176,7 @@ impl Drawing {
         ));
     }
 
+    #[cfg(feature = "raster")]
     fn outlined(&mut self, words: &str, (x, y): Point, lettering: Lettering) {
         let size = lettering.size;
         let left = match lettering.across {

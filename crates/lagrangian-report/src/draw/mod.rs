@@ -4,28 +4,23 @@
 //! from it, with its words as outlines of an embedded font, so that they are the same on every machine.
 
 mod axes;
-mod bitmap;
 mod chart;
 mod curve;
 mod drawing;
-mod error;
-mod gif;
 mod heat_map;
 mod legend;
 mod page;
-mod palette;
-mod pendulum;
-mod png;
+#[cfg(feature = "raster")]
+mod raster;
 mod scale;
 mod series;
 mod svg;
 mod text;
 mod theme;
 
-pub use error::{Error, Result};
-pub use gif::gif;
 pub use page::html;
-pub use png::png;
+#[cfg(feature = "raster")]
+pub use raster::{Error, Result, gif, png};
 pub use scale::short;
 pub use svg::svg;
 
@@ -47,5 +42,5 @@ fn escaped(text: &str) -> String {
     safe
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "raster"))]
 mod tests;

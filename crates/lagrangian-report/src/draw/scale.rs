@@ -236,11 +236,6 @@ fn power(exponent: i32) -> String {
     format!("10{}", raised.collect::<String>())
 }
 
-/// A fraction as a percentage, e.g. `0.41 %` or `3.2×10⁻⁶ %`.
-pub(super) fn percent(fraction: f64) -> String {
-    format!("{} %", short(100.0 * fraction.abs()))
-}
-
 /// A number with two or three digits, e.g. `1200`, `0.41`, `0.0021` or `3.2×10⁻⁶`.
 pub fn short(value: f64) -> String {
     if !value.is_finite() {
@@ -323,15 +318,6 @@ mod tests {
         }
         let [low, high] = axis(&Axis::log("y", ""), &[3e-9, 4.0]);
         assert!(low <= -9.0 && (high - 2.0).abs() < 1e-9, "{low} {high}");
-    }
-
-    #[test]
-    fn percentages_are_short() {
-        let words = [0.0, 0.00412, 0.5, 12.0, 3.2e-9].map(percent);
-        assert_eq!(
-            words,
-            ["0.00 %", "0.41 %", "50.0 %", "1200 %", "3.2×10⁻⁷ %"]
-        );
     }
 
     #[test]

@@ -88,6 +88,7 @@ pub(super) fn classes() -> String {
 }
 
 /// CSS: the classes of a drawing on a light ground, for renderers that know no variables.
+#[cfg(feature = "raster")]
 pub(super) fn light_classes() -> String {
     rules(|ink| hex(ink.light))
 }

@@ -16,6 +16,7 @@ use lagrangian_report::force_unit;
 const LEVEL: f64 = 0.8;
 
 /// What a page says of an ensemble.
+#[derive(Debug)]
 pub(super) struct Shown {
     pub(super) headline: Option<Headline>,
     pub(super) figures: Vec<Figure>,

@@ -15,12 +15,11 @@ use lagrangian::score::{
     Assessment, Grade, Judgement, Predictions, Reason, SignalError, predict_all, score_predictions,
 };
 use lagrangian::{CheckReport, Learned, Model, Prepared, RolloutOptions, Score, Trajectory};
-use lagrangian_report::draw::{self, short};
+use lagrangian_report::draw::short;
 use lagrangian_report::{Command, Headline, Report, Role};
 
 use crate::ensemble::Measured;
 use crate::error::Result;
-use crate::folder::{REPORT, RunFolder};
 use crate::metrics::Metric;
 use crate::record::RunRecord;
 
@@ -37,8 +36,8 @@ pub trait Skin: Sync {
 pub struct Page<'a> {
     /// Who shows it.
     pub skin: &'a dyn Skin,
-    /// Its folder.
-    pub folder: &'a RunFolder,
+    /// Where it is kept.
+    pub folder: &'a Path,
     /// Its `run.toml`.
     pub record: &'a RunRecord,
     /// Its metrics.
@@ -74,6 +73,7 @@ impl From<Prepared> for Evaluation {
 }
 
 /// The predictions of a model, and what they are worth.
+#[derive(Debug)]
 pub struct Scored {
     predictions: Predictions,
     ensemble: Option<bands::Shown>,
@@ -107,14 +107,6 @@ impl Page<'_> {
             predictions,
             score,
         })
-    }
-
-    /// Writes the page.
-    ///
-    /// # Errors
-    /// [`Error::Refused`](crate::Error::Refused) where the folder cannot be written.
-    pub fn write(&self, report: &Report) -> Result<()> {
-        self.folder.write(REPORT, draw::html(report).as_bytes())
     }
 
     /// The page as plain data. A robot whose joints are known is drawn as it is; a chain of angles with its links where the data say that
@@ -154,7 +146,7 @@ impl Page<'_> {
             figures,
             tables,
             settings: tables::settings(self.record),
-            commands: self.skin.commands(self.folder.path(), self.record),
+            commands: self.skin.commands(self.folder, self.record),
         }
     }
 

@@ -16,6 +16,8 @@ const MAX_ROW: usize = 1 << 22;
 /// Bytes that the reader takes at a time.
 const CHUNK: usize = 1 << 16;
 
+const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
+
 /// Reads the recordings of a CSV text (comma, semicolon or tab between columns, whichever the header uses most).
 ///
 /// Empty cells, `nan` and `inf` are kept as values that are not finite, so that `check` can show them.
@@ -195,14 +197,28 @@ impl<R> PlainLines<'_, R> {
     }
 }
 
-fn delimiter(start: &[u8]) -> u8 {
-    let header = start.split(|b| *b == b'\n').next().unwrap_or_default();
-    let count = |d: &u8| header.iter().filter(|b| *b == d).count();
-    // max_by_key takes the last of equals, so the comma stands last.
-    [b'\t', b';', b',']
-        .into_iter()
-        .max_by_key(count)
-        .unwrap_or(b',')
+/// What separates the columns of a CSV text: a comma, a semicolon or a tab, whichever stands most often between the names of its header.
+/// What stands in quotes separates nothing.
+#[must_use]
+pub fn delimiter(start: &[u8]) -> u8 {
+    // The last of equals is taken, so the comma stands last.
+    let mut counts = [(b'\t', 0), (b';', 0), (b',', 0)];
+    // A quote opens where a name begins, and after one that closed: two of them stand for one.
+    let (mut quoted, mut opens) = (false, true);
+    for &byte in start.strip_prefix(BYTE_ORDER_MARK).unwrap_or(start) {
+        match byte {
+            b'"' => (quoted, opens) = (!quoted && opens, quoted),
+            b'\n' if !quoted => break,
+            _ if quoted => {}
+            _ => {
+                let own = counts.iter_mut().find(|(separator, _)| *separator == byte);
+                opens = own.is_some();
+                own.into_iter().for_each(|(_, count)| *count += 1);
+            }
+        }
+    }
+    let most = counts.into_iter().max_by_key(|(_, count)| *count);
+    most.map_or(b',', |(separator, _)| separator)
 }
 
 fn number(record: &csv::StringRecord, column: usize, headers: &[String], line: u64) -> Result<f64> {

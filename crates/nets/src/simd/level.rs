@@ -11,7 +11,8 @@ use crate::{Error, Result};
 /// An instruction set that the kernels are compiled for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Level {
-    /// No particular instructions.
+    /// No particular instructions. A module of WebAssembly with vectors has no need of them.
+    #[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
     Portable,
     /// AVX2 and FMA (x86-64-v3).
     #[cfg(target_arch = "x86_64")]
@@ -37,6 +38,7 @@ const ALL: &[Level] = &[
     Level::Neon,
     #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
     Level::Simd128,
+    #[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
     Level::Portable,
 ];
 
@@ -48,6 +50,7 @@ impl Level {
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
+        #[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
             Self::Portable => "portable",
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => "avx2",
@@ -72,6 +75,7 @@ impl Level {
     /// Whether this CPU has the instructions of the level.
     fn is_there(self) -> bool {
         match self {
+        #[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
             Self::Portable => true,
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),

@@ -53,6 +53,7 @@ pub use update::{AdamRule, AdamStep};
 pub(crate) use update::{AddTo, SumOfSquares, SumRows};
 pub use vector::{Arithmetic, Memory, Real, Vector};
 
+#[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
 use vector::Lanes;
 pub(crate) use vector::Pair;
 
@@ -95,6 +96,7 @@ pub fn dispatch<K: Task>(task: K) {
 #[inline]
 pub(crate) fn dispatch_on<K: Task>(level: Level, task: K) {
     match level {
+        #[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
         Level::Portable => task.run::<Portable>(),
         // SAFETY: `level` and `levels` give only what the CPU was asked for, and `level` comes from one of them.
         #[cfg(target_arch = "x86_64")]
@@ -122,9 +124,12 @@ unsafe fn enter_avx512<K: Task>(task: K) {
 }
 
 /// Portable code, which the compiler vectorises as it can.
+#[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Portable;
+#[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
 impl sealed::Sealed for Portable {}
+#[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
 impl Isa for Portable {
     type F32 = Lanes<f32, 16>;
     type F64 = Lanes<f64, 8>;

@@ -3,6 +3,7 @@
 #[cfg(target_arch = "aarch64")]
 mod neon;
 mod pair;
+#[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
 mod portable;
 mod register;
 mod scalar;
@@ -16,6 +17,7 @@ use std::fmt::Debug;
 #[cfg(target_arch = "aarch64")]
 pub(crate) use neon::{F32x4, F64x2};
 pub(crate) use pair::Pair;
+#[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
 pub(crate) use portable::Lanes;
 #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
 pub(crate) use wasm::{F32x4, F64x2};

@@ -1,31 +1,16 @@
 //! The requests of the page, served natively: what it shows is what the library computes.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod asking;
+mod hostile;
+mod report;
+
 use lagrangian::{Learned, Model, SavedModel};
+use lagrangian_web::Session;
 use lagrangian_web::exports::reply;
-use lagrangian_web::{Message, Session};
 use serde_json::{Value, json};
 
-/// What the page asks, and the answer.
-fn ask(session: &mut Session, request: &Value) -> Value {
-    let answer = session.answer(&Message::text(&request.to_string()));
-    serde_json::from_str(&answer.unwrap().text).unwrap()
-}
-
-/// The message of a request that is refused.
-fn refused(session: &mut Session, request: &Value) -> String {
-    let answer = session.answer(&Message::text(&request.to_string()));
-    answer.unwrap_err().to_string()
-}
-
-fn give(session: &mut Session, request: &Value, bytes: &[u8]) -> Result<String, String> {
-    let message = Message {
-        text: request.to_string(),
-        bytes: bytes.to_vec(),
-    };
-    let answer = session.answer(&message);
-    answer.map(|a| a.text).map_err(|e| e.to_string())
-}
+use asking::{advance, ask, file, give, refused};
 
 fn pendulum() -> Value {
     json!({ "name": "pendulum", "parameters": { "length": 1.0 } })
@@ -42,27 +27,12 @@ fn started(steps: usize) -> Session {
     session
 }
 
-/// Continues in slices of this length to the end; their number.
-fn advance(session: &mut Session, milliseconds: f64) -> usize {
-    let request = json!({ "ask": "advance", "milliseconds": milliseconds });
-    let mut slices = 1;
-    while ask(session, &request)["done"] == json!(false) {
-        slices += 1;
-    }
-    slices
-}
-
-fn saved(session: &mut Session) -> Vec<u8> {
-    let answer = session.answer(&Message::text(r#"{"ask": "save"}"#));
-    answer.unwrap().bytes
-}
-
 #[test]
 fn a_fit_in_slices_is_the_same_to_the_bit_as_a_fit_at_once() {
     let (mut sliced, mut whole) = (started(12), started(12));
     assert_eq!(advance(&mut sliced, 0.0), 12);
     advance(&mut whole, 1000.0);
-    let (sliced, whole) = (saved(&mut sliced), saved(&mut whole));
+    let (sliced, whole) = (file(&mut sliced, "save"), file(&mut whole, "save"));
     assert_eq!(sliced, whole);
     let model = Learned::load(&SavedModel::from_bytes(&whole).unwrap()).unwrap();
     assert!(model.coordinates().is_circle(0));
@@ -71,7 +41,7 @@ fn a_fit_in_slices_is_the_same_to_the_bit_as_a_fit_at_once() {
 #[test]
 fn the_page_and_this_machine_learn_the_same_pendulum() {
     let kept: Value =
-        serde_json::from_str(include_str!("../../../tests/browser/lab/native.json")).unwrap();
+        serde_json::from_str(include_str!("../../../../tests/browser/lab/native.json")).unwrap();
     let mut session = started(60);
     advance(&mut session, 1000.0);
     let test = json!({ "ask": "energy", "of": pendulum(), "starts": 10, "duration": 100, "reference": 19.6, "seed": 1 });
@@ -95,7 +65,6 @@ fn a_table_with_decimal_commas_and_degrees_becomes_radians() {
     let table = format!("mass A\nt;angle\n{table}");
     let inspect = json!({ "ask": "inspect", "name": "swing.csv" });
     let seen = give(&mut session, &inspect, table.as_bytes()).unwrap();
-    let seen: Value = serde_json::from_str(&seen).unwrap();
     assert_eq!(seen["notes"].as_array().unwrap().len(), 2);
     assert_eq!(seen["coordinates"], json!(["angle"]));
     let read =

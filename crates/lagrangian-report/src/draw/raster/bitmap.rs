@@ -3,8 +3,9 @@
 use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg::{Options, Tree};
 
-use super::drawing::Drawing;
-use super::{Error, Result, theme};
+use super::{Error, Result};
+use crate::draw::drawing::Drawing;
+use crate::draw::theme;
 
 /// Renders a drawing on white, stretched to so many pixels. Its letters must be outlines: the renderer has no font.
 pub(super) fn render(drawing: &Drawing, (width, height): (u32, u32)) -> Result<Pixmap> {

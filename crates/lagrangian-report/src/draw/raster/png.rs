@@ -2,9 +2,10 @@
 
 use std::io::Write;
 
-use super::drawing::Letters;
-use super::{Error, Result, bitmap, chart};
+use super::{Error, Result, bitmap};
 use crate::Figure;
+use crate::draw::chart;
+use crate::draw::drawing::Letters;
 
 /// Pixels a px: sharp on today's screens and in print.
 const DENSITY: u32 = 2;

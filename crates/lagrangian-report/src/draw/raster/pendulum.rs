@@ -1,10 +1,10 @@
 //! One frame of an animation: panels side by side, the truth in pale colour beneath each model.
 
-use super::chart::NOTE;
-use super::curve::Point;
-use super::drawing::{Across, Drawing, Lettering, Letters, Upright};
-use super::scale;
-use super::theme::{self, Ink};
+use crate::draw::chart::NOTE;
+use crate::draw::curve::Point;
+use crate::draw::drawing::{Across, Drawing, Lettering, Letters, Upright};
+use crate::draw::short;
+use crate::draw::theme::{self, Ink};
 use crate::{Animation, Panel, Shape, Stage};
 
 /// Size of a panel, px.
@@ -95,7 +95,7 @@ impl<'a> View<'a> {
             .as_ref()
             .and_then(|error| error.get(frame));
         if let Some(error) = error.filter(|error| error.is_finite()) {
-            let words = format!("energy error {}", scale::percent(*error));
+            let words = format!("energy error {}", percent(*error));
             drawing.text(&words, (self.middle, 28.0), CENTRED);
         }
         if let Some(truth) = truth.filter(|truth| truth.role != panel.role) {
@@ -151,4 +151,23 @@ fn joined(drawing: &mut Drawing, shape: &Shape, points: &[Point], ink: Ink) {
     };
     drawing.discs(&[*first], 3.0, ink);
     drawing.discs(others, radius, ink);
+}
+
+/// A fraction as a percentage, e.g. `0.41 %` or `3.2×10⁻⁶ %`.
+fn percent(fraction: f64) -> String {
+    format!("{} %", short(100.0 * fraction.abs()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn percentages_are_short() {
+        let words = [0.0, 0.00412, 0.5, 12.0, 3.2e-9].map(percent);
+        assert_eq!(
+            words,
+            ["0.00 %", "0.41 %", "50.0 %", "1200 %", "3.2×10⁻⁷ %"]
+        );
+    }
 }

@@ -1,0 +1,100 @@
+//! A fit to recordings as a run: what it was made of, what its model is worth, and its page, all as the command has them.
+
+use std::path::Path;
+
+use lagrangian::{Learned, Progress, RolloutOptions};
+use lagrangian_report::{Command, draw};
+use lagrangian_run::{Evaluation, Metric, Page, RunRecord, Scored, Skin, quoted};
+
+use crate::error::Result;
+
+/// The command of a run in the record: there was none.
+pub(crate) const COMMAND: &str = "a fit in the laboratory in a browser";
+
+/// A run, but for its model.
+#[derive(Debug)]
+pub(crate) struct Run {
+    record: RunRecord,
+    evaluation: Evaluation,
+    metrics: Vec<Metric>,
+    /// The predictions of the model, from when they are scored to when they are drawn.
+    scored: Option<Scored>,
+}
+
+impl Run {
+    /// A run that begins.
+    pub(crate) fn new(mut record: RunRecord, evaluation: Evaluation) -> Self {
+        if cfg!(target_family = "wasm") {
+            record.platform = format!("a browser, {}", std::env::consts::ARCH);
+        }
+        Self {
+            record,
+            evaluation,
+            metrics: Vec::new(),
+            scored: None,
+        }
+    }
+
+    /// Takes the steps of a slice; what was predicted is of an earlier model.
+    pub(crate) fn extend(&mut self, steps: &[Progress]) {
+        self.metrics.extend(steps.iter().map(Metric::of));
+        self.scored = None;
+    }
+
+    /// What the model is worth on motions that were held back, where something could be.
+    pub(crate) fn scored(&mut self, model: &Learned) -> Result<&Scored> {
+        let scored = self.predicted(model)?;
+        Ok(self.scored.insert(scored))
+    }
+
+    /// The page of the run: one file that needs nothing else.
+    pub(crate) fn report(&mut self, model: &Learned) -> Result<Vec<u8>> {
+        let scored = self.predicted(model)?;
+        Ok(draw::html(&self.page(model).report(scored, None)).into_bytes())
+    }
+
+    fn predicted(&mut self, model: &Learned) -> Result<Scored> {
+        match self.scored.take() {
+            Some(scored) => Ok(scored),
+            None => Ok(self.page(model).scored(&RolloutOptions::for_comparison())?),
+        }
+    }
+
+    fn page<'a>(&'a self, model: &'a Learned) -> Page<'a> {
+        Page {
+            skin: &Laboratory,
+            folder: Path::new(""),
+            record: &self.record,
+            metrics: &self.metrics,
+            model,
+            ensemble: None,
+            evaluation: &self.evaluation,
+        }
+    }
+}
+
+/// The laboratory, where a run speaks to people: its settings have names that are words.
+struct Laboratory;
+
+impl Skin for Laboratory {
+    fn words(&self, text: &str) -> String {
+        text.replace('`', "")
+    }
+
+    /// What the command does with the model, which is saved under the name of the data.
+    fn commands(&self, folder: &Path, record: &RunRecord) -> Vec<Command> {
+        let data = record.data.first().map_or("model", |file| &file.path);
+        let model = folder.join(data).with_extension("safetensors");
+        let model = quoted(&model.display().to_string());
+        let score = format!("lagrangian score {model} other.csv");
+        let rollout = format!("lagrangian rollout {model} --follow other.csv --out predicted.csv");
+        vec![
+            Command::new("This laboratory, where the run was made", "lagrangian lab"),
+            Command::new("The saved model's figures on other recordings", score),
+            Command::new(
+                "Its prediction of another motion, under its forces",
+                rollout,
+            ),
+        ]
+    }
+}
