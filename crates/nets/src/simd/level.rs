@@ -50,7 +50,7 @@ impl Level {
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
-        #[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
+            #[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
             Self::Portable => "portable",
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => "avx2",
@@ -75,7 +75,7 @@ impl Level {
     /// Whether this CPU has the instructions of the level.
     fn is_there(self) -> bool {
         match self {
-        #[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
+            #[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
             Self::Portable => true,
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),
