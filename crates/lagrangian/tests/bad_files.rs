@@ -180,12 +180,9 @@ fn values_that_are_not_finite_are_kept_for_the_check_and_refused_for_a_fit() {
 
 #[test]
 fn an_empty_file_a_header_alone_and_one_row_are_refused() {
-    assert_says(&refusal(""), &["empty", "0 samples"]);
-    assert_says(&refusal("t,q1\n"), &["0 samples", "2 are needed"]);
-    assert_says(
-        &conversion_refusal("t,q1\n0,0\n"),
-        &["1 samples", "2 are needed"],
-    );
+    assert_says(&refusal(""), &["empty", "0 of the 2 samples"]);
+    assert_says(&refusal("t,q1\n"), &["0 of the 2 samples"]);
+    assert_says(&conversion_refusal("t,q1\n0,0\n"), &["1 of the 2 samples"]);
     for format in [Format::Npz, Format::Parquet, Format::Db3, Format::Mcap] {
         assert!(
             format
