@@ -5,8 +5,7 @@ use std::path::Path;
 use anyhow::Result;
 use lagrangian::saved::Preparation;
 use lagrangian::trajectory::Topology;
-use lagrangian::{Coordinates, EstimateOptions, Layout, Learned, Recording, SavedModel};
-use lagrangian_run::compare::counted;
+use lagrangian::{Coordinates, EstimateOptions, Layout, Learned, Recording, SavedModel, counted};
 
 use crate::cli::{DataArgs, EstimateArgs};
 use crate::failure::{Advise, mistake};

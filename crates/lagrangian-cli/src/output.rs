@@ -52,14 +52,6 @@ pub(crate) fn write_declared(
     Ok(layout)
 }
 
-/// So many trajectories, in words.
-pub(crate) fn trajectories(count: usize) -> String {
-    match count {
-        1 => "1 trajectory".into(),
-        _ => format!("{count} trajectories"),
-    }
-}
-
 /// How motions are written: in the columns and units of the data of a model.
 pub(crate) struct Columns<'a> {
     pub(crate) coordinates: &'a Coordinates,

@@ -5,8 +5,8 @@ use std::path::Path;
 use std::{env, fs, io};
 
 use lagrangian_report::{
-    Animation, Axis, Command, Figure, Headline, HeatMap, Panel, Report, Role, Series, Shape, Table,
-    draw, energy_error_over_time, loss_curves, parity,
+    Animation, Axis, Command, Figure, Headline, HeatMap, Panel, Report, Role, Series, Shape, Stage,
+    Table, draw, energy_error_over_time, loss_curves, parity,
 };
 
 fn main() -> io::Result<()> {
@@ -41,7 +41,7 @@ fn known() -> Report {
             "rad",
             "of a sine",
         )],
-        animations: vec![pendulum()],
+        animations: vec![pendulum(), robot()],
         figures,
         maps: vec![map()],
         ..Report::default()
@@ -71,6 +71,39 @@ fn pendulum() -> Animation {
         caption: "The pale one is the truth.".into(),
         panels: vec![panel(truth, 0.0), panel(lnn, 0.01)],
     }
+}
+
+/// A robot with two tips that turns about its base, for 4 s.
+fn robot() -> Animation {
+    let t = clock(401, 0.01);
+    let panel = |(name, role), late: f64| Panel {
+        name: String::from(name),
+        role,
+        shape: Shape::Points {
+            joined: vec![0, 0, 1, 1],
+            stage: Stage {
+                middle: [1.0, 1.0],
+                radius: 2.5,
+            },
+        },
+        values: t.iter().flat_map(|t| turned(t - late)).collect(),
+        energy_error: None,
+        t: t.clone(),
+    };
+    let [truth, _, plain] = roles();
+    Animation {
+        id: "robot".into(),
+        title: "A robot".into(),
+        caption: "Its base stands away from the middle; the pale one is the truth.".into(),
+        panels: vec![panel(truth, 0.0), panel(plain, 0.5)],
+    }
+}
+
+/// The base at (1, 1), the joint at a distance of 1 from it in the direction t, and its tips at angles of ±0.5 from there.
+fn turned(t: f64) -> Vec<f64> {
+    let joint = [1.0 + t.cos(), 1.0 + t.sin()];
+    let tip = |angle: f64| [joint[0] + angle.cos(), joint[1] + angle.sin()];
+    [[1.0, 1.0], joint, tip(t - 0.5), tip(t + 0.5)].concat()
 }
 
 /// Ten plots of ten thousand points a curve.

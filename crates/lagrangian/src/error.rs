@@ -254,6 +254,21 @@ pub(crate) fn shortened(text: &str) -> String {
     short.replace(char::is_control, " ")
 }
 
+/// A number of things, in the singular where there is one.
+///
+/// ```
+/// assert_eq!(lagrangian::counted(1, "joint"), "1 joint");
+/// assert_eq!(lagrangian::counted(2, "trajectory"), "2 trajectories");
+/// ```
+#[must_use]
+pub fn counted(count: usize, what: &str) -> String {
+    match (count, what.strip_suffix('y')) {
+        (1, _) => format!("1 {what}"),
+        (_, Some(stem)) => format!("{count} {stem}ies"),
+        _ => format!("{count} {what}s"),
+    }
+}
+
 /// The most characters of what another program says.
 const MOST_TOLD: usize = 600;
 

@@ -104,7 +104,7 @@ pub use check::{
     CHECKED, CheckOptions, CheckReport, Item, ShownItem, Verdict, check, check_validation,
 };
 pub use dataset::{Dataset, random_starts, random_states, shuffle, split};
-pub use error::{Error, Result, brief};
+pub use error::{Error, Result, brief, counted};
 pub use integrate::Method;
 pub use mechanics::{
     Actuation, Dissipation, Evaluation, Evaluator, Hamiltonian, Lagrangian, Mechanical, Model,

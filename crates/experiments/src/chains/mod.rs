@@ -8,7 +8,7 @@ use crate::chart::Chart;
 use crate::data::{Chunks, TEST_SEED};
 use anyhow::Result;
 use lagrangian::train::RolloutLoss;
-use lagrangian::{FitConfig, Rollout, State};
+use lagrangian::{FitConfig, Rollout, State, counted};
 use lagrangian_report::{Axis, Role};
 
 use crate::harness::failure::mistake;
@@ -101,10 +101,7 @@ fn only(part: &str) -> Result<usize> {
 }
 
 fn group(links: usize) -> String {
-    match links {
-        1 => "1 pendulum".into(),
-        links => format!("{links} pendulums"),
-    }
+    counted(links, "pendulum")
 }
 
 fn config(lab: &Lab, recipe: &Recipe, links: usize, seed: u64) -> FitConfig {

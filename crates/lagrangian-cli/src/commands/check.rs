@@ -100,7 +100,7 @@ fn as_text(recordings: &[Recording], report: &CheckReport, colour: bool) -> Stri
     let samples: usize = recordings.iter().map(Recording::len).sum();
     let mut text = format!(
         "{}, {samples} samples\n",
-        output::trajectories(recordings.len())
+        lagrangian::counted(recordings.len(), "trajectory")
     );
     text += &match recordings.len() <= CheckReport::IN_FULL {
         true => in_full(report, colour),

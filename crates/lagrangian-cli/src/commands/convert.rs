@@ -64,7 +64,7 @@ pub(super) fn run(args: &ConvertArgs, mode: OutputMode) -> Result<ExitCode> {
                 layout.display()
             )
         });
-        let count = output::trajectories(motions.len());
+        let count = lagrangian::counted(motions.len(), "trajectory");
         let written = written.unwrap_or_default();
         tell!("{count}, {rows} rows{written}");
     }
@@ -105,7 +105,7 @@ fn tell(sources: &[Source], coordinates: &Coordinates) {
         tell!(
             "'{}': {}, {rows} rows",
             path.display(),
-            output::trajectories(*trajectories)
+            lagrangian::counted(*trajectories, "trajectory")
         );
     }
     let renamed = (1..)

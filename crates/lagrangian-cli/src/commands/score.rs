@@ -98,7 +98,10 @@ fn as_text(
 ) -> String {
     let judged = judged(score, assessment);
     let (samples, count) = (score.samples, trajectories.len());
-    let mut text = format!("{samples} samples of {}\n", output::trajectories(count));
+    let mut text = format!(
+        "{samples} samples of {}\n",
+        lagrangian::counted(count, "trajectory")
+    );
     let signals = [
         ("acceleration", &score.acceleration, &judged.acceleration),
         ("torque", &score.torque, &judged.torque),

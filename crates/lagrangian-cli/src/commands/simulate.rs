@@ -79,7 +79,10 @@ pub(super) fn run(args: &SimulateArgs, mode: OutputMode) -> Result<ExitCode> {
         }))?;
     } else if let (Some(path), Some(layout)) = (out, layout) {
         let samples: usize = trajectories.iter().map(Trajectory::len).sum();
-        let (count, name) = (output::trajectories(trajectories.len()), system.name());
+        let (count, name) = (
+            lagrangian::counted(trajectories.len(), "trajectory"),
+            system.name(),
+        );
         let (path, layout) = (path.display(), layout.display());
         tell!("{count} of '{name}', {samples} samples: {path} (columns and angles: {layout})");
     }

@@ -22,7 +22,6 @@ use crate::record::RunRecord;
 
 pub use difference::{DataUse, Seen, Setting};
 pub use measured::Row;
-pub use page::counted;
 pub use paired::{Difference, Finding};
 
 /// A run that is compared with others.

@@ -1,7 +1,7 @@
 //! What a comparison says: its verdict in sentences, and its page.
 
-use lagrangian::Model;
 use lagrangian::score::{Grade, Judgement};
+use lagrangian::{Model, counted};
 
 use lagrangian_report::draw::short;
 use lagrangian_report::{Headline, Report, Role, Table};
@@ -162,15 +162,6 @@ pub(super) fn report(
         figures: drawn,
         tables,
         ..Report::default()
-    }
-}
-
-/// A number of things, in the singular where there is one.
-#[must_use]
-pub fn counted(count: usize, what: &str) -> String {
-    match count {
-        1 => format!("1 {what}"),
-        _ => format!("{count} {what}s"),
     }
 }
 

@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 
 use super::regression::{JointFit, JointFits, Rub, Stranger, Undriven, fit_joints};
-use super::{CheckOptions, Item, counted, range};
+use super::{CheckOptions, Item, range};
+use crate::counted;
 use crate::trajectory::{Recording, Topology};
 
 /// An inertia or a sign is assessed only where the motion explains this part of the variance of the force …
@@ -91,7 +92,7 @@ fn few_swings(recordings: &[Recording], swings: usize, fits: Option<&JointFits>)
         let finding = format!("all coordinates together turn back {swings} times");
         let remedy = format!(
             "record longer, or faster: {enough} swings or more for {}, as many as there are parameters",
-            counted(n, "coordinate", "coordinates")
+            counted(n, "coordinate")
         );
         Item::doubt("swings", finding, remedy).value("swings", swings as f64)
     })

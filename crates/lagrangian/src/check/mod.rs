@@ -23,6 +23,7 @@ use std::collections::BTreeMap;
 pub use repeated::check_validation;
 use serde::Serialize;
 
+use crate::counted;
 use crate::trajectory::{Recording, Signal, Topology};
 
 /// Fewer samples than this in all cannot carry a fit.
@@ -305,11 +306,6 @@ fn check_all(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
     CheckReport { items }
 }
 
-/// A number of things, e.g. `1 trajectory`, `2 trajectories`.
-fn counted(count: usize, one: &str, many: &str) -> String {
-    format!("{count} {}", if count == 1 { one } else { many })
-}
-
 /// Whether there is enough of it.
 fn length(recordings: &[Recording], swings: usize) -> Item {
     let samples: usize = recordings.iter().map(Recording::len).sum();
@@ -319,8 +315,8 @@ fn length(recordings: &[Recording], swings: usize) -> Item {
     let n = recordings.first().map_or(0, Recording::dof);
     let finding = format!(
         "{samples} samples, {seconds:.4} s, {}, {}",
-        counted(recordings.len(), "trajectory", "trajectories"),
-        counted(n, "coordinate", "coordinates")
+        counted(recordings.len(), "trajectory"),
+        counted(n, "coordinate")
     );
     let item = if samples < FEWEST_SAMPLES {
         let remedy = format!(
@@ -342,7 +338,7 @@ fn enough(recordings: &[Recording], samples: usize, swings: usize, finding: Stri
     let finding = format!("{finding}; they turn back {swings} times in all");
     let remedy = format!(
         "record more: {enough} samples or more for {}",
-        counted(n, "coordinate", "coordinates")
+        counted(n, "coordinate")
     );
     Item::pass("length", finding)
         .warn_if(samples < enough, remedy)

@@ -8,7 +8,7 @@ use crate::expression::{Expressed, Moving};
 use crate::mechanics::dynamics::{Evaluator, Model};
 use crate::mechanics::forces::Dissipation;
 use crate::mechanics::lagrangian::{Jets, Lagrangian};
-use crate::{Coordinates, Error, Result};
+use crate::{Coordinates, Error, Result, counted};
 
 /// The gravity of a robot unless another is given, m/s².
 pub const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
@@ -125,8 +125,9 @@ impl RigidBodies {
         let (joints, n) = (self.tree.joints.join(", "), self.dof());
         if coordinates.dof() != n {
             let finding = format!(
-                "it has {n} joints ({joints}) where the data have {} coordinates",
-                coordinates.dof()
+                "it has {} ({joints}) where the data have {}",
+                counted(n, "joint"),
+                counted(coordinates.dof(), "coordinate")
             );
             return Err(unusable(
                 finding,

@@ -5,8 +5,7 @@ use std::path::Path;
 use anyhow::Result;
 use lagrangian::analytic::{by_name, systems};
 use lagrangian::rigid::RigidBodies;
-use lagrangian::{Learned, Model, Trajectory};
-use lagrangian_run::compare::counted;
+use lagrangian::{Learned, Model, Trajectory, counted};
 
 use crate::failure::{Advise, mistake};
 use crate::robot;
