@@ -21,11 +21,14 @@ pub(super) fn main(arguments: &[&str]) -> Result<(), Failure> {
         ));
     }
     let list = root().join("crates").join(CRATE).join(PACKAGES);
-    let python = Environment::new(&target().join("adapters"), &list).python()?;
+    let environment = Environment::new(&target().join("adapters"), &list);
+    let python = environment.python()?;
     let mut tests = cargo();
     // All packages, so that what was built for the tests serves again.
     tests.args(["test", "--workspace", "--all-features", "--test", TESTS]);
     tests.env("LAGRANGIAN_ADAPTERS_PYTHON", python);
+    // CMake is one of the packages.
+    tests.env("PATH", environment.path()?);
     succeed(tests.current_dir(root()), "the tests of exported models")?;
     Ok(())
 }

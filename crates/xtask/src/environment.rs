@@ -1,6 +1,7 @@
 //! Virtual environments of Python, for the chores that run programs in it.
 
 use std::env;
+use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -36,6 +37,13 @@ impl Environment {
         fs::write(&installed, wanted)
             .map_err(|e| format!("cannot write {}: {e}", installed.display()))?;
         Ok(python)
+    }
+
+    /// The places of programs, its own before the others.
+    pub(crate) fn path(&self) -> Result<OsString, String> {
+        let others = env::var_os("PATH").unwrap_or_default();
+        let own = [self.folder.join("bin")].into_iter();
+        env::join_paths(own.chain(env::split_paths(&others))).map_err(|e| e.to_string())
     }
 
     fn make(&self) -> Result<(), String> {
