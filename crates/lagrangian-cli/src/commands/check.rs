@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use lagrangian::trajectory::Sampling;
-use lagrangian::{CheckOptions, CheckReport, Item, Recording, ShownItem, Verdict};
+use lagrangian::{CheckOptions, CheckReport, Item, Recording, ShownItem, Verdict, counted};
 use serde_json::{Value, json};
 
 use super::{OutputMode, existence};
@@ -13,7 +13,6 @@ use crate::cli::CheckArgs;
 use crate::command_line::command_words;
 use crate::data;
 use crate::failure::{FAILED, with_flags};
-use crate::output;
 use crate::task::{Size, Task};
 
 pub(super) fn run(args: &CheckArgs, mode: OutputMode) -> Result<ExitCode> {
@@ -100,7 +99,7 @@ fn as_text(recordings: &[Recording], report: &CheckReport, colour: bool) -> Stri
     let samples: usize = recordings.iter().map(Recording::len).sum();
     let mut text = format!(
         "{}, {samples} samples\n",
-        lagrangian::counted(recordings.len(), "trajectory")
+        counted(recordings.len(), "trajectory")
     );
     text += &match recordings.len() <= CheckReport::IN_FULL {
         true => in_full(report, colour),

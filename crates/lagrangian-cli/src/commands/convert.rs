@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Result;
-use lagrangian::{Coordinates, Layout, Recording, Trajectory};
+use lagrangian::{Coordinates, Layout, Recording, Trajectory, counted};
 use lagrangian_run::Source;
 use serde_json::json;
 
@@ -64,7 +64,7 @@ pub(super) fn run(args: &ConvertArgs, mode: OutputMode) -> Result<ExitCode> {
                 layout.display()
             )
         });
-        let count = lagrangian::counted(motions.len(), "trajectory");
+        let count = counted(motions.len(), "trajectory");
         let written = written.unwrap_or_default();
         tell!("{count}, {rows} rows{written}");
     }
@@ -105,7 +105,7 @@ fn tell(sources: &[Source], coordinates: &Coordinates) {
         tell!(
             "'{}': {}, {rows} rows",
             path.display(),
-            lagrangian::counted(*trajectories, "trajectory")
+            counted(*trajectories, "trajectory")
         );
     }
     let renamed = (1..)

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use lagrangian::score::{Assessment, Judgement, SignalError};
-use lagrangian::{Coordinate, Coordinates, Model, Score, Trajectory, score};
+use lagrangian::{Coordinate, Coordinates, Model, Score, Trajectory, counted, score};
 use lagrangian_run::ENSEMBLE;
 use serde::Serialize;
 use serde_json::json;
@@ -15,7 +15,6 @@ use crate::data;
 use crate::failure::Advise;
 use crate::fitted;
 use crate::motion;
-use crate::output;
 use crate::seen;
 use crate::task::{Size, Task};
 use crate::verdict;
@@ -98,10 +97,7 @@ fn as_text(
 ) -> String {
     let judged = judged(score, assessment);
     let (samples, count) = (score.samples, trajectories.len());
-    let mut text = format!(
-        "{samples} samples of {}\n",
-        lagrangian::counted(count, "trajectory")
-    );
+    let mut text = format!("{samples} samples of {}\n", counted(count, "trajectory"));
     let signals = [
         ("acceleration", &score.acceleration, &judged.acceleration),
         ("torque", &score.torque, &judged.torque),

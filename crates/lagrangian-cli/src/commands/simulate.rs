@@ -7,7 +7,7 @@ use lagrangian::analytic::{AnalyticModel, Parameter, by_name, systems};
 use lagrangian::rigid::RigidBodies;
 use lagrangian::rollout::Simulation;
 use lagrangian::trajectory::Simulated;
-use lagrangian::{Layout, Outcome, RobotConfig, Rollout, Trajectory};
+use lagrangian::{Layout, Outcome, RobotConfig, Rollout, Trajectory, counted};
 use serde::Serialize;
 use serde_json::json;
 
@@ -79,10 +79,7 @@ pub(super) fn run(args: &SimulateArgs, mode: OutputMode) -> Result<ExitCode> {
         }))?;
     } else if let (Some(path), Some(layout)) = (out, layout) {
         let samples: usize = trajectories.iter().map(Trajectory::len).sum();
-        let (count, name) = (
-            lagrangian::counted(trajectories.len(), "trajectory"),
-            system.name(),
-        );
+        let (count, name) = (counted(trajectories.len(), "trajectory"), system.name());
         let (path, layout) = (path.display(), layout.display());
         tell!("{count} of '{name}', {samples} samples: {path} (columns and angles: {layout})");
     }
