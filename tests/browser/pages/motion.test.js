@@ -32,11 +32,13 @@ async function shown(title, t) {
 
 /** Whether a panel has its own ink at these places, which are in parts of the radius from the middle of the stage. */
 const inked = (title, panel, ink, places) => player(title).locator("canvas[role=img]").nth(panel).evaluate((canvas, [ink, places, share]) => {
-  const context = canvas.getContext("2d"), radius = share * Math.min(canvas.width, canvas.height);
-  const wanted = document.createElement("canvas").getContext("2d");
-  wanted.fillStyle = getComputedStyle(document.documentElement).getPropertyValue(ink).trim();
-  wanted.fillRect(0, 0, 1, 1);
-  const own = wanted.getImageData(0, 0, 1, 1).data;
+  const copy = Object.assign(document.createElement("canvas"), { width: canvas.width, height: canvas.height });
+  const context = copy.getContext("2d", { willReadFrequently: true }), radius = share * Math.min(canvas.width, canvas.height);
+  context.fillStyle = getComputedStyle(document.documentElement).getPropertyValue(ink).trim();
+  context.fillRect(0, 0, 1, 1);
+  const own = context.getImageData(0, 0, 1, 1).data;
+  context.clearRect(0, 0, 1, 1);
+  context.drawImage(canvas, 0, 0);
   return places.map(([x, y]) => {
     const found = context.getImageData(Math.round(canvas.width / 2 + x * radius), Math.round(canvas.height / 2 - y * radius), 1, 1).data;
     return [0, 1, 2].every((k) => Math.abs(found[k] - own[k]) < 8) && found[3] > 200;
