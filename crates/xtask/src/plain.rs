@@ -4,10 +4,11 @@ use wasm_encoder::reencode::{self, Reencode};
 use wasm_encoder::{CodeSection, Function, Instruction, Module, ValType};
 use wasmparser::{FunctionBody, Operator, Parser, Payload, Validator, WasmFeatures};
 
-/// The same module, each fused multiply-add as a product and a sum.
+/// The same module, each fused multiply-add as a product and a sum, and each other relaxed instruction as the one of plain SIMD
+/// that computes one of the results that it may have.
 ///
 /// # Errors
-/// Where the bytes are no module, or one that uses more of relaxed SIMD than multiply-adds.
+/// Where the bytes are no module, or one that uses relaxed instructions which no single one stands for.
 pub(crate) fn plain(module: &[u8]) -> Result<Vec<u8>, String> {
     let words = |e: &dyn std::fmt::Display| format!("the module without relaxed SIMD: {e}");
     let mut lowering = Lowering {
@@ -76,7 +77,11 @@ impl Reencode for Lowering {
                 Operator::F64x2RelaxedMadd => [Instruction::F64x2Mul, Instruction::F64x2Add],
                 Operator::F32x4RelaxedMadd => [Instruction::F32x4Mul, Instruction::F32x4Add],
                 other => {
-                    function.instruction(&self.instruction(other)?);
+                    let instruction = match counterpart(&other) {
+                        Some(plain) => plain,
+                        None => self.instruction(other)?,
+                    };
+                    function.instruction(&instruction);
                     continue;
                 }
             };
@@ -89,6 +94,24 @@ impl Reencode for Lowering {
         code.function(&function);
         Ok(())
     }
+}
+
+/// The instruction of plain SIMD that stands for a relaxed one.
+fn counterpart(operator: &Operator<'_>) -> Option<Instruction<'static>> {
+    Some(match operator {
+        Operator::F32x4RelaxedMin => Instruction::F32x4Min,
+        Operator::F32x4RelaxedMax => Instruction::F32x4Max,
+        Operator::F64x2RelaxedMin => Instruction::F64x2Min,
+        Operator::F64x2RelaxedMax => Instruction::F64x2Max,
+        Operator::I32x4RelaxedTruncF32x4S => Instruction::I32x4TruncSatF32x4S,
+        Operator::I32x4RelaxedTruncF32x4U => Instruction::I32x4TruncSatF32x4U,
+        Operator::I8x16RelaxedSwizzle => Instruction::I8x16Swizzle,
+        Operator::I8x16RelaxedLaneselect
+        | Operator::I16x8RelaxedLaneselect
+        | Operator::I32x4RelaxedLaneselect
+        | Operator::I64x2RelaxedLaneselect => Instruction::V128Bitselect,
+        _ => return None,
+    })
 }
 
 #[cfg(test)]
@@ -117,9 +140,9 @@ mod tests {
         module.finish()
     }
 
-    #[test]
-    fn a_multiply_add_becomes_a_product_and_a_sum() {
-        let plain = plain(&module(&[Instruction::F64x2RelaxedMadd])).unwrap_or_default();
+    /// The instructions of the module that is made from that of these.
+    fn lowered(instructions: &[Instruction]) -> Vec<String> {
+        let plain = plain(&module(instructions)).unwrap_or_default();
         let mut operators = Vec::new();
         for payload in Parser::new(0).parse_all(&plain).flatten() {
             if let Payload::CodeSectionEntry(body) = payload {
@@ -127,6 +150,18 @@ mod tests {
                 operators.extend(reader.flatten().map(|own| format!("{own:?}")));
             }
         }
+        operators
+    }
+
+    #[test]
+    fn a_choice_of_lanes_becomes_one_of_bits() {
+        let operators = lowered(&[Instruction::I32x4RelaxedLaneselect]);
+        assert_eq!(operators.get(3).map(String::as_str), Some("V128Bitselect"));
+    }
+
+    #[test]
+    fn a_multiply_add_becomes_a_product_and_a_sum() {
+        let operators = lowered(&[Instruction::F64x2RelaxedMadd]);
         let get = |k: u32| format!("LocalGet {{ local_index: {k} }}");
         let set = "LocalSet { local_index: 3 }".to_string();
         let words = |own: &str| own.to_string();
