@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use lagrangian::score::{Judgement, outside};
-use lagrangian::{Coordinates, Lagrangian, Model};
+use lagrangian::{Coordinates, Lagrangian, Model, counted};
 use lagrangian_analysis::action::{
     ActionVariation, Boundary, DiscreteAction, PathKind, Search, SearchOptions, StationaryPath,
     action_variation, stationary_paths,
@@ -148,7 +148,11 @@ fn page(args: &ActionArgs, search: &Search, judged: &[Judgement], figures: Vec<F
     Report {
         headlines: first.map(|(path, own)| headline(path, own)).collect(),
         title: format!("Paths of stationary action, {}", args.subject.subject),
-        subtitle: format!("In {} s between two ends, {} steps", args.time, args.steps),
+        subtitle: format!(
+            "In {} s between two ends, {}",
+            args.time,
+            counted(args.steps, "step")
+        ),
         tables: vec![table(search, judged)],
         figures,
         commands: vec![Command::new("This page", command_line())],

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 use anyhow::Result;
-use lagrangian::{Learned, Model as _, SavedModel};
+use lagrangian::{Learned, Model as _, SavedModel, counted};
 use lagrangian_export::fmu::{Binary, Fmu, Version, archive};
 use lagrangian_export::{About, Export, File, export};
 use lagrangian_run::{Existing, Hashed, refuse_existing, refuse_overwriting, write_bytes};
@@ -204,9 +204,9 @@ fn library(files: &[File], name: &str) -> Result<Vec<u8>, String> {
 fn as_text(export: &Export, written: &[PathBuf], model: &Learned) -> String {
     let Export { interface, code } = export;
     let mut text = format!(
-        "{}: {} joints, {} functions, {} constants, at most {:.1} kB of stack\n",
+        "{}: {}, {} functions, {} constants, at most {:.1} kB of stack\n",
         interface.name,
-        interface.joints.len(),
+        counted(interface.joints.len(), "joint"),
         interface.calls.len() + 1,
         code.constants,
         code.stack_bytes(8) as f64 / 1000.0,

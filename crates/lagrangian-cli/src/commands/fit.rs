@@ -7,7 +7,7 @@ use anyhow::Result;
 use lagrangian::models::Parameter;
 use lagrangian::score::Assessment;
 use lagrangian::train::{Choice, Chosen, Contestant, Ending};
-use lagrangian::{Fit, Layout, Learned, Prepared, Trajectory, Verdict};
+use lagrangian::{Fit, Layout, Learned, Prepared, Trajectory, Verdict, counted};
 use lagrangian_run::{
     Columns, Data, DataFile, Error, Evaluation, Figures, FileHash, Fitted, Kept, MODEL, Occupied,
     Place, REPORT, Ready, RunFolder, RunRecord, Tensorboard, bag_files,
@@ -298,7 +298,11 @@ fn fit(ready: Ready, place: &Place, mode: OutputMode) -> Result<Kept> {
             let (count, kept) = (own.contestants.len(), own.chosen.config.family.name());
             format!("{count} models were tried, {kept} is kept")
         }
-        Ok(own) => format!("{} steps, loss {:.3e}", own.fit.steps, own.fit.best),
+        Ok(own) => format!(
+            "{}, loss {:.3e}",
+            counted(own.fit.steps, "step"),
+            own.fit.best
+        ),
         Err(_) => "failed".into(),
     });
     Ok(kept.map_err(of_fit)?)

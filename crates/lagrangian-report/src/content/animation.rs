@@ -115,14 +115,20 @@ impl Shape {
 }
 
 impl Animation {
-    /// The latest time of any panel, s.
+    /// The earliest and the latest time of any panel, s; none without frames.
+    fn ends(&self) -> Option<(f64, f64)> {
+        let times = self.panels.iter().flat_map(|panel| &panel.t);
+        let finite = times.copied().filter(|t| t.is_finite());
+        finite.fold(None, |ends, t| match ends {
+            None => Some((t, t)),
+            Some((first, last)) => Some((t.min(first), t.max(last))),
+        })
+    }
+
+    /// The time from the first frame of any panel to the last, s.
     #[must_use]
     pub fn duration(&self) -> f64 {
-        let ends = self
-            .panels
-            .iter()
-            .filter_map(|panel| panel.t.last().copied());
-        ends.filter(|t| t.is_finite()).fold(0.0, f64::max)
+        self.ends().map_or(0.0, |(first, last)| last - first)
     }
 
     /// The number of frames of the longest panel.
@@ -135,8 +141,9 @@ impl Animation {
     /// The same up to a time after its start, s.
     #[must_use]
     pub fn first(&self, seconds: f64) -> Self {
+        let last = self.ends().map_or(0.0, |(first, _)| first) + seconds;
         let cut = |panel: &Panel| {
-            let len = panel.t.iter().take_while(|t| **t <= seconds).count();
+            let len = panel.t.iter().take_while(|t| **t <= last).count();
             let mut cut = panel.clone();
             cut.t.truncate(len);
             cut.values.truncate(len * panel.shape.width());
@@ -148,20 +155,25 @@ impl Animation {
         }
     }
 
-    /// All panels on one clock of at most `rate` frames a second and at most `frames` frames; panels that ended early
-    /// stay shorter.
+    /// All panels on one clock that begins at 0, of at most `rate` frames a second and at most `frames` frames; panels that ended
+    /// early stay shorter.
     #[must_use]
     pub fn resampled(&self, rate: f64, frames: usize) -> Self {
-        let duration = self.duration();
+        let (first, last) = self.ends().unwrap_or_default();
+        let duration = last - first;
         let count = (duration * rate)
             .ceil()
             .clamp(1.0, frames.max(2) as f64 - 1.0);
         let clock: Vec<f64> = (0..=count as usize)
             .map(|k| duration * k as f64 / count)
             .collect();
-        let panels = self.panels.iter().map(|panel| panel.on(&clock)).collect();
+        let begun = |panel: &Panel| Panel {
+            t: panel.t.iter().map(|t| t - first).collect(),
+            ..panel.clone()
+        };
+        let panels = self.panels.iter().map(|panel| begun(panel).on(&clock));
         Self {
-            panels,
+            panels: panels.collect(),
             ..self.clone()
         }
     }

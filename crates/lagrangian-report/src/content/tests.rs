@@ -181,6 +181,24 @@ fn a_resampled_animation_keeps_link_lengths_and_ends_where_the_motion_ended() {
 }
 
 #[test]
+fn a_motion_that_begins_late_or_before_zero_is_played_from_its_start() {
+    for start in [-3.0, 2.5] {
+        let mut late = rotation();
+        late.t.iter_mut().for_each(|t| *t += start);
+        let animation = Animation {
+            panels: vec![Panel::chain("late", Role::Lnn, &[1.0, 0.5], &late, None)],
+            ..Animation::default()
+        };
+        let whole = animation.resampled(30.0, 4000);
+        let panel = &whole.panels[0];
+        assert!(panel.t[0] == 0.0 && (whole.duration() - 9.99).abs() < 1e-9);
+        assert!((panel.values[200] - 3.0 * panel.t[100]).abs() < 1e-9);
+        let cut = animation.first(1.0);
+        assert!((cut.duration() - 1.0).abs() < 0.011, "{}", cut.duration());
+    }
+}
+
+#[test]
 fn an_empty_animation_resamples_to_nothing() {
     let empty = Panel {
         t: vec![],

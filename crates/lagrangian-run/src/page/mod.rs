@@ -14,7 +14,9 @@ pub use figures::energies;
 use lagrangian::score::{
     Assessment, Grade, Judgement, Predictions, Reason, SignalError, predict_all, score_predictions,
 };
-use lagrangian::{CheckReport, Learned, Model, Prepared, RolloutOptions, Score, Trajectory};
+use lagrangian::{
+    CheckReport, Learned, Model, Prepared, RolloutOptions, Score, Trajectory, counted,
+};
 use lagrangian_report::draw::short;
 use lagrangian_report::{Command, Headline, Report, Role};
 
@@ -164,7 +166,8 @@ impl Page<'_> {
             count => format!("{count} files"),
         };
         let training = self.metrics.last().map_or(String::new(), |last| {
-            format!(" · {} steps in {:.0} s", last.step, last.seconds)
+            let steps = counted(last.step as usize, "step");
+            format!(" · {steps} in {:.0} s", last.seconds)
         });
         // 2026-01-31T12:00:00Z as 2026-01-31 12:00 UTC.
         let RunRecord {
