@@ -199,6 +199,18 @@ fn what_cannot_be_compared_is_refused_with_what_to_do() {
     );
 }
 
+/// A device can be read without end.
+#[cfg(unix)]
+#[test]
+fn metrics_that_are_a_device_are_refused() {
+    let bench = with_runs();
+    let metrics = bench.path("wide/metrics.jsonl");
+    std::fs::remove_file(&metrics).unwrap();
+    std::os::unix::fs::symlink("/dev/null", &metrics).unwrap();
+    let message = bench.refuse("compare narrow wide --on other.csv");
+    assert!(message.contains("device"), "{message}");
+}
+
 #[test]
 fn a_score_on_files_of_the_fit_says_so() {
     let bench = with_runs();
