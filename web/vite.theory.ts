@@ -30,12 +30,15 @@ function rendered(markdown: string): string {
   return `<details class="contents"><summary>Sections</summary><ul>${contents.join("")}</ul></details>\n${body}`;
 }
 
-/** The number at the end of a line of equations. */
+/** The number at the end of a line of equations, or of a paragraph with one. */
 const NUMBER = /  \((\d+[a-z]?)\)$/gm;
 
+/** The number of an equation, to which others lead. */
+const numbered = (n: string) => `<a id="eq-${n}" href="#eq-${n}">(${n})</a>`;
+
 function equations(block: string): string {
-  const numbered = escaped(block.trimEnd()).replace(NUMBER, (_, n: string) => `  <a id="eq-${n}" href="#eq-${n}">(${n})</a>`);
-  return `<pre tabindex="0">${numbered}</pre>`;
+  const lines = escaped(block.trimEnd()).replace(NUMBER, (_, n: string) => `  ${numbered(n)}`);
+  return `<pre tabindex="0">${lines}</pre>`;
 }
 
 function prose(text: string, numbers: Set<string>): string {
@@ -43,7 +46,7 @@ function prose(text: string, numbers: Set<string>): string {
     .split(/\n{2,}/)
     .map((block) => block.trim())
     .filter(Boolean)
-    .map((block) => heading(block) ?? `<p>${inline(block, numbers)}</p>`)
+    .map((block) => heading(block) ?? paragraph(block, numbers))
     .join("\n");
 }
 
@@ -51,6 +54,11 @@ function heading(block: string): string | undefined {
   const [, marks, title] = /^(#{1,2}) (.*)$/.exec(block) ?? [];
   if (!marks || !title) return undefined;
   return marks === "#" ? `<h2>${escaped(title)}</h2>` : `<h3 id="${anchor(title)}">${escaped(title)}</h3>`;
+}
+
+function paragraph(block: string, numbers: Set<string>): string {
+  const [, words = block, n] = /^([^]*?) {2,}\((\d+[a-z]?)\)$/.exec(block) ?? [];
+  return `<p>${inline(words, numbers)}${n ? `  ${numbered(n)}` : ""}</p>`;
 }
 
 /** Strong and slanted words, code, equations by their numbers; decisions are not at hand here, so that links to them are words. */

@@ -1,4 +1,4 @@
-//! The laboratory: comparisons of papers that can be repeated, measured through the public interface of `lagrangian`.
+//! Comparisons of papers that can be repeated, measured through the public interface of `lagrangian`.
 //!
 //! An experiment is a folder: what is measured, who is compared, and what was published. [`main`] gives each the same
 //! seeds, budgets, grid of results and page.

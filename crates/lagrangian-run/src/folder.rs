@@ -28,6 +28,8 @@ pub const REPORT: &str = "report.html";
 pub const FIGURES: &str = "report.json";
 /// The state from which a killed run resumes.
 pub const CHECKPOINT: &str = "checkpoint.safetensors";
+/// The longest metrics that are read, bytes: those of a fit of two weeks.
+const MOST_METRICS: u64 = 1 << 30;
 /// What to do where a folder cannot be written to.
 const WRITABLE: &str = "check that the folder is writable and the disk is not full";
 /// What to do where a file of a run cannot be read.
@@ -243,16 +245,16 @@ impl RunFolder {
         )
     }
 
-    /// Reads the metrics; a last line that a killed run left incomplete is passed over.
+    /// Reads the metrics; a line that a killed run left incomplete is passed over.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the file cannot be read.
+    /// [`Error::Refused`] where the file cannot be read, or is none.
     pub fn read_metrics(&self) -> Result<Vec<Metric>> {
         let path = self.file(METRICS);
         if !path.exists() {
             return Ok(Vec::new());
         }
-        let read = fs::read_to_string(&path);
+        let read = input::text_up_to(MOST_METRICS, &path);
         let text = read.advise(format!("cannot read '{}'", path.display()), CHANGED)?;
         let metrics = text.lines().map(serde_json::from_str);
         Ok(metrics.filter_map(Result::ok).collect())

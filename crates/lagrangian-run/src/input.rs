@@ -26,12 +26,17 @@ pub fn open(path: &Path) -> io::Result<File> {
 /// # Errors
 /// As [`open`]; a file above [`MOST_TEXT`] is invalid data.
 pub fn text(path: &Path) -> io::Result<String> {
+    text_up_to(MOST_TEXT, path)
+}
+
+/// The text of a file of no more bytes than `most`.
+pub(crate) fn text_up_to(most: u64, path: &Path) -> io::Result<String> {
     let mut text = String::new();
-    open(path)?.take(MOST_TEXT + 1).read_to_string(&mut text)?;
-    match text.len() as u64 > MOST_TEXT {
+    open(path)?.take(most + 1).read_to_string(&mut text)?;
+    match text.len() as u64 > most {
         true => Err(io::Error::new(
             io::ErrorKind::InvalidData,
-            format!("it is longer than {} MB", MOST_TEXT >> 20),
+            format!("it is longer than {} MB", most >> 20),
         )),
         false => Ok(text),
     }

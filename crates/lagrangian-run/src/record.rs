@@ -89,6 +89,19 @@ impl RunRecord {
         toml::to_string(self).advise("cannot write the settings as TOML", "")
     }
 
+    /// Refuses files that are not those that the run began with, in their order, with what to do about it.
+    ///
+    /// # Errors
+    /// [`Error::Refused`], which names the first of them.
+    pub fn refuse_changed(&self, now: &[DataFile], remedy: &str) -> Result<()> {
+        let mut pairs = now.iter().zip(&self.data);
+        let changed = pairs.find(|(now, then)| now.sha256 != then.sha256);
+        changed.map_or(Ok(()), |(DataFile { path, .. }, _)| {
+            let finding = format!("'{path}' is no longer the file that the run began with");
+            Err(Error::new(finding, remedy))
+        })
+    }
+
     /// The record `then` of the run that is resumed, whose data and settings must be those of now.
     ///
     /// # Errors
@@ -100,13 +113,7 @@ impl RunRecord {
             let finding = format!("the run began with {then} files, and there are {now} now");
             return Err(Error::new(finding, restart));
         }
-        let mut pairs = self.data.iter().zip(&then.data);
-        if let Some((DataFile { path, .. }, _)) =
-            pairs.find(|(now, then)| now.sha256 != then.sha256)
-        {
-            let finding = format!("'{path}' is no longer the file that the run began with");
-            return Err(Error::new(finding, restart));
-        }
+        then.refuse_changed(&self.data, restart)?;
         if then.resolved.is_empty() {
             return Ok(then);
         }

@@ -63,6 +63,8 @@ test("each step leads to its section of the theory, which is there without a net
   // The Euler–Lagrange equation is (2), and whoever mentions it leads there.
   await page.locator('p a[href="#eq-2"]').first().click();
   assert.match(await page.locator("pre", { has: page.locator(":target") }).textContent(), /d\/dt ∂L\/∂q̇ − ∂L\/∂q = τ/);
+  const dead = await page.locator('a[href^="#"]').evaluateAll((links) => links.map((link) => link.hash).filter((hash) => !document.getElementById(hash.slice(1))));
+  assert.deepEqual(dead, []);
   assert.deepEqual(wrong.filter((line) => !line.includes("ERR_INTERNET_DISCONNECTED")), []);
   await close();
 });

@@ -26,7 +26,7 @@ export function setupOf(values: address.Values): Setup {
     positionsOnly: values["positions"] === "1",
     // In 20 s a wider Lagrangian has not learned enough yet where other programs want the processor too.
     width: Math.round(address.number(values["width"], 32, 8, 128)),
-    seconds: address.number(values["seconds"], 20, 1, 120),
+    seconds: address.number(values["seconds"], 20, 1, 60),
     steps: Math.round(address.number(values["steps"], 0, 0, 10_000)),
     seed: Math.round(address.number(values["seed"], 0, 0, 1e6)),
   };

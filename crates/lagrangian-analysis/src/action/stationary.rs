@@ -59,7 +59,7 @@ impl StationaryPath {
         let mut reasons = Vec::new();
         if resolved != Grade::Good {
             let why = format!(
-                "its error is {:.1} % of the way, with more steps it is less",
+                "its error is {:.1} % of the way; more steps make it smaller",
                 100.0 * part
             );
             reasons.push(Judgement::new(resolved, why));
@@ -70,7 +70,7 @@ impl StationaryPath {
                 Some("the ends are conjugate: a neighbouring path has the same action")
             }
             PathKind::Irregular => {
-                Some("M is not positive definite along it, as that of no machine is")
+                Some("M is not positive definite along it, which it is for every machine")
             }
         };
         let grade = match self.kind {

@@ -223,6 +223,9 @@ fn as_text(search: &Search, judged: &[Judgement]) -> String {
         format!("path {}: {facts} · verdict {verdict}\n", row[0])
     });
     let (found, tried) = (search.paths.len(), search.tried);
-    let count = format!("{found} stationary paths from {tried} first paths\n");
+    let count = format!(
+        "{} from {tried} first paths\n",
+        counted(found, "stationary path")
+    );
     std::iter::once(count).chain(lines).collect()
 }

@@ -187,6 +187,8 @@ fn occupied(args: &FitArgs) -> Occupied {
 pub(super) fn evaluation(record: &RunRecord) -> Result<Evaluation> {
     let args = settings(record)?;
     let (data, specification) = (read(&args)?, args.specification(None)?);
+    // A description of a robot, which is not read again, is the last of the files.
+    record.refuse_changed(&data.hashes, "bring the old file back, or repeat the fit")?;
     let prepared = specification.prepared(data.training, data.validation);
     let mut prepared = prepared.map_err(failure::of_data)?;
     tell_prepared(&mut prepared);

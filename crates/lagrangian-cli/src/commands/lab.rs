@@ -22,7 +22,7 @@ pub(super) fn run(args: &LabArgs, mode: OutputMode) -> Result<ExitCode> {
     if !args.no_open && !opened(&address) && !mode.json {
         output::print("no browser could be opened: open that address in one\n")?;
     }
-    server.run();
+    server.run().context("cannot serve the page")?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -41,5 +41,8 @@ fn opened(address: &str) -> bool {
         .stdin(Stdio::null())
         .stdout(Stdio::null())
         .stderr(Stdio::null());
+    // In a process group of its own, so that Ctrl-C ends the laboratory and not the browser.
+    #[cfg(unix)]
+    std::os::unix::process::CommandExt::process_group(&mut command, 0);
     command.spawn().is_ok()
 }

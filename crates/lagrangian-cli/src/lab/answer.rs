@@ -26,7 +26,9 @@ pub(super) fn answer<'p>(head: &str, page: &'p Page, port: u16) -> Answer<'p> {
         words.next().unwrap_or_default(),
         words.next().unwrap_or_default(),
     );
-    if !lines.any(|line| names_this_machine(line, port)) {
+    let mut hosts = lines.filter_map(host);
+    let only = hosts.next().filter(|_| hosts.next().is_none());
+    if !only.is_some_and(|host| is_this_machine(host, port)) {
         // A page of the web whose name was made to point here.
         return refusal("403 Forbidden");
     }
@@ -49,13 +51,16 @@ pub(super) fn answer<'p>(head: &str, page: &'p Page, port: u16) -> Answer<'p> {
     Answer { head, body }
 }
 
-fn names_this_machine(line: &str, port: u16) -> bool {
-    let Some((name, value)) = line.split_once(':') else {
-        return false;
-    };
-    let own = ["127.0.0.1", "localhost"].map(|host| format!("{host}:{port}"));
-    name.eq_ignore_ascii_case("host")
-        && own.iter().any(|own| own.eq_ignore_ascii_case(value.trim()))
+/// The host that a line of a head names.
+fn host(line: &str) -> Option<&str> {
+    let (name, value) = line.split_once(':')?;
+    name.eq_ignore_ascii_case("host").then(|| value.trim())
+}
+
+fn is_this_machine(host: &str, port: u16) -> bool {
+    ["127.0.0.1", "localhost"]
+        .iter()
+        .any(|own| host.eq_ignore_ascii_case(&format!("{own}:{port}")))
 }
 
 fn refusal<'p>(status: &str) -> Answer<'p> {

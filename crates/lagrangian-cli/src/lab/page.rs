@@ -5,14 +5,20 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::{fs, io};
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 
-use crate::failure::mistake;
+use crate::failure::{Advise, mistake};
 
 /// What this binary holds: what was built before it, if anything was.
 const OWN: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/page.rs"));
 
-/// The most files of a folder that are served, and the most bytes of one.
+/// What to do where there is no page.
+const BUILD: &str = "build the page with `cargo xtask web --build`, then the command again, or name its folder: --folder web/dist";
+
+/// The file that is the page itself.
+const INDEX: &str = "index.html";
+
+/// The most files of a folder that are served, and the most bytes of all of them.
 const MOST_FILES: usize = 1000;
 const MOST_BYTES: u64 = 64 << 20;
 
@@ -35,10 +41,9 @@ impl Page {
         }
         let message = match folder {
             None => "this build of the command holds no page".to_string(),
-            Some(folder) => format!("'{}' holds no index.html", folder.display()),
+            Some(folder) => format!("'{}' holds no {INDEX}", folder.display()),
         };
-        let hint = "build the page with `cargo xtask web`, then the command again, or name its folder: --folder web/dist";
-        Err(mistake(message, hint))
+        Err(mistake(message, BUILD))
     }
 
     fn own() -> Self {
@@ -49,19 +54,23 @@ impl Page {
 
     fn of_folder(folder: &Path) -> Result<Self> {
         let mut files = BTreeMap::new();
-        collect(folder, "", &mut files)
-            .with_context(|| format!("cannot read '{}'", folder.display()))?;
+        // Any other folder may be as large as the disk.
+        if !folder.join(INDEX).is_file() {
+            return Ok(Self(files));
+        }
+        let shown = format!("cannot read '{}'", folder.display());
+        collect(folder, "", &mut files).advise(shown, BUILD)?;
         Ok(Self(files))
     }
 
     /// The file of this name; that of no name is the page itself.
     pub(super) fn file(&self, name: &str) -> Option<&[u8]> {
-        let name = if name.is_empty() { "index.html" } else { name };
+        let name = if name.is_empty() { INDEX } else { name };
         self.0.get(name).map(|bytes| &**bytes)
     }
 }
 
-/// Reads the files below a folder; links are passed over, so that nothing outside of it is served.
+/// Reads the files below a folder but hidden ones; links are passed over, so that nothing outside of it is served.
 fn collect(
     folder: &Path,
     before: &str,
@@ -70,14 +79,18 @@ fn collect(
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
         let (kind, name) = (entry.file_type()?, entry.file_name());
-        let name = format!("{before}{}", name.to_string_lossy());
+        let name = name.to_string_lossy();
+        if name.starts_with('.') {
+            continue;
+        }
+        let name = format!("{before}{name}");
         if kind.is_dir() {
             collect(&entry.path(), &format!("{name}/"), files)?;
         } else if kind.is_file() {
-            if files.len() >= MOST_FILES || entry.metadata()?.len() > MOST_BYTES {
-                return Err(io::Error::other(
-                    "it holds more than a page does: name the folder that `cargo xtask web` made",
-                ));
+            let held: usize = files.values().map(|bytes| bytes.len()).sum();
+            if files.len() >= MOST_FILES || held as u64 + entry.metadata()?.len() > MOST_BYTES {
+                let what = "it holds more than a page does";
+                return Err(io::Error::new(io::ErrorKind::InvalidInput, what));
             }
             files.insert(name, Cow::Owned(fs::read(entry.path())?));
         }

@@ -2,8 +2,6 @@
 
 use std::time::{Duration, Instant};
 
-use sha2::{Digest, Sha256};
-
 use crate::workbench::Workbench;
 
 /// A pendulum's motions in `data.csv`, its angle declared beside.
@@ -207,9 +205,7 @@ fn a_run_knows_its_data_by_their_hash() {
     let bench = with_data();
     bench.succeed("fit data.csv --steps 2 --width 16 --out run");
     let record = String::from_utf8(bench.read("run/run.toml")).unwrap();
-    let digest = Sha256::digest(bench.read("data.csv"));
-    let digest: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
-    assert!(record.contains(&digest), "{record}");
+    assert!(record.contains(&bench.sha256("data.csv")), "{record}");
     assert!(record.contains(&format!("bytes = {}", bench.read("data.csv").len())));
 }
 

@@ -108,6 +108,22 @@ fn losses_of_other_kinds_or_data_are_not_compared_and_files_of_a_fit_are_told() 
 }
 
 #[test]
+fn what_was_held_back_of_data_that_have_changed_is_not_measured() {
+    let bench = with_runs();
+    bench.succeed(
+        "simulate pendulum --trajectories 5 --duration 4 --step 0.02 --out data.csv --force",
+    );
+    for line in ["compare narrow wide", "report narrow --out page.html"] {
+        let message = bench.refuse(line);
+        assert!(
+            message.contains("'data.csv' is no longer the file"),
+            "{line}: {message}"
+        );
+    }
+    assert!(bench.refuse("compare narrow wide").contains("--on"));
+}
+
+#[test]
 fn files_that_all_were_validated_on_are_the_default() {
     let bench = with_runs();
     for name in ["a", "b"] {
@@ -152,6 +168,11 @@ fn what_cannot_be_compared_is_refused_with_what_to_do() {
     for (line, part) in [
         ("compare narrow", "two runs or more"),
         ("compare narrow narrow", "given twice"),
+        ("compare narrow narrow/model.safetensors", "given twice"),
+        (
+            "compare narrow wide --on other.csv other.csv",
+            "same motions",
+        ),
         ("compare narrow absent", "absent"),
         ("compare narrow data.csv", "data.csv"),
         ("compare narrow cut.safetensors", "cut.safetensors"),
@@ -176,6 +197,18 @@ fn what_cannot_be_compared_is_refused_with_what_to_do() {
         found["losses_differ"].to_string().contains("not known"),
         "{found}"
     );
+}
+
+/// A device can be read without end.
+#[cfg(unix)]
+#[test]
+fn metrics_that_are_a_device_are_refused() {
+    let bench = with_runs();
+    let metrics = bench.path("wide/metrics.jsonl");
+    std::fs::remove_file(&metrics).unwrap();
+    std::os::unix::fs::symlink("/dev/null", &metrics).unwrap();
+    let message = bench.refuse("compare narrow wide --on other.csv");
+    assert!(message.contains("device"), "{message}");
 }
 
 #[test]

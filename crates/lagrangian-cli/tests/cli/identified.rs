@@ -95,7 +95,7 @@ fn what_cannot_be_identified_or_written_is_refused_with_a_hint() {
         ("data.csv --urdf notes.urdf --out a.urdf", "not XML"),
         (
             "data.csv --urdf arm.urdf --joints elbow --out a.urdf",
-            "1 joints",
+            "1 joint ",
         ),
         (
             "data.csv --urdf arm.urdf --joints knee,elbow --out a.urdf",

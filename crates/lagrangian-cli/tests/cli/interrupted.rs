@@ -175,6 +175,11 @@ fn a_page_is_not_made_again_in_part() {
     bench.write("small.csv", &recording(400));
     // OK if it is no good model: only its data are read again.
     bench.run("fit small.csv --model lnn --width 8 --steps 2 --loss torque --out run");
+    // As if it were a run of the long file.
+    let record = String::from_utf8(bench.read("run/run.toml")).unwrap();
+    let changed = record.replace(&bench.sha256("small.csv"), &bench.sha256("long.csv"));
+    assert_ne!(record, changed);
+    bench.write("run/run.toml", &changed);
     std::fs::rename(bench.path("long.csv"), bench.path("small.csv")).unwrap();
     let line = "report run --out page.html --pictures pictures";
     let (code, text) = interrupted(&bench, line, " so far, at most ");

@@ -33,6 +33,16 @@ fn the_action_of_an_oscillator_is_the_closed_form_and_its_kind_is_told() {
 }
 
 #[test]
+fn a_single_path_is_told_in_the_singular() {
+    let found = Workbench::new().succeed("action mass-spring --from 1 --to 0.3 --time 1");
+    assert!(
+        found.stdout.starts_with("1 stationary path from"),
+        "{}",
+        found.stdout
+    );
+}
+
+#[test]
 fn ends_that_nothing_connects_are_an_outcome_with_a_reason() {
     let bench = Workbench::new();
     let line = "action relativistic-particle --set field=0 --from 0 --to 2 --time 1";

@@ -169,7 +169,7 @@ fn loops_that_make_no_sense_are_refused_with_a_hint() {
         (format!("{arm} --out motion.xlsx"), "npz"),
         (format!("{arm} --plot motion.gif"), ".html"),
         ("--robot iiwa7".into(), "7 joints"),
-        ("--robot ur5 --joints elbow_joint".into(), "1 joints"),
+        ("--robot ur5 --joints elbow_joint".into(), "1 joint "),
         (
             "--robot two_link_arm --set mass1=1".into(),
             "--set is for systems",

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::process::{Command, Output};
 
 use assert_cmd::cargo::CommandCargoExt;
+use sha2::{Digest, Sha256};
 use tempfile::TempDir;
 
 /// A temporary folder in which the command runs.
@@ -32,6 +33,12 @@ impl Workbench {
 
     pub(crate) fn read(&self, name: &str) -> Vec<u8> {
         fs::read(self.path(name)).unwrap()
+    }
+
+    /// The SHA-256 of a file, as the record of a run has it.
+    pub(crate) fn sha256(&self, name: &str) -> String {
+        let digest = Sha256::digest(self.read(name));
+        digest.iter().map(|byte| format!("{byte:02x}")).collect()
     }
 
     pub(crate) fn names(&self, folder: &str) -> Vec<String> {

@@ -83,6 +83,15 @@ impl Run {
     }
 }
 
+/// The file of the model that a path leads to, by whatever name.
+fn real(path: &Path) -> Option<PathBuf> {
+    let path = match path.is_dir() {
+        true => path.join(MODEL),
+        false => path.into(),
+    };
+    fs::canonicalize(path).ok()
+}
+
 /// The folder of the run that a path leads to, if it leads to one.
 fn folder_of(path: &Path) -> Result<Option<RunFolder>> {
     if path.is_dir() {
@@ -113,8 +122,8 @@ impl Runs {
         }
         let mut runs: Vec<Run> = Vec::new();
         for path in paths {
-            let real = |path: &Path| fs::canonicalize(path).ok();
-            let twice = |other: &Run| real(&other.path).is_some_and(|p| real(path) == Some(p));
+            let own = real(path);
+            let twice = |other: &Run| own.is_some() && real(&other.path) == own;
             if runs.iter().any(twice) {
                 let finding = format!("the run '{}' is given twice", path.display());
                 return Err(Error::new(finding, "give each run once"));

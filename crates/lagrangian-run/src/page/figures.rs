@@ -12,6 +12,7 @@ use crate::metrics::Metric;
 
 /// Dots of a parity figure, at most.
 const DOTS: usize = 2000;
+
 /// The energy H at every sample, J; none for a model that has none.
 #[must_use]
 pub fn energies(model: &dyn Model, motion: &Trajectory) -> Option<Vec<f64>> {

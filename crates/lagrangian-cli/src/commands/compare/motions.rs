@@ -54,6 +54,7 @@ fn of_files(args: &CompareArgs, runs: &Runs, files: &[PathBuf]) -> Result<Ground
     };
     let (columns, estimate) = fitted.complete(&args.data, &args.estimate)?;
     let read = data::read_sample(files, &columns, None)?;
+    refuse_repeated(&read.hashes)?;
     fitted::require_coordinates(&read.recordings, fitted.model.coordinates())?;
     let (motions, _) = data::trajectories(read.recordings, &estimate)?;
     let names = files.iter().filter_map(|path| path.file_name()?.to_str());
@@ -70,6 +71,21 @@ fn of_files(args: &CompareArgs, runs: &Runs, files: &[PathBuf]) -> Result<Ground
             .map(|(_, FileHash { sha256, .. })| sha256)
             .collect(),
     })
+}
+
+/// Refuses a file that is there twice: its motions would count twice, and differences would look surer than they are.
+fn refuse_repeated(files: &[(PathBuf, FileHash)]) -> Result<()> {
+    for (k, (path, hash)) in files.iter().enumerate() {
+        if let Some((other, _)) = files[..k].iter().find(|(_, own)| own == hash) {
+            let (path, other) = (path.display(), other.display());
+            let finding = format!("'{path}' holds the same motions as '{other}'");
+            return Err(mistake(
+                finding,
+                "give each file once: its motions count once",
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// Says where the models were fitted to data that were prepared otherwise than for the first.
