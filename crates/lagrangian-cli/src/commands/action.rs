@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use lagrangian::score::{Judgement, outside};
-use lagrangian::{Coordinates, Lagrangian, Model};
+use lagrangian::{Coordinates, Lagrangian, Model, counted};
 use lagrangian_analysis::action::{
     ActionVariation, Boundary, DiscreteAction, PathKind, Search, SearchOptions, StationaryPath,
     action_variation, stationary_paths,
@@ -219,6 +219,8 @@ fn as_text(search: &Search, judged: &[Judgement]) -> String {
         format!("path {}: {facts} · verdict {verdict}\n", row[0])
     });
     let (found, tried) = (search.paths.len(), search.tried);
-    let count = format!("{found} stationary paths from {tried} first paths\n");
+    let [found, tried] =
+        [(found, "stationary path"), (tried, "first path")].map(|(k, of)| counted(k, of));
+    let count = format!("{found} from {tried}\n");
     std::iter::once(count).chain(lines).collect()
 }
