@@ -223,9 +223,8 @@ fn as_text(search: &Search, judged: &[Judgement]) -> String {
         format!("path {}: {facts} · verdict {verdict}\n", row[0])
     });
     let (found, tried) = (search.paths.len(), search.tried);
-    let count = format!(
-        "{} from {tried} first paths\n",
-        counted(found, "stationary path")
-    );
+    let [found, tried] =
+        [(found, "stationary path"), (tried, "first path")].map(|(k, of)| counted(k, of));
+    let count = format!("{found} from {tried}\n");
     std::iter::once(count).chain(lines).collect()
 }

@@ -12,7 +12,7 @@ use lagrangian::rigid::{
 };
 use lagrangian::{Coordinate, Coordinates, Model, Topology};
 use lagrangian_report::draw::short;
-use lagrangian_report::{Command, Motion, Report, Role, phase_portrait, trajectories};
+use lagrangian_report::{Command, Figure, Motion, Report, Role, phase_portrait, trajectories};
 use serde_json::json;
 
 use super::OutputMode;
@@ -249,11 +249,16 @@ fn page(subject: &Subject, found: &Excitation, validation: &Excitation) -> Repor
         Motion::new("to validate on", Role::Other(0), &validation.plan),
     ];
     let figures = (0..subject.coordinates.dof()).flat_map(|i| {
-        let over_time = trajectories(&subject.coordinates, i, &motions);
-        [
-            over_time,
-            phase_portrait(&subject.coordinates, i, &motions[..1]),
-        ]
+        // Both are plans: nothing is predicted, and nothing to agree with.
+        let over_time = Figure {
+            caption: "The plan, and the second motion to validate on what was identified.".into(),
+            ..trajectories(&subject.coordinates, i, &motions)
+        };
+        let portrait = Figure {
+            caption: "Velocity over position along the plan: the states that it visits.".into(),
+            ..phase_portrait(&subject.coordinates, i, &motions[..1])
+        };
+        [over_time, portrait]
     });
     Report {
         title: "A motion for identification".into(),

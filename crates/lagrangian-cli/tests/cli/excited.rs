@@ -29,6 +29,9 @@ fn a_plan_is_written_with_a_second_one_and_can_be_run_and_identified_from() {
         assert!(!bench.read(file).is_empty(), "{file}");
     }
     assert_ne!(bench.read("plan.csv"), bench.read("plan-validate.csv"));
+    let page = String::from_utf8(bench.read("plan.html")).unwrap();
+    assert!(!page.contains("Predicted from the first state"));
+    assert!(page.contains("Velocity over position along the plan"));
     let message = bench.refuse(line);
     assert!(message.contains("--force"), "{message}");
     let shown = bench.succeed(&format!("{line} --force")).stdout;

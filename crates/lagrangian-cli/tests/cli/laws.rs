@@ -12,6 +12,9 @@ fn the_action_of_an_oscillator_is_the_closed_form_and_its_kind_is_told() {
     let closed_form = ((1.0 + 0.09) * cos - 0.6) / (2.0 * sin);
     assert!((path["action"].as_f64().unwrap() - closed_form).abs() < 1e-5);
     assert_eq!(path["verdict"], "minimum");
+    let told = bench.succeed("action mass-spring --from 1 --to 0.3 --time 1");
+    let told = told.stdout;
+    assert!(told.starts_with("1 stationary path from "), "{told}");
     let long = bench
         .succeed(&format!("{line} 4 --out path.csv --plot path.html"))
         .json();

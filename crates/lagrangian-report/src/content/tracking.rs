@@ -49,10 +49,15 @@ pub fn followed_motion(
 #[must_use]
 pub fn tracking_error(coordinates: &Coordinates, i: usize, followers: &[Follower]) -> Figure {
     let (name, unit) = label(coordinates, i);
+    // In thousandths of the unit, where it is known.
+    let (size, unit) = match unit.is_empty() {
+        true => (1.0, String::new()),
+        false => (1e3, format!("m{unit}")),
+    };
     let error = |f: &Follower| {
         let t = f.motion.t.clone();
         let error = column(f.error, i, coordinates.dof());
-        let error = error.iter().map(|e| 1e3 * e).collect();
+        let error = error.iter().map(|e| size * e).collect();
         Series::line(f.name, f.role, t, error)
     };
     Figure {
@@ -60,7 +65,7 @@ pub fn tracking_error(coordinates: &Coordinates, i: usize, followers: &[Follower
         title: format!("Tracking error of {name}"),
         caption: "Reference minus motion.".into(),
         x: Axis::linear("time", "s"),
-        y: Axis::linear("error", &format!("m{unit}")),
+        y: Axis::linear("error", &unit),
         series: followers.iter().map(error).collect(),
     }
 }

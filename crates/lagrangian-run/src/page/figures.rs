@@ -65,7 +65,8 @@ impl<'a> Followed<'a> {
         };
         let mut far = Series {
             name: "predicted, outside of the data of the model".into(),
-            role: Role::Baseline,
+            // Neither the colour of a Lagrangian nor that of a plain network: it continues the prediction of either.
+            role: Role::Other(2),
             y: vec![f64::NAN; predicted.y.len()],
             ..predicted.clone()
         };
