@@ -42,6 +42,8 @@ async function keep(): Promise<void> {
 byId("tabs").append(...ENTRIES.map((entry) => el("a", { href: address.link(entry.name), "data-view": entry.name }, entry.title)));
 themeButton(byId("theme"));
 addEventListener("hashchange", show);
+// A file that is dropped beside its place must not replace the page.
+for (const kind of ["dragover", "drop"]) addEventListener(kind, (event) => event.preventDefault());
 byId("main").replaceChildren();
 show();
 compile().then(

@@ -67,10 +67,10 @@ impl From<lagrangian_run::Error> for Error {
 /// The result of a request.
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// Refuses a file beyond its bound.
-pub(crate) fn bounded_file(bytes: &[u8], remedy: &'static str) -> Result<()> {
-    let (size, most) = (bytes.len() as f64, limits::FILE as f64);
-    bounded("the size of the file in bytes", size, most, remedy)
+/// Refuses a file, or files together, beyond their bound.
+pub(crate) fn bounded_file(bytes: usize, remedy: &'static str) -> Result<()> {
+    let (size, most) = (bytes as f64, limits::FILE as f64);
+    bounded("the size of what is read, in bytes,", size, most, remedy)
 }
 
 /// Refuses a value beyond its bound, or one that is no number.

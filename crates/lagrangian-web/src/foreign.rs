@@ -1,13 +1,19 @@
 //! Tables of other programs, made plain before the library reads them: what video tracking and phone sensors export.
 //!
 //! Tracker writes a line with the name of the mass before the header; phyphox and spreadsheets write decimal commas where the
-//! language of the machine has them, with semicolons or tabs between the columns. Both are unambiguous, and each change is told.
-//! Whether angles are in degrees is never guessed.
+//! language of the machine has them, with semicolons or tabs between the columns; and spreadsheets write UTF-16 or Latin-1. All of
+//! it is unambiguous, and each change is told. Whether angles are in degrees is never guessed.
+
+use std::borrow::Cow;
 
 use lagrangian::trajectory::csv::delimiter;
 
-/// Rows that are shown.
+use crate::error::{Result, bounded};
+use crate::limits;
+
+/// Rows that are shown, and letters of each of their cells.
 const SHOWN: usize = 5;
+const LETTERS: usize = 40;
 /// Lines before the header that are passed over at most.
 const TITLES: usize = 5;
 
@@ -23,13 +29,13 @@ pub(crate) struct Table {
 
 /// The table of a file; bytes that are no text stay as they are, for the library to say what they are.
 pub(crate) fn table(bytes: &[u8]) -> Table {
-    let Ok(text) = std::str::from_utf8(bytes) else {
+    let mut notes = Vec::new();
+    let Some(text) = decoded(bytes, &mut notes) else {
         return Table {
             plain: bytes.to_vec(),
             ..Table::default()
         };
     };
-    let mut notes = Vec::new();
     let text = without_titles(text.trim_start_matches('\u{feff}'), &mut notes);
     let separator = char::from(delimiter(text.as_bytes()));
     let mut lines = text.lines();
@@ -47,11 +53,40 @@ pub(crate) fn table(bytes: &[u8]) -> Table {
     };
     let rows = plain.lines().skip(1).take(SHOWN);
     Table {
-        first: rows.map(|line| cells(line, separator)).collect(),
+        first: rows.map(|line| shown(line, separator)).collect(),
         headers,
         notes,
         plain: plain.into_bytes(),
     }
+}
+
+/// The text of a file: UTF-8, else UTF-16 where it begins with its mark, else Latin-1 where no letter is a control character.
+fn decoded<'a>(bytes: &'a [u8], notes: &mut Vec<String>) -> Option<Cow<'a, str>> {
+    if let Ok(text) = std::str::from_utf8(bytes) {
+        return Some(text.into());
+    }
+    let (text, encoding) = match bytes {
+        [0xff, 0xfe, rest @ ..] => (utf16(rest, u16::from_le_bytes)?, "UTF-16"),
+        [0xfe, 0xff, rest @ ..] => (utf16(rest, u16::from_be_bytes)?, "UTF-16"),
+        _ => (latin1(bytes)?, "Latin-1"),
+    };
+    notes.push(format!(
+        "the text is not in UTF-8; it was read as {encoding}"
+    ));
+    Some(text.into())
+}
+
+fn utf16(bytes: &[u8], number: fn([u8; 2]) -> u16) -> Option<String> {
+    let (pairs, rest) = bytes.as_chunks::<2>();
+    let numbers: Vec<u16> = pairs.iter().map(|pair| number(*pair)).collect();
+    let text = rest.is_empty().then(|| String::from_utf16(&numbers));
+    text?.ok()
+}
+
+fn latin1(bytes: &[u8]) -> Option<String> {
+    let is_text = |byte: &u8| !byte.is_ascii_control() || b"\t\r\n".contains(byte);
+    let all = bytes.iter().all(is_text);
+    all.then(|| bytes.iter().copied().map(char::from).collect())
 }
 
 /// The text from its header on: titles and comments have one cell where the line after them has several.
@@ -61,7 +96,8 @@ fn without_titles<'a>(mut text: &'a str, notes: &mut Vec<String>) -> &'a str {
             break;
         };
         let next = rest.lines().next().unwrap_or_default();
-        let comment = title.starts_with('#') && !next.is_empty();
+        let comment = title.starts_with('#') || title.starts_with("sep=");
+        let comment = comment && !next.is_empty();
         let alone = !title.contains([',', ';', '\t']) && next.contains([',', ';', '\t']);
         if !comment && !alone {
             break;
@@ -93,6 +129,16 @@ fn split(line: &str, separator: char) -> impl Iterator<Item = &str> {
 fn cells(line: &str, separator: char) -> Vec<String> {
     let plain = |cell: &str| cell.trim().trim_matches('"').trim().to_string();
     split(line, separator).map(plain).collect()
+}
+
+/// The cells of a row as the page shows them, each of so many letters at most.
+fn shown(line: &str, separator: char) -> Vec<String> {
+    let cell = |cell: String| match cell.char_indices().nth(LETTERS) {
+        Some((end, _)) => format!("{}…", &cell[..end]),
+        None => cell,
+    };
+    let all = cells(line, separator).into_iter();
+    all.take(limits::COLUMNS).map(cell).collect()
 }
 
 fn has_decimal_commas(line: &str, separator: char) -> bool {
@@ -138,6 +184,22 @@ const OTHERS: [&str; 9] = [
 ];
 
 impl Table {
+    /// Refuses more columns, or longer names, than a page can show.
+    pub(crate) fn within_bounds(&self) -> Result<()> {
+        let remedy = "keep the columns of time and of what moves, or use the command `lagrangian`";
+        let (columns, most) = (self.headers.len() as f64, limits::COLUMNS as f64);
+        bounded("the number of columns", columns, most, remedy)?;
+        let longest = self.headers.iter().map(String::len).max();
+        let (longest, most) = (longest.unwrap_or(0) as f64, limits::NAME as f64);
+        let remedy = "give the columns short names in the first line";
+        bounded(
+            "the longest name of a column in bytes",
+            longest,
+            most,
+            remedy,
+        )
+    }
+
     /// The column that looks like time.
     pub(crate) fn time(&self) -> Option<String> {
         let own = |header: &&String| TIMES.contains(&&*bare(header));
@@ -205,6 +267,8 @@ mod tests {
         assert_eq!(read.headers, ["t", "x", "y"]);
         assert_eq!(read.coordinates(), ["x", "y"]);
         assert!(read.notes[0].contains("'mass A'"));
+        let read = table(b"sep=;\r\nt;x\r\n0;1\r\n");
+        assert_eq!(read.headers, ["t", "x"]);
     }
 
     #[test]
@@ -214,6 +278,32 @@ mod tests {
         assert_eq!(read.first, [["0.5", "1"]]);
         let read = table(b"a 5\" tube,t,\"a \"\"b\"\", c\"\n1,2,3\n");
         assert_eq!(read.headers, ["a 5\" tube", "t", "a \"\"b\"\", c"]);
+    }
+
+    #[test]
+    fn a_table_in_another_encoding_is_read_and_told() {
+        let text = "Zeit (s);Winkel (°)\n0,5;1\n";
+        let latin: Vec<u8> = text.chars().map(|c| c as u8).collect();
+        let wide = |bytes: fn(u16) -> [u8; 2]| -> Vec<u8> {
+            let all = std::iter::once(0xfeff).chain(text.encode_utf16());
+            all.flat_map(bytes).collect()
+        };
+        for (bytes, encoding) in [
+            (latin, "Latin-1"),
+            (wide(u16::to_le_bytes), "UTF-16"),
+            (wide(u16::to_be_bytes), "UTF-16"),
+        ] {
+            let read = table(&bytes);
+            assert_eq!(read.headers, ["Zeit (s)", "Winkel (°)"]);
+            assert_eq!(read.first, [["0.5", "1"]]);
+            assert!(read.notes[0].contains(encoding), "{:?}", read.notes);
+        }
+    }
+
+    #[test]
+    fn a_long_cell_is_shown_by_its_beginning() {
+        let read = table(format!("t,q1\n0,{}\n", "9".repeat(1000)).as_bytes());
+        assert_eq!(read.first[0][1], "9".repeat(LETTERS) + "…");
     }
 
     #[test]

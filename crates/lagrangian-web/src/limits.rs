@@ -2,6 +2,10 @@
 
 /// The most bytes of a file.
 pub const FILE: usize = 64 << 20;
+/// The most columns of a table.
+pub const COLUMNS: usize = 500;
+/// The longest name of a column, in bytes.
+pub const NAME: usize = 200;
 /// The most samples of all motions of an experiment.
 pub const SAMPLES: usize = 200_000;
 /// The most samples of one predicted motion.

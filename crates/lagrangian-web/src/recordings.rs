@@ -3,12 +3,13 @@
 use std::io::Cursor;
 use std::path::Path;
 
+use lagrangian::trajectory::Readings;
 use lagrangian::{Format, Layout, Recording, Signal, Signals};
 use lagrangian_run::{Data, DataFile, FileHash};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::error::{Error, Result, bounded_file};
+use crate::error::{Error, Result};
 use crate::foreign::{self, Table};
 
 /// A file that was dropped on the page.
@@ -91,14 +92,21 @@ pub(crate) struct Summary {
 impl Dropped {
     /// Takes a file.
     pub(crate) fn new(name: String, bytes: &[u8]) -> Result<Self> {
-        let remedy =
-            "take a part of the file, or use the command `lagrangian`, which has no such bound";
-        bounded_file(bytes, remedy)?;
+        let table = foreign::table(bytes);
+        if table.headers.len() < 2 {
+            return Err(no_table(&name, table));
+        }
+        table.within_bounds()?;
         Ok(Self {
             name,
             hash: FileHash::of(bytes),
-            table: foreign::table(bytes),
+            table,
         })
+    }
+
+    /// Its size, bytes.
+    pub(crate) fn size(&self) -> usize {
+        self.table.plain.len()
     }
 
     /// The first look at it.
@@ -114,35 +122,60 @@ impl Dropped {
         }
     }
 
-    /// Its recordings by these columns, and what the reader passed over.
-    pub(crate) fn read(&self, columns: Columns) -> Result<(Given, Vec<String>)> {
-        let shown = serde_json::to_value(&columns)?;
-        let layout = columns.layout();
-        let text = layout.to_toml()?;
-        let source = Cursor::new(self.table.plain.clone());
-        let path = Path::new(&self.name);
-        let stem = path.file_stem().and_then(|stem| stem.to_str());
-        let stem = stem.unwrap_or(&self.name);
-        let readings = Format::Csv.read(source, stem, &layout)?;
-        let (mut notes, ignored) = (readings.notes, readings.columns.ignored);
-        if !ignored.is_empty() {
-            notes.push(format!(
-                "columns that were not used: {}",
-                ignored.join(", ")
-            ));
-        }
-        let data = Data {
-            training: readings.recordings,
-            layout: text,
-            hashes: vec![DataFile::new("training", path, self.hash.clone())],
-            ..Data::default()
-        };
-        let given = Given {
-            data,
-            columns: shown,
-        };
-        Ok((given, notes))
+    fn file(&self) -> DataFile {
+        DataFile::new("training", Path::new(&self.name), self.hash.clone())
     }
+
+    fn readings(&self, layout: &Layout) -> Result<Readings> {
+        let source = Cursor::new(self.table.plain.clone());
+        let stem = Path::new(&self.name).file_stem();
+        let stem = stem.and_then(|stem| stem.to_str()).unwrap_or(&self.name);
+        Ok(Format::Csv.read(source, stem, layout)?)
+    }
+}
+
+/// Why a file has no table: what the library says of bytes that are no text, else what a table is.
+fn no_table(name: &str, table: Table) -> Error {
+    let read = |plain| Format::Csv.read(Cursor::new(plain), name, &Layout::default());
+    let known = table.headers.is_empty().then(|| read(table.plain));
+    match known {
+        Some(Err(error)) => error.into(),
+        _ => Error::Refused {
+            finding: format!("'{name}' has no table with several columns"),
+            remedy: "save it as CSV, with a line of names and one row a sample".into(),
+        },
+    }
+}
+
+/// The recordings of files by these columns, and what the reader passed over.
+pub(crate) fn read(files: &[Dropped], columns: Columns) -> Result<(Given, Vec<String>)> {
+    let shown = serde_json::to_value(&columns)?;
+    let layout = columns.layout();
+    let mut data = Data {
+        layout: layout.to_toml()?,
+        hashes: files.iter().map(Dropped::file).collect(),
+        ..Data::default()
+    };
+    let (mut notes, mut ignored) = (Vec::new(), Vec::new());
+    for file in files {
+        let readings = file.readings(&layout)?;
+        data.training.extend(readings.recordings);
+        notes.extend(readings.notes);
+        ignored.extend(readings.columns.ignored);
+    }
+    ignored.sort_unstable();
+    ignored.dedup();
+    if !ignored.is_empty() {
+        notes.push(format!(
+            "columns that were not used: {}",
+            ignored.join(", ")
+        ));
+    }
+    let given = Given {
+        data,
+        columns: shown,
+    };
+    Ok((given, notes))
 }
 
 impl Columns {

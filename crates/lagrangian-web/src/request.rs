@@ -27,8 +27,11 @@ pub(crate) enum Request {
     Inspect {
         /// Its name.
         name: String,
+        /// Whether it joins the files before it, and does not replace them.
+        #[serde(default)]
+        joins: bool,
     },
-    /// The file that was inspected becomes the data, by these columns.
+    /// The files that were inspected become the data, by these columns.
     Read(Columns),
     /// Whether the data are good enough, with remedies.
     Check,

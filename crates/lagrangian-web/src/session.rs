@@ -11,7 +11,7 @@ use crate::error::{Error, Result, bounded, bounded_file};
 use crate::fitting::{Fitting, Wanted};
 use crate::limits;
 use crate::motion::options;
-use crate::recordings::{Columns, Dropped, Given, Summary, csv};
+use crate::recordings::{self, Columns, Dropped, Given, Summary, csv};
 use crate::request::{By, EnergyAsked, Request, States};
 use crate::speed;
 use crate::system::{self, Axis, Named, axes};
@@ -50,10 +50,10 @@ impl Message {
     }
 }
 
-/// What a worker keeps between two requests: a file, data, a fit, a model.
+/// What a worker keeps between two requests: files, data, a fit, a model.
 #[derive(Debug, Default)]
 pub struct Session {
-    dropped: Option<Dropped>,
+    dropped: Vec<Dropped>,
     data: Option<Data>,
     fitting: Option<Fitting>,
     loaded: Option<Learned>,
@@ -100,12 +100,7 @@ impl Session {
             }
             Request::Experiment(asked) => self.take(Given::recorded(asked.record()?), Vec::new()),
             Request::States(asked) => self.states(&asked),
-            Request::Inspect { name } => {
-                let dropped = Dropped::new(name, &message.bytes)?;
-                let answer = Message::json(&dropped.inspected());
-                self.dropped = Some(dropped);
-                answer
-            }
+            Request::Inspect { name, joins } => self.inspect(name, joins, &message.bytes),
             Request::Read(columns) => self.read(columns),
             Request::Check => Message::json(&self.checked()?),
             Request::Data => Ok(Message::file(csv(self.recordings()?))),
@@ -153,12 +148,31 @@ impl Session {
         Message::json(&asked.samples)
     }
 
+    fn inspect(&mut self, name: String, joins: bool, bytes: &[u8]) -> Result<Message> {
+        let before: usize = match joins {
+            true => self.dropped.iter().map(Dropped::size).sum(),
+            false => 0,
+        };
+        let remedy =
+            "take a part of them, or use the command `lagrangian`, which has no such bound";
+        bounded_file(before + bytes.len(), remedy)?;
+        let dropped = Dropped::new(name, bytes)?;
+        if !joins {
+            self.dropped.clear();
+        }
+        let answer = Message::json(&dropped.inspected());
+        self.dropped.push(dropped);
+        answer
+    }
+
     fn read(&mut self, columns: Columns) -> Result<Message> {
-        let dropped = self.dropped.as_ref().ok_or(Error::Missing {
-            what: "file",
-            remedy: "drop one on the page",
-        })?;
-        let (given, notes) = dropped.read(columns)?;
+        if self.dropped.is_empty() {
+            return Err(Error::Missing {
+                what: "file",
+                remedy: "drop one on the page",
+            });
+        }
+        let (given, notes) = recordings::read(&self.dropped, columns)?;
         self.take(given, notes)
     }
 
@@ -229,7 +243,7 @@ impl Session {
 
     fn load(&mut self, bytes: &[u8]) -> Result<Message> {
         let remedy = "take a smaller model, or the command `lagrangian`";
-        bounded_file(bytes, remedy)?;
+        bounded_file(bytes.len(), remedy)?;
         let model = Learned::load(&SavedModel::from_bytes(bytes)?)?;
         let description = model.description();
         let answer = Message::json(&Loaded {

@@ -14,6 +14,8 @@ export interface Scene {
   /** What to try. */
   hint: string;
   start: State;
+  /** The units of its coordinates. */
+  units: string[];
   /** Bounds of the sliders of positions and of velocities. */
   bounds: { q: number[]; qd: number[] };
   /** Parameters that the page sets. */
@@ -59,6 +61,7 @@ const pendulum: Scene = {
   title: "Pendulum",
   hint: "Drag the bob. Lift it past the top and it turns over.",
   start: { q: [1.8], qd: [0] },
+  units: ["rad"],
   bounds: { q: [Math.PI], qd: [8] },
   parameters: { length: 1 },
   reach: 1.35,
@@ -83,6 +86,7 @@ const doublePendulum: Scene = {
   title: "Double pendulum",
   hint: "Drag either bob. From high up its motion is chaotic: the smallest change grows.",
   start: { q: [2, 2.4], qd: [0, 0] },
+  units: ["rad", "rad"],
   bounds: { q: [Math.PI, Math.PI], qd: [8, 8] },
   parameters: {},
   reach: 2.4,
@@ -105,6 +109,7 @@ const cartPole: Scene = {
   title: "Cart and pole",
   hint: "Drag the cart or the pole. The cart answers the swing: momentum along the rail is kept.",
   start: { q: [0, 2], qd: [0, 0] },
+  units: ["m", "rad"],
   bounds: { q: [1, Math.PI], qd: [2, 8] },
   parameters: { length: 0.5 },
   reach: 1.1,
@@ -132,6 +137,7 @@ const spring: Scene = {
   title: "Mass on a spring",
   hint: "Pull the mass. However far, the period is the same.",
   start: { q: [0.8], qd: [0] },
+  units: ["m"],
   bounds: { q: [1], qd: [2] },
   parameters: { stiffness: 4 },
   reach: 1.45,
@@ -175,6 +181,7 @@ const kepler: Scene = {
   title: "Planet and star",
   hint: "Drag the planet, or the tip of its velocity. Equal areas in equal times.",
   start: { q: [1, 0], qd: [0, 0.85] },
+  units: ["m", "m"],
   bounds: { q: [1.5, 1.5], qd: [1.3, 1.3] },
   parameters: {},
   reach: 1.8,
@@ -193,6 +200,7 @@ const charged: Scene = {
   title: "Charged particle",
   hint: "Drag the tip of the velocity. A magnetic field turns it and does no work.",
   start: { q: [1, 0], qd: [0, -1] },
+  units: ["m", "m"],
   bounds: { q: [2, 2], qd: [2, 2] },
   parameters: { magnetic: 1, electric: 0.15 },
   reach: 3.2,
@@ -211,6 +219,7 @@ const relativistic: Scene = {
   title: "Relativistic particle",
   hint: "Drag it, or give it a velocity: a constant force never makes it as fast as light (c = 1).",
   start: { q: [-6], qd: [-0.9] },
+  units: ["m"],
   bounds: { q: [8], qd: [0.99] },
   parameters: { field: 0.6 },
   reach: 9,

@@ -15,6 +15,7 @@ export class Message {
   fail(error: unknown): void {
     if (error instanceof Cancelled) return;
     this.write(sentence(error instanceof Error ? error.message : String(error)), "bad");
+    this.element.scrollIntoView({ block: "nearest" });
   }
 
   clear(): void {
@@ -29,9 +30,9 @@ export class Message {
   }
 }
 
-/** A sentence of a message of the library. */
+/** A sentence of a message of the library; a name such as `q1` at its beginning stays as it is. */
 export function sentence(text: string): string {
   const plain = text.replaceAll("`", "");
-  const start = plain.charAt(0).toUpperCase() + plain.slice(1);
+  const start = /^[a-z]+['’-]?[a-z]*(?![\w=:])/.test(plain) ? plain.charAt(0).toUpperCase() + plain.slice(1) : plain;
   return /[.!?]$/.test(start) ? start : `${start}.`;
 }

@@ -18,8 +18,16 @@ export interface Curve {
   dots?: boolean;
 }
 
+/** A point that is marked. */
+export interface Spot {
+  x: number;
+  y: number;
+  colour: string;
+}
+
 export interface Settings {
   title: string;
+  /** What the axes show, with their units. */
   x: string;
   y: string;
   logarithmic?: boolean;
@@ -40,6 +48,7 @@ export class Plot {
   private curves: Curve[] = [];
   private hidden = new Set<string>();
   private cursor: number | undefined;
+  private spots: Spot[] = [];
   private pointer: number | undefined;
   private axes: { x: Axis; y: Axis } | undefined;
   private readonly later = withNextFrame(() => this.draw());
@@ -83,9 +92,22 @@ export class Plot {
     this.later();
   }
 
+  /** Marks points, as the cursor does a value of x. */
+  spot(spots: Spot[]): void {
+    this.spots = spots;
+    this.later();
+  }
+
+  /** Names the axes anew. */
+  name(x: string, y: string): void {
+    Object.assign(this.settings, { x, y });
+    this.repaint();
+  }
+
   private writeLegend(): void {
     const entry = (curve: Curve) => {
-      const swatch = el("span", { class: `swatch ${curve.colour.slice(2)}`, "aria-hidden": "true" });
+      const kind = curve.dashed ? " dashed" : "";
+      const swatch = el("span", { class: `swatch ${curve.colour.slice(2)}${kind}`, "aria-hidden": "true" });
       const press = () => {
         if (!this.hidden.delete(curve.name)) this.hidden.add(curve.name);
         item.setAttribute("aria-pressed", String(!this.hidden.has(curve.name)));
@@ -224,6 +246,12 @@ export class Plot {
       context.stroke();
     };
     if (this.cursor !== undefined) vertical(this.at(this.cursor, axes.y.low)[0], "--accent");
+    for (const spot of this.spots) {
+      context.fillStyle = colour(spot.colour);
+      context.beginPath();
+      context.arc(...this.at(spot.x, spot.y), 5, 0, 2 * Math.PI);
+      context.fill();
+    }
     if (this.pointer === undefined || shown.length === 0) {
       this.reading.textContent = "";
       return;

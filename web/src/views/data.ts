@@ -14,7 +14,7 @@ import { offer } from "./race";
 import { reportButtons } from "./report";
 import type { Entry, View } from "./view";
 
-/** The largest file, as in crates/lagrangian-web/src/limits.rs. */
+/** The most bytes of the files together, as in crates/lagrangian-web/src/limits.rs. */
 const MOST_BYTES = 64 * 2 ** 20;
 const COLOURS = ["--first", "--second", "--star", "--good"];
 const FAMILIES: [string, string][] = [
@@ -22,6 +22,8 @@ const FAMILIES: [string, string][] = [
   ["delan", "a Lagrangian ½ q̇ᵀM(q)q̇ − V(q)"],
   ["mlp", "a plain network, to compare with"],
 ];
+
+const bytes = async (file: File) => new Uint8Array(await file.arrayBuffer());
 
 export const data: Entry = { name: "data", title: "Your data", open: () => new Data() };
 
@@ -51,12 +53,12 @@ class Data implements View {
   }
 
   private drop(): HTMLElement {
-    const input = el("input", { type: "file", id: "file", accept: ".csv,.txt,.tsv,.dat,.safetensors" });
-    input.addEventListener("change", () => void this.take(input.files?.[0]));
+    const input = el("input", { type: "file", id: "file", multiple: true, accept: ".csv,.txt,.tsv,.dat,.safetensors" });
+    input.addEventListener("change", () => void this.take(input.files));
     const zone = el(
       "div",
       { class: "drop" },
-      el("p", {}, "Drop a table here: CSV, also from Tracker, phyphox or a spreadsheet. Or a model (.safetensors)."),
+      el("p", {}, "Drop a table here: CSV, also from Tracker, phyphox or a spreadsheet; several files are several motions. Or a model (.safetensors)."),
       el("div", { class: "file field" }, el("label", { for: "file" }, "Choose a file"), input),
       button("Take an example: a double pendulum", () => void this.example()),
     );
@@ -68,7 +70,7 @@ class Data implements View {
     zone.addEventListener("dragleave", over(false));
     zone.addEventListener("drop", (event) => {
       over(false)(event);
-      void this.take(event.dataTransfer?.files[0]);
+      void this.take(event.dataTransfer?.files);
     });
     return el("section", { class: "card", "aria-label": "File" }, el("h3", {}, "A file of yours"), zone, this.message.element);
   }
@@ -87,18 +89,27 @@ class Data implements View {
     return this.last;
   }
 
-  private async take(file: File | undefined): Promise<void> {
-    if (file) await this.attempt(() => this.read(file));
+  private async take(files: FileList | null | undefined): Promise<void> {
+    const [first, ...others] = files ?? [];
+    if (first) await this.attempt(() => this.read(first, others));
   }
 
-  private async read(file: File): Promise<void> {
-    if (file.size > MOST_BYTES) {
-      throw new Error(`'${file.name}' has ${Math.round(file.size / 2 ** 20)} MiB, at most 64 are read here: take a part of it, or use the command lagrangian`);
+  /** Reads a model, or tables with the columns of the first: each has motions of its own. */
+  private async read(first: File, others: File[] = []): Promise<void> {
+    const files = [first, ...others];
+    const size = files.reduce((sum, file) => sum + file.size, 0);
+    if (size > MOST_BYTES) {
+      const what = others.length > 0 ? "the files have" : `'${first.name}' has`;
+      throw new Error(`${what} ${Math.round(size / 2 ** 20)} MiB, at most 64 are read here: take a part, or use the command lagrangian`);
     }
-    this.file = file;
-    const bytes = new Uint8Array(await file.arrayBuffer());
-    if (/\.safetensors$/i.test(file.name)) await this.openModel(bytes);
-    else this.look(await this.engine.ask<Inspected>({ ask: "inspect", name: file.name }, bytes));
+    const models = files.filter((file) => /\.safetensors$/i.test(file.name));
+    if (models.length > 0 && others.length > 0) throw new Error("a model is read alone: choose it without other files");
+    this.file = first;
+    this.steps.replaceChildren();
+    if (models.length > 0) return this.openModel(await bytes(first));
+    const inspected = await this.engine.ask<Inspected>({ ask: "inspect", name: first.name }, await bytes(first));
+    for (const file of others) await this.engine.ask({ ask: "inspect", name: file.name, joins: true }, await bytes(file));
+    this.look(inspected);
   }
 
   private example(): Promise<void> {
@@ -112,15 +123,11 @@ class Data implements View {
 
   private async openModel(bytes: Uint8Array): Promise<void> {
     const model = await this.engine.ask<Loaded>({ ask: "load" }, bytes);
-    this.steps.replaceChildren();
     const player = new ModelPlayer(this.engine, "loaded", model);
     this.results.replaceChildren(el("h3", {}, `The model '${this.file?.name}'`), player.element);
   }
 
   private look(file: Inspected): void {
-    if (file.headers.length < 2) {
-      throw new Error("the file has no table with several columns: save it as CSV, with a line of names and one row a sample");
-    }
     const form = columnsForm(file, (columns) => (this.columns = columns));
     const notes = file.notes.map((note) => el("p", { class: "hint" }, `Note: ${note}.`));
     const check = button("Check the data", () => void this.check(), "main");

@@ -5,6 +5,9 @@ import { el } from "../ui/element";
 import { sentence } from "../ui/message";
 
 const WORDS: Record<Verdict, string> = { pass: "good", warn: "could be better", fail: "not usable" };
+const WHOLE: Record<Verdict, string> = { ...WORDS, warn: "usable, but could be better" };
+/** The most findings that are listed: a file can have one for each of its motions. */
+const LISTED = 50;
 const GRADES: Record<Grade, string> = { good: "Good", fair: "Fair", poor: "Poor" };
 
 /** The findings of a check, the gravest first; what passes is folded. */
@@ -12,15 +15,17 @@ export function findings(checked: Checked): HTMLElement {
   const order: Verdict[] = ["fail", "warn", "pass"];
   const list = (verdicts: Verdict[]) => {
     const items = checked.items.filter((item) => verdicts.includes(item.verdict));
-    return items.toSorted((a, b) => order.indexOf(a.verdict) - order.indexOf(b.verdict)).map(entry);
+    return items.toSorted((a, b) => order.indexOf(a.verdict) - order.indexOf(b.verdict));
   };
   const troubles = list(["fail", "warn"]);
+  const listed = troubles.slice(0, LISTED).map(entry);
+  const more = troubles.length - listed.length;
   const passed = new Set(checked.items.filter((item) => item.verdict === "pass").map((item) => item.name));
   const first = (name: string) => checked.items.find((item) => item.name === name && item.verdict === "pass");
   const fine = [...passed].flatMap((name) => first(name) ?? []).map(entry);
-  const head = el("p", { class: "big" }, "The data are ", el("span", { class: `badge ${checked.verdict}` }, WORDS[checked.verdict]), ".");
-  const rest = el("details", {}, el("summary", {}, `${fine.length} checks passed`), el("ul", { class: "findings" }, ...fine));
-  return el("div", { class: "card-part" }, head, troubles.length > 0 && el("ul", { class: "findings" }, ...troubles), rest);
+  const head = el("p", { class: "big" }, "The data are ", el("span", { class: `badge ${checked.verdict}` }, WHOLE[checked.verdict]), ".");
+  const rest = el("details", {}, el("summary", {}, fine.length === 1 ? "1 check passed" : `${fine.length} checks passed`), el("ul", { class: "findings" }, ...fine));
+  return el("div", { class: "card-part" }, head, listed.length > 0 && el("ul", { class: "findings" }, ...listed), more > 0 && el("p", {}, `And ${more} more.`), rest);
 }
 
 function entry(item: Checked["items"][number]): HTMLElement {

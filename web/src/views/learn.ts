@@ -78,7 +78,8 @@ class Learn implements View {
     if (steps > 0) values["steps"] = String(steps);
     if (seed > 0) values["seed"] = String(seed);
     address.write("learn", values);
-    const recorded = starts.length > 0 ? `${starts.length} begun by hand` : `${motions} from random states`;
+    const counted = (n: number) => (n === 1 ? "1 motion" : `${n} motions`);
+    const recorded = starts.length > 0 ? `${counted(starts.length)} begun by hand` : `${counted(motions)} from random states`;
     this.count.textContent = `${recorded}, 4 s each, 50 samples a second`;
   }
 
@@ -125,12 +126,8 @@ class Learn implements View {
   private questions(): HTMLElement {
     const friction = toggle("What if there is friction?", this.setup.friction > 0, (on) => this.change({ friction: on ? 0.1 : 0 }));
     const positions = toggle("What if we only have positions?", this.setup.positionsOnly, (on) => this.change({ positionsOnly: on }));
-    const answers = el(
-      "div",
-      {},
-      el("p", { class: "hint" }, "Friction takes energy: the Lagrangian is then learned together with a force against the velocity, and the energy falls as it does in the truth."),
-      el("p", { class: "hint" }, "From positions alone, velocities and accelerations are estimated first. Noise then weighs more: try both."),
-    );
-    return el("section", { class: "card", "aria-label": "Questions" }, el("h3", {}, "Questions"), friction, positions, answers);
+    const takes = el("p", { class: "hint" }, "Friction takes energy: the Lagrangian is then learned together with a force against the velocity, and the energy falls as it does in the truth.");
+    const alone = el("p", { class: "hint" }, "From positions alone, velocities and accelerations are estimated first. Noise then weighs more: try both.");
+    return el("section", { class: "card", "aria-label": "Questions" }, el("h3", {}, "Questions"), friction, takes, positions, alone);
   }
 }

@@ -9,7 +9,7 @@ import * as address from "../ui/address";
 import { button, select, short, slider } from "../ui/controls";
 import { el } from "../ui/element";
 import { Message } from "../ui/message";
-import { type Curve, Plot } from "../ui/plot";
+import { type Curve, Plot, type Spot } from "../ui/plot";
 import { StateSliders } from "./state";
 import type { Entry, View } from "./view";
 
@@ -28,8 +28,9 @@ class Play implements View {
   private readonly stage: Stage;
   private readonly energy = new Plot({ title: "Energy", x: "time, s", y: "J" });
   private readonly phase = new Plot({ title: "Phase portrait", x: "position", y: "velocity" });
+  private readonly names = FIGURES.map((name) => el("dt", {}, name));
   private readonly values = FIGURES.map(() => el("dd"));
-  private readonly figures = el("dl", { class: "figures" }, ...FIGURES.map((name, i) => el("div", {}, el("dt", {}, name), this.values[i])));
+  private readonly figures = el("dl", { class: "figures" }, ...this.names.map((name, i) => el("div", {}, name, this.values[i])));
   private readonly state: StateSliders;
   private readonly hint = el("p", { class: "hint" });
   private readonly run = button("Pause", () => this.toggle());
@@ -145,6 +146,11 @@ class Play implements View {
 
   private showFigures(motion: Motion): void {
     const n = motion.coordinates.length;
+    const units = [...new Set(motion.coordinates.map((c) => c.unit))];
+    const rates = units.map((unit) => `${unit}/s`);
+    this.names[3]?.replaceChildren(`position q, ${units.join(", ")}`);
+    this.names[4]?.replaceChildren(`velocity q̇, ${rates.join(", ")}`);
+    this.phase.name(`position, ${units.join(" or ")}`, `velocity, ${rates.join(" or ")}`);
     const energy = { name: "energy", colour: "--truth", x: motion.t, y: motion.energy };
     this.energy.show([energy], 0.2 * this.scene.reference);
     const name = (i: number) => motion.coordinates[i]?.name ?? "";
@@ -183,7 +189,14 @@ class Play implements View {
     const body: Body = { state, colour: "--truth", trail: this.trail(motion, now) };
     this.stage.show([body]);
     this.energy.mark(now);
+    this.phase.spot(state.q.map((q, i) => this.spot(motion, i, q, state.qd[i] ?? NaN)));
     this.write(motion, now);
+  }
+
+  /** Where coordinate i is in the phase portrait. */
+  private spot(motion: Motion, i: number, q: number, qd: number): Spot {
+    const [x = q] = motion.coordinates[i]?.circle ? wrapped([q]) : [q];
+    return { x, y: qd, colour: COLOURS[i] ?? "--truth" };
   }
 
   private trail(motion: Motion, now: number): Body["trail"] {

@@ -36,6 +36,8 @@ const SIDES: Side[] = ["plain", "lagrangian"];
 const RECORDED = 4;
 const INTERVAL = 0.02;
 const PREDICTED = 30;
+/** The largest error whose figure says something, in percent: beyond it a motion has gone astray. */
+const MOST = 1000;
 
 export class Race {
   readonly element = el("section", { class: "card", "aria-label": "Learning" });
@@ -56,6 +58,8 @@ export class Race {
   private readonly losses: Partial<Record<Side, Progress[]>> = {};
   private motions: Partial<Record<Side | "truth", Motion>> = {};
   private learning = false;
+  /** Counts what was begun and ended, so that what was given up ends nothing that was begun since. */
+  private round = 0;
   private trial: Trial;
   private asked = 0;
 
@@ -73,7 +77,8 @@ export class Race {
     this.save.disabled = true;
     const caption = el("p", { class: "hint" }, "Drag the true body: all three begin again from there.");
     const start = el("details", {}, el("summary", {}, "Set the start with sliders"), this.state.element);
-    this.element.append(this.stage.canvas, caption, start, this.legend(), el("div", { class: "row" }, this.go, this.move, this.save), this.bar, this.message.element);
+    const buttons = el("div", { class: "row" }, this.go, this.move, this.save);
+    this.element.append(buttons, this.bar, this.message.element, this.stage.canvas, this.legend(), caption, start);
     this.figures.append(this.result, this.energy.element, this.loss.element);
     this.result.textContent = "Nothing is learned yet: press Learn.";
     void this.from(this.trial.start);
@@ -119,15 +124,17 @@ export class Race {
     this.forget();
     this.message.clear();
     this.setLearning(true);
+    const round = ++this.round;
     try {
       await Promise.all(SIDES.map((side) => this.one(side)));
       await this.compare();
       this.save.disabled = false;
+      this.setLearning(false);
     } catch (error) {
+      if (round !== this.round) return;
       this.cancel();
       this.message.fail(error);
     }
-    this.setLearning(false);
   }
 
   private one(side: Side): Promise<void> {
@@ -162,6 +169,7 @@ export class Race {
   }
 
   private cancel(): void {
+    this.round += 1;
     Object.values(this.sides).forEach((side) => side.stop());
     this.setLearning(false);
   }
@@ -206,8 +214,8 @@ export class Race {
   private async compare(): Promise<void> {
     const { scene, friction } = this.setup;
     if (friction > 0) {
-      const errors = SIDES.map((side) => [side, this.lastError(side)] as const);
-      this.write(errors, `How far the energy is off after ${PREDICTED} s, in percent of ${short(scene.reference)} J:`);
+      const errors = SIDES.map((side) => [side, this.largestError(side)] as const);
+      this.write(errors, `How far the energy is off at most in ${PREDICTED} s, in percent of ${short(scene.reference)} J:`);
       return;
     }
     this.result.textContent = "Predicting 100 s from ten other starts …";
@@ -217,15 +225,16 @@ export class Race {
     this.write(errors, "Energy error after 100 s, mean of ten other starts:");
   }
 
-  private lastError(side: Side): number {
-    const [own, truth] = [this.motions[side], this.motions.truth];
-    const k = (own?.energy.length ?? 0) - 1;
-    return (100 * Math.abs((own?.energy[k] ?? NaN) - (truth?.energy[k] ?? NaN))) / this.setup.scene.reference;
+  /** In percent of the reference, along the motion that is shown: at its end all of them are at rest. */
+  private largestError(side: Side): number {
+    const [own, truth] = [this.motions[side]?.energy ?? [], this.motions.truth?.energy ?? []];
+    const errors = own.map((energy, k) => Math.abs(energy - (truth[k] ?? NaN)));
+    return (100 * Math.max(...errors)) / this.setup.scene.reference;
   }
 
   private write(errors: (readonly [Side, number])[], what: string): void {
     const figure = ([side, percent]: readonly [Side, number]) =>
-      el("span", { class: `big ${side}-ink`, "data-side": side, "data-percent": percent }, `${NAMES[side]} ${short(percent)} %`);
+      el("span", { class: `big ${side}-ink`, "data-side": side, "data-percent": percent }, `${NAMES[side]} ${percent > MOST ? `more than ${MOST}` : short(percent)} %`);
     this.result.replaceChildren(el("span", {}, what), ...errors.toReversed().map(figure));
   }
 

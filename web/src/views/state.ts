@@ -30,7 +30,8 @@ export class StateSliders {
           this.state = { ...this.state, [kind]: this.state[kind].with(i, x) };
           this.changed(this.state);
         };
-        return slider({ label: `${symbol}${several ? i + 1 : ""} at the start`, min: -bound, max: bound, step: 0.01, value, changed });
+        const unit = (scene.units[i] ?? "") + (kind === "q" ? "" : "/s");
+        return slider({ label: `${symbol}${several ? i + 1 : ""} at the start`, unit, min: -bound, max: bound, step: 0.01, value, changed });
       });
     this.sliders = [...of("q", "q"), ...of("qd", "q̇")];
     this.element.replaceChildren(...this.sliders.map((own) => own.element));

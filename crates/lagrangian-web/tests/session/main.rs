@@ -75,6 +75,35 @@ fn a_table_with_decimal_commas_and_degrees_becomes_radians() {
 }
 
 #[test]
+fn files_that_join_become_the_motions_of_one_data_set() {
+    let mut session = Session::default();
+    let table = |shift: u32| {
+        let row = |k: u32| format!("{},{}\n", f64::from(k) / 50.0, f64::from(k + shift));
+        "t,q1\n".to_string() + &(0..30).map(row).collect::<String>()
+    };
+    let inspect =
+        |name: &str, joins: bool| json!({ "ask": "inspect", "name": name, "joins": joins });
+    let read = json!({ "ask": "read", "t": "t", "q": ["q1"] });
+    for (name, joins) in [("a.csv", false), ("b.csv", true), ("c.csv", true)] {
+        give(&mut session, &inspect(name, joins), table(7).as_bytes()).unwrap();
+    }
+    let summary = ask(&mut session, &read);
+    assert_eq!(
+        (&summary["recordings"], &summary["samples"]),
+        (&json!(3), &json!(90))
+    );
+    give(
+        &mut session,
+        &inspect("other.csv", true),
+        b"t,x\n0,1\n1,2\n",
+    )
+    .unwrap();
+    assert!(refused(&mut session, &read).contains("q1"));
+    give(&mut session, &inspect("d.csv", false), table(0).as_bytes()).unwrap();
+    assert_eq!(ask(&mut session, &read)["recordings"], json!(1));
+}
+
+#[test]
 fn every_wrong_request_is_an_answer_that_says_what_to_do() {
     let mut session = Session::default();
     let state =
