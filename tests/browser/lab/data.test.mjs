@@ -50,6 +50,18 @@ test("a recording is checked, fitted, saved, and its model dropped again", async
   await close();
 });
 
+test("several files are several motions, and a model is read alone", async () => {
+  const { page, wrong, close } = await open(own, `${server.url}#data`);
+  const file = (name, buffer) => ({ name, mimeType: "text/csv", buffer: Buffer.from(buffer) });
+  await page.getByLabel("Choose a file").setInputFiles([file("first.csv", phyphox()), file("second.csv", phyphox()), file("third.csv", phyphox())]);
+  await page.getByRole("button", { name: "Check the data" }).click();
+  await page.getByText("1200 samples of 3 motions").waitFor();
+  await page.getByLabel("Choose a file").setInputFiles([file("first.csv", phyphox()), file("a.safetensors", "")]);
+  await page.getByText("A model is read alone: choose it without other files.").waitFor();
+  assert.deepEqual(wrong, []);
+  await close();
+});
+
 test("decimal commas are understood and degrees are declared by a person", async () => {
   const { page, wrong, close } = await open(own, `${server.url}#data`);
   await give(page, "phone.csv", phyphox());

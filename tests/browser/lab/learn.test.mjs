@@ -90,7 +90,7 @@ test("motions that a hand begins become the data", async () => {
     await page.mouse.up();
     angle = next;
   }
-  await page.getByText("4 begun by hand").waitFor();
+  await page.getByText("4 motions begun by hand").waitFor();
   await page.getByRole("button", { name: "Learn", exact: true }).click();
   assert.ok((await percent(page, "lagrangian")) < 100);
   assert.deepEqual(wrong, []);

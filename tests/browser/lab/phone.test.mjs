@@ -69,7 +69,7 @@ test("the start of the race and of recorded motions is set with sliders", async 
     await put(data, "q at the start", angle);
     await data.getByRole("button", { name: "Record this start" }).click();
   }
-  await page.getByText("3 begun by hand").waitFor();
+  await page.getByText("3 motions begun by hand").waitFor();
   assert.deepEqual(wrong, []);
   await close();
 });
