@@ -19,6 +19,9 @@ pub(super) struct Tick {
 /// Larger values have no place on a plot: the arithmetic of its axes would overflow.
 const LARGEST: f64 = 1e300;
 
+/// Leading digits of the ticks of a logarithmic axis of less than two decades.
+const DIGITS: [i32; 3] = [1, 2, 5];
+
 impl Laid {
     /// The axis that holds all finite values with a margin (a fraction of its length), or `None` where there are none.
     pub(super) fn new(axis: &Axis, values: impl Iterator<Item = f64>, margin: f64) -> Option<Self> {
@@ -43,12 +46,14 @@ impl Laid {
         })
     }
 
-    /// The same axis with its ends moved outwards to ticks, of which there are about `count`; an axis of things, and a
-    /// logarithmic one of less than two decades, stay as they are.
+    /// The same axis with its ends moved outwards to ticks, of which there are about `count`; an axis of things stays as it is.
     pub(super) fn ended_at_ticks(mut self, count: usize) -> Self {
         let span = self.high - self.low;
-        if self.has_names() || (self.log && span < 2.0) {
+        if self.has_names() {
             return self.widened(0.06 * span);
+        }
+        if self.log && span < 2.0 {
+            return self.ended_between_decades(count);
         }
         let step = if self.log {
             (span / count as f64).floor() + 1.0
@@ -58,6 +63,41 @@ impl Laid {
         self.low = (self.low / step + 1e-9).floor() * step;
         self.high = (self.high / step - 1e-9).ceil() * step;
         self
+    }
+
+    /// A logarithmic axis of less than two decades with its ends at 1, 2 or 5 times powers of ten; at whole powers where that makes
+    /// it longer than [`Self::between_decades`] serves, at linear ticks where it spans too little for two of them.
+    fn ended_between_decades(self, count: usize) -> Self {
+        let with = |low, high| Self {
+            low,
+            high,
+            names: Vec::new(),
+            ..self
+        };
+        if self.digits().len() < 2 {
+            let linear = Self {
+                log: false,
+                ..with(10f64.powf(self.low), 10f64.powf(self.high))
+            };
+            let linear = linear.ended_at_ticks(count);
+            let low = positive_log(linear.low);
+            return with(
+                if low.is_finite() { low } else { self.low },
+                linear.high.log10(),
+            );
+        }
+        let places = (self.low.floor() as i32..=self.high.ceil() as i32)
+            .flat_map(|k| DIGITS.map(|digit| f64::from(k) + f64::from(digit).log10()));
+        let low = places.clone().filter(|place| *place <= self.low + 1e-9);
+        let high = places.filter(|place| *place >= self.high - 1e-9);
+        let (low, high) = (
+            low.fold(self.low.floor(), f64::max),
+            high.fold(self.high.ceil(), f64::min),
+        );
+        match with(low, high).whole_decades() {
+            (first, last) if last - first < 2 => with(low, high),
+            _ => with(low.floor(), high.ceil()),
+        }
     }
 
     fn widened(self, margin: f64) -> Self {
@@ -115,12 +155,9 @@ impl Laid {
     }
 
     fn decades(&self, count: usize) -> Vec<(f64, String)> {
-        let (first, last) = (
-            (self.low - 1e-9).ceil() as i32,
-            (self.high + 1e-9).floor() as i32,
-        );
+        let (first, last) = self.whole_decades();
         if last - first < 2 {
-            return self.between_decades(first - 1, last, count);
+            return self.between_decades(count);
         }
         let every = ((last - first) as usize / count.max(1) + 1) as i32;
         let plain = first >= -3 && last <= 4;
@@ -137,20 +174,32 @@ impl Laid {
             .collect()
     }
 
+    /// The first and the last power of ten on a logarithmic axis.
+    fn whole_decades(&self) -> (i32, i32) {
+        (
+            (self.low - 1e-9).ceil() as i32,
+            (self.high + 1e-9).floor() as i32,
+        )
+    }
+
     /// Ticks at 1, 2 and 5 times powers of ten, for an axis of less than two decades.
-    fn between_decades(&self, first: i32, last: i32, count: usize) -> Vec<(f64, String)> {
-        let digits = [1, 2, 5].into_iter();
-        let all = (first..=last).flat_map(|k| digits.clone().map(move |digit| (k, digit)));
-        let inside = all.map(|(k, digit)| (f64::from(k) + f64::from(digit).log10(), k, digit));
-        let inside: Vec<_> = inside
-            .filter(|(inner, ..)| *inner >= self.low - 1e-9 && *inner <= self.high + 1e-9)
-            .collect();
+    fn between_decades(&self, count: usize) -> Vec<(f64, String)> {
+        let inside = self.digits();
         if inside.len() < 2 {
             return self.shrunk_linear(count);
         }
         inside
             .into_iter()
             .map(|(inner, k, digit)| (inner, times_power(digit, k)))
+            .collect()
+    }
+
+    /// Where 1, 2 and 5 times powers of ten stand on a logarithmic axis.
+    fn digits(&self) -> Vec<(f64, i32, i32)> {
+        let (first, last) = self.whole_decades();
+        let all = (first - 1..=last).flat_map(|k| DIGITS.map(|digit| (k, digit)));
+        let all = all.map(|(k, digit)| (f64::from(k) + f64::from(digit).log10(), k, digit));
+        all.filter(|(inner, ..)| *inner >= self.low - 1e-9 && *inner <= self.high + 1e-9)
             .collect()
     }
 
@@ -316,7 +365,23 @@ mod tests {
             let [low, high] = axis(&linear, &[0.0, top]);
             assert!(low.abs() < 1e-15 && high < 2.0 * top, "{top}: {high}");
         }
-        let [low, high] = axis(&Axis::log("y", ""), &[3e-9, 4.0]);
+        let log = Axis::log("y", "");
+        for values in [
+            [0.05, 0.3],
+            [0.9, 11.0],
+            [1.0, 1.1],
+            [0.011, 1.05],
+            [2e-7, 3e-6],
+            [3.0, 4.9],
+        ] {
+            let [low, high] = axis(&log, &values);
+            assert!(
+                high - low < 2.1 * (values[1] / values[0]).log10() + 0.41,
+                "{values:?}: {low} {high}"
+            );
+        }
+        assert_eq!(labels(&log, &[0.05, 0.5], 6), ["0.05", "0.1", "0.2", "0.5"]);
+        let [low, high] = axis(&log, &[3e-9, 4.0]);
         assert!(low <= -9.0 && (high - 2.0).abs() < 1e-9, "{low} {high}");
     }
 
