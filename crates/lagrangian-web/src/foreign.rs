@@ -60,16 +60,21 @@ pub(crate) fn table(bytes: &[u8]) -> Table {
     }
 }
 
-/// The text of a file: UTF-8, else UTF-16 where it begins with its mark, else Latin-1 where no letter is a control character.
+/// The text of a file: UTF-8, else UTF-16 where it begins with its mark, else Latin-1; none where a letter of these is a control
+/// character.
 fn decoded<'a>(bytes: &'a [u8], notes: &mut Vec<String>) -> Option<Cow<'a, str>> {
     if let Ok(text) = std::str::from_utf8(bytes) {
         return Some(text.into());
     }
-    let (text, encoding) = match bytes {
+    let (text, encoding): (String, _) = match bytes {
         [0xff, 0xfe, rest @ ..] => (utf16(rest, u16::from_le_bytes)?, "UTF-16"),
         [0xfe, 0xff, rest @ ..] => (utf16(rest, u16::from_be_bytes)?, "UTF-16"),
-        _ => (latin1(bytes)?, "Latin-1"),
+        _ => (bytes.iter().copied().map(char::from).collect(), "Latin-1"),
     };
+    let is_text = |letter: char| !letter.is_ascii_control() || "\t\r\n".contains(letter);
+    if !text.chars().all(is_text) {
+        return None;
+    }
     notes.push(format!(
         "the text is not in UTF-8; it was read as {encoding}"
     ));
@@ -81,12 +86,6 @@ fn utf16(bytes: &[u8], number: fn([u8; 2]) -> u16) -> Option<String> {
     let numbers: Vec<u16> = pairs.iter().map(|pair| number(*pair)).collect();
     let text = rest.is_empty().then(|| String::from_utf16(&numbers));
     text?.ok()
-}
-
-fn latin1(bytes: &[u8]) -> Option<String> {
-    let is_text = |byte: &u8| !byte.is_ascii_control() || b"\t\r\n".contains(byte);
-    let all = bytes.iter().all(is_text);
-    all.then(|| bytes.iter().copied().map(char::from).collect())
 }
 
 /// The text from its header on: titles and comments have one cell where the line after them has several.
@@ -308,7 +307,12 @@ mod tests {
 
     #[test]
     fn bytes_that_are_no_text_are_left_to_the_library() {
-        let bytes = [0xff, 0xfe, 0, 1];
-        assert_eq!(table(&bytes).plain, bytes);
+        for bytes in [
+            [0xff, 0xfe, 0, 0],
+            [0xff, 0xfe, 0, 0xd8],
+            [0x89, b'P', 0, 1],
+        ] {
+            assert_eq!(table(&bytes).plain, bytes);
+        }
     }
 }
