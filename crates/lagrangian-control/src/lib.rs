@@ -60,7 +60,6 @@ mod gains;
 mod gravity_compensation;
 mod latency;
 mod loop_config;
-mod lqr;
 pub mod online;
 pub mod payload;
 mod pd;
@@ -68,8 +67,6 @@ mod reference;
 mod sensors;
 mod simulated;
 mod simulation;
-mod swing_up;
-mod swing_up_config;
 
 pub use computed_torque::ComputedTorque;
 pub use feed_forward::FeedForward;
@@ -78,14 +75,11 @@ pub use gains::{Gains, inertia_along};
 pub use gravity_compensation::GravityCompensation;
 pub use latency::{Latency, LatencyBin, Quantiles};
 pub use loop_config::LoopConfig;
-pub use lqr::{Linearisation, Lqr};
 pub use pd::Pd;
 pub use reference::{Desired, Reference};
 pub use sensors::{Sensors, VelocitySource};
 pub use simulated::{Driven, LoopOutcome};
 pub use simulation::Simulation;
-pub use swing_up::SwingUp;
-pub use swing_up_config::{Machine, SwingUpConfig};
 
 /// Computes the torques of a robot from the measured state.
 pub trait Controller {

@@ -6,7 +6,10 @@ use rand_chacha::ChaCha8Rng;
 use crate::data::{accelerations, thinned};
 use lagrangian::analytic::{AnalyticModel, by_name};
 use lagrangian::{Dataset, Model, Result, Trajectory};
-use lagrangian_control::{LoopConfig, LoopOutcome, Machine, Simulation, SwingUp};
+use lagrangian_control::{LoopConfig, LoopOutcome, Simulation};
+
+use super::config::Machine;
+use super::controller::SwingUp;
 
 /// Time that a swing-up may take, s.
 pub(crate) const SECONDS: f64 = 20.0;

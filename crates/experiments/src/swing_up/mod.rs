@@ -1,15 +1,20 @@
 //! Pendulums that are swung up through a learned energy, against the true one.
 
 mod attempts;
+mod config;
+mod controller;
+mod lqr;
+#[cfg(test)]
+mod tests;
 
 use anyhow::Result;
 use lagrangian::{DelanConfig, FitConfig, Loss, Model};
-use lagrangian_control::Machine;
 use lagrangian_report::{Axis, Role};
 
 use crate::harness::spread::median;
 use crate::harness::{Contestant, Experiment, Lab, Row, contestant, less, more};
 use attempts::{Attempt, attempts, excitation, machine};
+use config::Machine;
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
     name: "swing-up",

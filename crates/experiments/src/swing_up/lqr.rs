@@ -14,11 +14,11 @@ use lagrangian::{Error, Model, Result};
 
 /// A model near an equilibrium: x′ = A x + B u.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Linearisation {
+pub(crate) struct Linearisation {
     /// A, `[2n, 2n]`.
-    pub a: Vec<f64>,
+    pub(crate) a: Vec<f64>,
     /// B, the column of the one input, `[2n]`.
-    pub b: Vec<f64>,
+    pub(crate) b: Vec<f64>,
 }
 
 /// Step of the differences, in rad, rad/s and N·m (of order one): rounding and curvature both stay below 1e-8.
@@ -29,7 +29,7 @@ impl Linearisation {
     ///
     /// # Errors
     /// [`Error::NotFinite`] where the model is not finite there.
-    pub fn about(model: &dyn Model, q: &[f64], actuated: usize) -> Result<Self> {
+    pub(crate) fn about(model: &dyn Model, q: &[f64], actuated: usize) -> Result<Self> {
         let n = q.len();
         let mut evaluator = model.evaluator();
         let at = vec![0.0; 3 * n];
@@ -92,11 +92,11 @@ const HORIZON: usize = 200_000;
 
 /// A linear-quadratic regulator, u = −K (q − q*, q̇).
 #[derive(Debug, Clone, PartialEq)]
-pub struct Lqr {
+pub(crate) struct Lqr {
     /// K, `[2n]`.
-    pub gain: Vec<f64>,
+    pub(crate) gain: Vec<f64>,
     /// P, `[2n, 2n]`.
-    pub cost_to_go: Vec<f64>,
+    pub(crate) cost_to_go: Vec<f64>,
 }
 
 impl Lqr {
@@ -104,7 +104,12 @@ impl Lqr {
     ///
     /// # Errors
     /// [`Error::Argument`] for costs or a tick outside their domain, or where the input cannot stabilise the state.
-    pub fn design(linear: &Linearisation, h: f64, state: &[f64], input: f64) -> Result<Self> {
+    pub(crate) fn design(
+        linear: &Linearisation,
+        h: f64,
+        state: &[f64],
+        input: f64,
+    ) -> Result<Self> {
         let size = linear.b.len();
         let argument = |name, value: String, must| Err(Error::Argument { name, value, must });
         if !(h > 0.0 && h <= 0.1) {
@@ -144,7 +149,7 @@ impl Lqr {
 
     /// The input u for a deviation x from the equilibrium, `[2n]`.
     #[must_use]
-    pub fn input(&self, x: &[f64]) -> f64 {
+    pub(crate) fn input(&self, x: &[f64]) -> f64 {
         -self.gain.iter().zip(x).map(|(k, x)| k * x).sum::<f64>()
     }
 }

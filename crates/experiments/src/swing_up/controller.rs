@@ -13,14 +13,16 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::{Controller, Linearisation, Lqr, SwingUpConfig};
+use super::config::SwingUpConfig;
+use super::lqr::{Linearisation, Lqr};
 use lagrangian::{Error, Evaluator, Model, Result};
+use lagrangian_control::Controller;
 
 /// The regulator gives up where the pendulum is this many times `catch` from the top.
 const LET_GO: f64 = 2.0;
 
 /// Swings a pendulum up by its energy, then balances it.
-pub struct SwingUp<'a> {
+pub(crate) struct SwingUp<'a> {
     config: SwingUpConfig,
     evaluator: Box<dyn Evaluator + 'a>,
     lqr: Lqr,
@@ -48,7 +50,7 @@ impl<'a> SwingUp<'a> {
     /// # Errors
     /// [`Error::Argument`] for settings outside their domain or a model without energy; as [`Linearisation::about`]
     /// and [`Lqr::design`].
-    pub fn new(model: &'a dyn Model, config: SwingUpConfig, h: f64) -> Result<Self> {
+    pub(crate) fn new(model: &'a dyn Model, config: SwingUpConfig, h: f64) -> Result<Self> {
         let n = model.coordinates().dof();
         config.validate(n)?;
         let linear = Linearisation::about(model, &config.up, config.actuated)?;
@@ -65,12 +67,6 @@ impl<'a> SwingUp<'a> {
         };
         new.measure()?;
         Ok(new)
-    }
-
-    /// Whether the regulator balances the pendulum.
-    #[must_use]
-    pub fn balancing(&self) -> bool {
-        self.balancing
     }
 
     /// Energies at the ends of the swing, and the speed that belongs to their difference.

@@ -9,7 +9,7 @@ use lagrangian::{Error, Result};
 /// The machines that have default settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Machine {
+pub(crate) enum Machine {
     /// A pendulum whose motor is too weak to lift it at once.
     Pendulum,
     /// A pendulum on a cart.
@@ -20,11 +20,11 @@ pub enum Machine {
 
 impl Machine {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Pendulum, Self::CartPole, Self::FurutaPendulum];
+    pub(crate) const ALL: [Self; 3] = [Self::Pendulum, Self::CartPole, Self::FurutaPendulum];
 
     /// The name of the analytic system.
     #[must_use]
-    pub fn system(self) -> &'static str {
+    pub(crate) fn system(self) -> &'static str {
         match self {
             Self::Pendulum => "pendulum",
             Self::CartPole => "cart-pole",
@@ -34,7 +34,7 @@ impl Machine {
 
     /// Settings for the default parameters of the system.
     #[must_use]
-    pub fn config(self) -> SwingUpConfig {
+    pub(crate) fn config(self) -> SwingUpConfig {
         let shared = SwingUpConfig {
             actuated: 0,
             pendulum: 1,
@@ -79,29 +79,29 @@ impl Machine {
 /// Settings of a swing-up.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct SwingUpConfig {
+pub(crate) struct SwingUpConfig {
     /// The driven coordinate a.
-    pub actuated: usize,
+    pub(crate) actuated: usize,
     /// The coordinate p of the pendulum.
-    pub pendulum: usize,
+    pub(crate) pendulum: usize,
     /// The position q with the pendulum at the top and a at its home, `[n]`.
-    pub up: Vec<f64>,
+    pub(crate) up: Vec<f64>,
     /// The largest input, N·m (N).
-    pub limit: f64,
+    pub(crate) limit: f64,
     /// The gain k of the energy law, relative to the energy between bottom and top.
-    pub energy_gain: f64,
+    pub(crate) energy_gain: f64,
     /// The largest demanded acceleration `v_max`, rad/s² (m/s²); not used where a = p.
-    pub acceleration: f64,
+    pub(crate) acceleration: f64,
     /// The stiffness `k_q` that holds a near its home, s⁻².
-    pub home_gain: f64,
+    pub(crate) home_gain: f64,
     /// The damping `k_d` of a, s⁻¹.
-    pub home_damping: f64,
+    pub(crate) home_damping: f64,
     /// The angle from the top within which the regulator may take over, rad.
-    pub catch: f64,
+    pub(crate) catch: f64,
     /// The costs of (q − up)² and q̇² for the regulator, `[2n]`.
-    pub state_cost: Vec<f64>,
+    pub(crate) state_cost: Vec<f64>,
     /// The cost of u² for the regulator.
-    pub input_cost: f64,
+    pub(crate) input_cost: f64,
 }
 
 impl SwingUpConfig {
@@ -109,7 +109,7 @@ impl SwingUpConfig {
     ///
     /// # Errors
     /// [`Error::Argument`] for the first that is outside its domain.
-    pub fn validate(&self, n: usize) -> Result<()> {
+    pub(crate) fn validate(&self, n: usize) -> Result<()> {
         let argument = |name, value: String, must| Err(Error::Argument { name, value, must });
         if self.actuated >= n || self.pendulum >= n || self.up.len() != n {
             let found = format!("{} and {} of {n}", self.actuated, self.pendulum);
