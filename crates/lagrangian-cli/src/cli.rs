@@ -215,7 +215,7 @@ pub(crate) struct DemoArgs {
     pub(crate) out: PathBuf,
 
     /// Time for each of the two fits, s
-    #[arg(long, default_value_t = 55.0, value_parser = positive)]
+    #[arg(long, default_value_t = 22.0, value_parser = positive)]
     pub(crate) seconds: f64,
 
     /// Number of states to learn from
