@@ -1,6 +1,6 @@
 //! Chores of the project: `cargo xtask test` runs everything that must hold before a change is accepted, `cargo xtask
 //! race` times it beside its peers, `cargo xtask bench` against the limits of the machine, `cargo xtask bits` compares the
-//! bits of what it computes with a record, `cargo xtask sanitize` runs the tests of unsafe code under a sanitizer, `cargo xtask
+//! bits of what it computes with a record, `cargo xtask lines` holds each crate to its budget of lines, `cargo xtask sanitize` runs the tests of unsafe code under a sanitizer, `cargo xtask
 //! kill` ends fits in every way in which they may end, `cargo xtask fuzz` gives changed files to every parser, `cargo xtask deny`
 //! checks the licences of what is linked, `cargo xtask docs` builds the documentation as a site and runs its tutorials, `cargo xtask
 //! adapters` runs exported models in `CasADi` and `FMPy`, `cargo xtask wheel` builds the wheel of the Python package and tries it,
@@ -15,6 +15,7 @@ mod docs;
 mod environment;
 mod fuzz;
 mod kill;
+mod lines;
 mod page;
 mod plain;
 mod python;
@@ -33,6 +34,7 @@ usage: cargo xtask test
        cargo xtask race …
        cargo xtask bench …
        cargo xtask bits …
+       cargo xtask lines …
        cargo xtask sanitize
        cargo xtask kill …
        cargo xtask fuzz …
@@ -44,7 +46,7 @@ usage: cargo xtask test
        cargo xtask browser …
        cargo xtask web …
 
-  test   format, clippy, tests (unit, integration, doc), documentation, examples, benches once, the Python package, exported models in other programs, the site of the documentation with its tutorials, pages and the laboratory in a real browser, the sanitizer, some killed fits, changed files, a small race; stops at the first failure";
+  test   format, lines, clippy, tests (unit, integration, doc), documentation, examples, benches once, the Python package, exported models in other programs, the site of the documentation with its tutorials, pages and the laboratory in a real browser, the sanitizer, some killed fits, changed files, a small race; stops at the first failure";
 
 /// One command that must succeed.
 struct Step {
@@ -80,11 +82,12 @@ impl Step {
 }
 
 /// In the order of what fails soonest.
-const TEST: [Step; 15] = [
+const TEST: [Step; 16] = [
     Step {
         component: Some("rustfmt"),
         ..Step::of_cargo("format", &["fmt", "--all", "--check"])
     },
+    Step::chore("lines", &["lines"]),
     Step {
         component: Some("clippy"),
         ..Step::of_cargo(
@@ -166,6 +169,7 @@ fn main() -> ExitCode {
         ["test"] => run(&TEST).map(Some).map_err(Failure::from),
         ["race", ref flags @ ..] => race::main(flags).map(|()| None),
         ["bench", ref flags @ ..] => bench::main(flags).map(|()| None),
+        ["lines", ref flags @ ..] => lines::main(flags).map(|()| None),
         ["bits", ref flags @ ..] => bits::main(flags).map(|()| None),
         ["kill", ref flags @ ..] => kill::main(flags).map(|()| None),
         ["fuzz", ref flags @ ..] => fuzz::main(flags).map(|()| None),
@@ -179,7 +183,8 @@ fn main() -> ExitCode {
         ["sanitize", ref flags @ ..] => sanitize::main(flags).map(|()| None),
         ["help" | "-h" | "--help"] => {
             println!(
-                "{USAGE}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}",
+                "{USAGE}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}",
+                lines::USAGE,
                 race::usage(),
                 bench::USAGE,
                 bits::USAGE,
