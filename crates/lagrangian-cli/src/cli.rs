@@ -83,9 +83,13 @@ pub(crate) enum Command {
     Action(Box<ActionArgs>),
     /// Write the page of a run again, and pictures of it
     Report(ReportArgs),
-    /// Open the laboratory in the browser: play with systems, learn their Lagrangians, check and fit files
-    #[cfg(feature = "lab")]
-    Lab(LabArgs),
+    /// Name the command that serves the laboratory in the browser
+    #[command(hide = true)]
+    Lab {
+        /// Flags of the server that this command had
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        flags: Vec<String>,
+    },
 }
 
 /// How the columns of a file are read; a TOML file beside it may say the same.
@@ -575,23 +579,6 @@ impl Cli {
             })
         })
     }
-}
-
-/// What `lagrangian lab` serves.
-#[cfg(feature = "lab")]
-#[derive(Debug, Args)]
-#[command(after_help = "\
-Examples:
-  lagrangian lab
-  lagrangian lab --no-open --folder web/dist")]
-pub(crate) struct LabArgs {
-    /// Folder of the page, where this build does not hold it or another is wanted
-    #[arg(long, value_name = "DIR")]
-    pub(crate) folder: Option<PathBuf>,
-
-    /// Do not open a browser
-    #[arg(long)]
-    pub(crate) no_open: bool,
 }
 
 #[cfg(test)]

@@ -24,8 +24,6 @@ mod identify_args;
 mod input;
 mod instructions;
 mod interrupt;
-#[cfg(feature = "lab")]
-mod lab;
 mod law_args;
 mod motion;
 mod out_args;

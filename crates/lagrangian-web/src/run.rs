@@ -89,7 +89,6 @@ impl Skin for Laboratory {
         let score = format!("lagrangian score {model} other.csv");
         let rollout = format!("lagrangian rollout {model} --follow other.csv --out predicted.csv");
         vec![
-            Command::new("This laboratory, where the run was made", "lagrangian lab"),
             Command::new("The saved model's figures on other recordings", score),
             Command::new(
                 "Its prediction of another motion, under its forces",

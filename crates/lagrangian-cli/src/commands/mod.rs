@@ -12,8 +12,6 @@ mod existence;
 mod export;
 mod fit;
 mod identify;
-#[cfg(feature = "lab")]
-mod lab;
 mod report;
 mod rollout;
 mod score;
@@ -29,6 +27,7 @@ use clap::Args;
 use serde_json::Value;
 
 use crate::cli::{Cli, Command};
+use crate::failure::mistake;
 use crate::interrupt;
 use crate::output;
 
@@ -75,8 +74,10 @@ pub(crate) fn run(cli: Cli) -> Result<ExitCode> {
         Command::Conserved(args) => conserved::run(&args, mode),
         Command::Action(args) => action::run(&args, mode),
         Command::Report(args) => report::run(&args, mode),
-        #[cfg(feature = "lab")]
-        Command::Lab(args) => lab::run(&args, mode),
+        Command::Lab { .. } => Err(mistake(
+            "the command does not serve the laboratory, whose page is static files in web/dist (made by `cargo xtask web --build`)",
+            "python3 -m http.server --directory web/dist",
+        )),
     }?;
     Ok(match interrupt::is_pressed() {
         true => ExitCode::from(interrupt::INTERRUPTED),

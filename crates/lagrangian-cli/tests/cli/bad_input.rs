@@ -12,6 +12,17 @@ fn a_missing_file_is_named() {
 }
 
 #[test]
+fn the_command_that_served_the_laboratory_names_the_server_to_use_instead() {
+    for line in ["lab", "lab --no-open --folder web/dist"] {
+        let message = Workbench::new().refuse(line);
+        assert!(
+            message.contains("hint: python3 -m http.server --directory web/dist"),
+            "{message}"
+        );
+    }
+}
+
+#[test]
 fn an_unknown_format_lists_the_known_ones() {
     let bench = Workbench::new();
     bench.write("a.xlsx", "");

@@ -12,8 +12,6 @@ mod identified;
 mod inputs;
 mod instructions;
 mod interrupted;
-#[cfg(feature = "lab")]
-mod lab;
 mod laws;
 mod learned;
 mod long_logs;
