@@ -10,21 +10,22 @@ import { data } from "./views/data";
 import { learn } from "./views/learn";
 import { lesson } from "./views/lesson";
 import { play } from "./views/play";
-import type { View } from "./views/view";
 
 const ENTRIES = [play, learn, data, lesson];
 
-let open: View | undefined;
+/** Aborted when the view is left. */
+let left = new AbortController();
 let shown = "";
 
 function show(): void {
-  const { view, values } = address.read();
-  const entry = ENTRIES.find((own) => own.name === view) ?? play;
-  open?.close();
-  open = entry.open(values);
+  const { view: name, values } = address.read();
+  const entry = ENTRIES.find((own) => own.name === name) ?? play;
+  left.abort();
+  left = new AbortController();
+  const view = entry.open(values, left.signal);
   document.title = `${entry.title} · lagrangian laboratory`;
   const main = byId("main");
-  main.replaceChildren(el("h2", { class: "hidden" }, entry.title), open.element);
+  main.replaceChildren(el("h2", { class: "hidden" }, entry.title), view);
   if (shown && shown !== entry.name) main.focus({ preventScroll: true });
   shown = entry.name;
   for (const tab of byId("tabs").querySelectorAll("a")) {

@@ -170,17 +170,9 @@ fn with_points(text: &str, separator: char) -> String {
 /// Names that a column of time has, before a unit in brackets.
 const TIMES: [&str; 4] = ["t", "time", "zeit", "temps"];
 /// Beginnings of names that are no coordinates: rates, forces, and what tells motions apart.
-const OTHERS: [&str; 9] = [
-    "qd",
-    "tau",
-    "trajectory",
-    "v",
-    "a_",
-    "dq",
-    "step",
-    "frame",
-    "p",
-];
+const OTHERS: [&str; 8] = ["qd", "tau", "trajectory", "v", "a_", "dq", "step", "frame"];
+/// Parts of units of rates, such as rad/s, m/s² and s⁻¹.
+const RATES: [&str; 6] = ["/s", "s^-", "s-1", "s⁻", "rpm", "hz"];
 
 impl Table {
     /// Refuses more columns, or longer names, than a page can show.
@@ -205,17 +197,14 @@ impl Table {
         self.headers.iter().find(own).cloned()
     }
 
-    /// The columns that look like coordinates: `q1 …`, else angles, else x and y, else the first after time.
+    /// The columns that look like coordinates: `q1 …`, else angles, else x and y, else the first after time; none that is a rate.
     pub(crate) fn coordinates(&self) -> Vec<String> {
         let time = self.time();
+        let known = |name: &str| OTHERS.iter().any(|other| name.starts_with(other));
         let rest = self.headers.iter().filter(|h| Some(*h) != time.as_ref());
-        let rest: Vec<&String> = rest.collect();
+        let rest: Vec<&String> = rest.filter(|h| !known(&bare(h)) && !is_rate(h)).collect();
         let of = |begins: &[&str]| -> Vec<String> {
-            let own = |h: &&&String| {
-                let name = bare(h);
-                begins.iter().any(|b| name.starts_with(b))
-                    && !OTHERS.iter().any(|other| name.starts_with(other))
-            };
+            let own = |h: &&&String| begins.iter().any(|b| bare(h).starts_with(b));
             rest.iter().filter(own).map(|h| (*h).clone()).collect()
         };
         let sets = [
@@ -241,9 +230,28 @@ fn bare(header: &str) -> String {
     name.trim().to_lowercase()
 }
 
+/// Whether the unit of a column is that of a rate, as a gyroscope's rad/s.
+fn is_rate(header: &str) -> bool {
+    let (_, unit) = header.split_once(['(', '[']).unwrap_or_default();
+    let unit = unit.to_lowercase().replace("/ s", "/s");
+    RATES.iter().any(|part| unit.contains(part))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_column_whose_unit_is_a_rate_is_no_coordinate() {
+        let gyroscope = "\"Time (s)\",\"Gyroscope x (rad/s)\",\"Absolute (rad/s)\"\n0,1,1\n";
+        assert!(table(gyroscope.as_bytes()).coordinates().is_empty());
+        for unit in ["m/s^2", "°/s", "deg / s", "rad s^-1", "m·s⁻¹", "rpm"] {
+            let read = table(format!("t [s],angle rate [{unit}],angle (rad)\n0,1,2\n").as_bytes());
+            assert_eq!(read.coordinates(), ["angle (rad)"], "{unit}");
+        }
+        let read = table(b"Time (s),Velocity (m/s),Position (m)\n0,1,2\n");
+        assert_eq!(read.coordinates(), ["Position (m)"]);
+    }
 
     #[test]
     fn decimal_commas_between_semicolons_become_points_and_the_header_stays() {

@@ -3,7 +3,7 @@
 use lagrangian::rollout::{EnergyTest, energy_test, free, rollout_many, times};
 use lagrangian::{
     CheckOptions, CheckReport, Dataset, Item, Learned, Model, Recording, RolloutOptions,
-    SavedModel, Verdict, check, random_starts, random_states,
+    SavedModel, Verdict, Visited, check, random_starts, random_states,
 };
 use serde::Serialize;
 
@@ -81,6 +81,8 @@ struct Loaded {
     family: &'static str,
     what: &'static str,
     mechanical: bool,
+    /// Whether no force was recorded, so that its energies are known up to one factor.
+    free: bool,
     coordinates: Vec<Axis>,
 }
 
@@ -250,6 +252,7 @@ impl Session {
             family: model.family(),
             what: description.what,
             mechanical: description.mechanical,
+            free: model.visited().is_some_and(Visited::is_free),
             coordinates: axes(model.coordinates()),
         });
         self.loaded = Some(model);

@@ -75,6 +75,39 @@ test("decimal commas are understood and degrees are declared by a person", async
   await close();
 });
 
+test("a verdict does not outlive its file or its columns", async () => {
+  const { page, wrong, close } = await open(own, `${server.url}#data`);
+  const verdict = page.getByText("The data are");
+  const checked = async () => {
+    await page.getByRole("button", { name: "Check the data" }).click();
+    await verdict.waitFor();
+  };
+  await give(page, "phone.csv", phyphox());
+  await checked();
+  await page.getByLabel("Angles are in degrees").uncheck();
+  assert.equal(await verdict.count(), 0);
+  await checked();
+  await give(page, "words.csv", "no table at all");
+  await page.locator(".message.bad").waitFor();
+  assert.equal(await verdict.count(), 0);
+  assert.equal(await page.getByRole("button", { name: "Check the data" }).count(), 0);
+  assert.deepEqual(wrong, []);
+  await close();
+});
+
+test("rates of a gyroscope are not proposed as positions", async () => {
+  const { page, wrong, close } = await open(own, `${server.url}#data`);
+  const rows = Array.from({ length: 100 }, (_, k) => `${k / 50},${Math.cos(k / 9)},${Math.sin(k / 9)}`);
+  await give(page, "gyroscope.csv", `"Time (s)","Gyroscope x (rad/s)","Gyroscope y (rad/s)"\n${rows.join("\n")}\n`);
+  await page.getByText("a model is learned from positions").waitFor();
+  assert.equal(await page.getByRole("checkbox", { name: "is a coordinate", checked: true }).count(), 0);
+  assert.ok(await page.getByRole("button", { name: "Check the data" }).isDisabled());
+  await page.getByLabel("Gyroscope x (rad/s) is a coordinate").check();
+  assert.ok(await page.getByRole("button", { name: "Check the data" }).isEnabled());
+  assert.deepEqual(wrong, []);
+  await close();
+});
+
 /** The bytes of a file of hostile.json: bytes, a text, and rows that are repeated. */
 function content({ hex = "", text = "", row = "", repeat = 0 }) {
   const rows = Array.from({ length: repeat }, (_, k) => row.replaceAll("{k}", k)).join("");

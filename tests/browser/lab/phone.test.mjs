@@ -53,6 +53,26 @@ test("a tap on a plot reads its values, beneath it and until the next one", asyn
   await close();
 });
 
+test("Learn begins with its button and its stage, and says that it learns", async () => {
+  const { page, wrong, close } = await open(own, `${server.url}#learn?system=pendulum&seconds=60`, PHONE);
+  const learning = page.getByRole("region", { name: "Learning" });
+  const stage = await learning.locator("canvas.stage").boundingBox();
+  assert.ok(stage.y + stage.height < PHONE.viewport.height, `the stage ends at ${stage.y + stage.height} px`);
+  const said = learning.getByRole("status").filter({ visible: true });
+  assert.match(await said.textContent(), /^Nothing is learned yet/);
+  await learning.getByRole("button", { name: "Learn", exact: true }).click();
+  await learning.getByText("Both learn").waitFor();
+  await learning.getByRole("button", { name: "Stop" }).click();
+  assert.match(await said.textContent(), /stopped/);
+  // Without a model the truth alone moves on.
+  await learning.getByText("Set the start with sliders").click();
+  await put(learning, "q at the start", 0);
+  await page.waitForFunction(() => /truth: −9\.8/.test(document.querySelector('canvas[aria-label^="Energy along"]').getAttribute("aria-label")));
+  assert.equal(await page.locator(".message.bad:visible").count(), 0);
+  assert.deepEqual(wrong, []);
+  await close();
+});
+
 /** Sets a slider to a value, as a finger on it does. */
 const put = (group, name, value) => group.getByLabel(name).fill(String(value));
 

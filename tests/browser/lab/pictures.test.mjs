@@ -4,10 +4,10 @@ import { after, before, test } from "node:test";
 import { assertLooksAsStored, launchedForPictures, THEMES, WIDTHS } from "../pictures.js";
 import { open, serve } from "./harness.mjs";
 
-let server, own;
-before(async () => ([server, own] = [await serve(), await launchedForPictures()]));
+let server, chromium;
+before(async () => ([server, chromium] = [await serve(), await launchedForPictures()]));
 after(async () => {
-  await own.close();
+  await chromium.close();
   server.close();
 });
 
@@ -30,15 +30,17 @@ async function inspected(page) {
 }
 
 for (const [name, address, done] of VIEWS) {
-  for (const width of WIDTHS) {
-    for (const colorScheme of THEMES) {
-      test(`${name} looks as stored at ${width} px, ${colorScheme}`, async () => {
-        const { page, close } = await open(own, `${server.url}#${address}`, { viewport: { width, height: 900 }, colorScheme, serviceWorkers: "block" });
-        await done(page);
-        await page.getByText("The library is ready.").waitFor();
-        await assertLooksAsStored(page, `lab/${name}-${width}-${colorScheme}`);
-        await close();
-      });
+  test(`${name} looks as stored`, async (own) => {
+    const { page, close } = await open(chromium, `${server.url}#${address}`, { serviceWorkers: "block" });
+    await done(page);
+    await page.getByText("The library is ready.").waitFor();
+    for (const width of WIDTHS) {
+      for (const colorScheme of THEMES) {
+        await page.setViewportSize({ width, height: 900 });
+        await page.emulateMedia({ colorScheme });
+        await own.test(`looks as stored at ${width} px, ${colorScheme}`, () => assertLooksAsStored(page, `lab/${name}-${width}-${colorScheme}`));
+      }
     }
-  }
+    await close();
+  });
 }

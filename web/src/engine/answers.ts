@@ -87,6 +87,8 @@ export interface Loaded {
   family: string;
   what: string;
   mechanical: boolean;
+  /** Whether no force was recorded, so that its energies are known up to one factor. */
+  free: boolean;
   coordinates: Axis[];
 }
 

@@ -28,12 +28,16 @@ interface Waiting {
   reject(error: Error): void;
 }
 
-/** One worker with its library. */
+/** One worker with its library, until `left` is aborted. */
 export class Engine {
   private worker: Promise<Worker> | undefined;
   private waiting = new Map<number, Waiting>();
   private next = 0;
   private generation = 0;
+
+  constructor(private readonly left: AbortSignal) {
+    left.addEventListener("abort", () => this.stop());
+  }
 
   /** Asks, and expects an answer of type T. */
   async ask<T>(request: object, file?: Uint8Array): Promise<T> {
@@ -47,14 +51,11 @@ export class Engine {
 
   /** Ends what is computed at once; the next request begins afresh. */
   stop(): void {
-    const worker = this.worker;
-    this.worker = undefined;
-    this.generation += 1;
-    void worker?.then((own) => own.terminate());
-    this.refuse(new Cancelled());
+    this.end(new Cancelled());
   }
 
   private async answer(request: object, file?: Uint8Array): Promise<Answer> {
+    if (this.left.aborted) throw new Cancelled();
     this.worker ??= this.start();
     const generation = this.generation;
     const worker = await this.worker;
@@ -70,14 +71,14 @@ export class Engine {
     const module = await compile();
     const worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module" });
     worker.onmessage = (event: MessageEvent<FromWorker>) => this.receive(event.data);
-    worker.onerror = () => this.fail("the worker of the library could not be started: load the page again");
+    worker.onerror = () => this.end(new Error("the worker of the library could not be started: load the page again"));
     worker.postMessage({ module } satisfies ToWorker);
     return worker;
   }
 
   private receive(message: FromWorker): void {
     if ("ended" in message && message.ended) {
-      this.fail(`the library ended itself (${message.error}); it was started again, please take a smaller problem`);
+      this.end(new Error(`the library ended itself (${message.error}); it was started again, please take a smaller problem`));
       return;
     }
     const waiting = this.waiting.get(message.id);
@@ -86,16 +87,12 @@ export class Engine {
     else waiting?.resolve(message);
   }
 
-  /** The worker is lost: a fresh one is there for the next request. */
-  private fail(words: string): void {
-    const worker = this.worker;
+  /** Ends the worker and refuses what it was asked; the next request starts a fresh one. */
+  private end(error: Error): void {
+    // OK because a worker that could not be started needs no end.
+    this.worker?.then((own) => own.terminate(), () => undefined);
     this.worker = undefined;
     this.generation += 1;
-    void worker?.then((own) => own.terminate());
-    this.refuse(new Error(words));
-  }
-
-  private refuse(error: Error): void {
     const all = [...this.waiting.values()];
     this.waiting.clear();
     all.forEach((one) => one.reject(error));

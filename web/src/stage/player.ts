@@ -33,13 +33,18 @@ export function wrapped(angles: number[]): number[] {
   });
 }
 
-/** A clock that calls for each frame while it runs. */
+/** A clock that calls for each frame while it runs, until `left` is aborted. */
 export class Player {
   private frame: number | undefined;
   private last = 0;
   private t = 0;
 
-  constructor(private readonly shown: (t: number) => void) {}
+  constructor(
+    private readonly shown: (t: number) => void,
+    private readonly left: AbortSignal,
+  ) {
+    left.addEventListener("abort", () => this.pause());
+  }
 
   get isRunning(): boolean {
     return this.frame !== undefined;
@@ -56,7 +61,7 @@ export class Player {
   }
 
   run(): void {
-    if (this.frame !== undefined) return;
+    if (this.frame !== undefined || this.left.aborted) return;
     this.last = performance.now();
     this.frame = requestAnimationFrame((now) => this.step(now));
   }

@@ -3,7 +3,6 @@
 import { el } from "../ui/element";
 import { withNextFrame } from "../ui/frame";
 import { sheet } from "../ui/sheet";
-import { onTheme } from "../ui/theme";
 import { Pen, type Point } from "./pen";
 import type { Scene, State } from "./scenes";
 
@@ -46,7 +45,7 @@ export class Stage {
       this.canvas.addEventListener("touchstart", (event) => this.touch(event), { passive: false });
     }
     new ResizeObserver(() => this.later()).observe(this.canvas);
-    onTheme(() => this.later());
+    this.canvas.addEventListener("theme", () => this.later());
   }
 
   /** Whether a body is held. */

@@ -4,7 +4,7 @@ import { short } from "./controls";
 import { el } from "./element";
 import { sheet } from "./sheet";
 import { withNextFrame } from "./frame";
-import { colour, onTheme } from "./theme";
+import { colour } from "./theme";
 import { type Axis, axisOver, place, ticks, tickText, valueAt } from "./axes";
 
 export interface Curve {
@@ -66,7 +66,7 @@ export class Plot {
     this.canvas.addEventListener("pointerleave", (event) => event.pointerType !== "touch" && this.point(undefined));
     this.canvas.addEventListener("keydown", (event) => this.key(event));
     new ResizeObserver(() => this.repaint()).observe(this.canvas);
-    onTheme(() => this.repaint());
+    this.canvas.addEventListener("theme", () => this.repaint());
   }
 
   private repaint(): void {

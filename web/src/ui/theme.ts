@@ -4,7 +4,6 @@ import { el } from "./element";
 
 type Theme = "light" | "dark";
 
-const listeners = new Set<() => void>();
 const dark = matchMedia("(prefers-color-scheme: dark)");
 
 /** The theme that is shown. */
@@ -19,19 +18,13 @@ export function colour(name: string): string {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }
 
-/** Calls a function after each change; returns how to end that. */
-export function onTheme(changed: () => void): () => void {
-  listeners.add(changed);
-  return () => listeners.delete(changed);
-}
-
-/** Makes a button the switch of the theme. */
+/** Makes a button the switch of the theme; each canvas of the page, which holds colours of it, gets an event `theme`. */
 export function themeButton(button: HTMLElement): void {
   const write = () => {
     const other = theme() === "dark" ? "light" : "dark";
     button.replaceChildren(el("span", { "aria-hidden": "true" }, other === "dark" ? "☾" : "☀"), ` ${other}`);
     button.setAttribute("aria-label", `Show the ${other} theme`);
-    listeners.forEach((listener) => listener());
+    document.querySelectorAll("canvas").forEach((canvas) => canvas.dispatchEvent(new Event("theme")));
   };
   try {
     const kept = localStorage.getItem("theme");

@@ -13,7 +13,7 @@ export interface Columns {
   trajectory?: string;
 }
 
-const ANGULAR = /angle|theta|θ|phi|φ|rad|°|deg/i;
+const ANGULAR = /angle|theta|θ|phi|φ|\brad\b|°|\bdeg/i;
 
 /** A form for the columns of a file; calls for each change. */
 export function columnsForm(file: Inspected, changed: (columns: Columns) => void): HTMLElement {
@@ -50,7 +50,7 @@ export function columnsForm(file: Inspected, changed: (columns: Columns) => void
     write();
     tell();
   });
-  const several = select("Tells motions apart", [["", "none: it is one motion"], ...options], motions ?? "", (name) => {
+  const several = select("Column that separates motions", [["", "none: it is one motion"], ...options], motions ?? "", (name) => {
     if (name) columns.trajectory = name;
     else delete columns.trajectory;
     columns.q = columns.q.filter((own) => own !== name);
@@ -65,7 +65,7 @@ export function columnsForm(file: Inspected, changed: (columns: Columns) => void
   tell();
   const heads = ["Column", "Coordinate", "Angle"].map((head) => el("th", { scope: "col" }, head));
   const table = el("table", {}, el("thead", {}, el("tr", {}, ...heads)), rows);
-  const hint = el("p", { class: "hint" }, "Velocities qd1 …, accelerations qdd1 … and forces tau1 … are taken by these names; what is missing is estimated.");
+  const hint = el("p", { class: "hint" }, "Columns named qd1, qd2 … are read as velocities, qdd1 … as accelerations and tau1 … as forces; velocities and accelerations that are missing are estimated.");
   return el("div", { class: "card-part" }, el("div", { class: "row" }, chooseTime, several, degrees), table, hint);
 }
 

@@ -32,9 +32,13 @@ const SLICE = 120;
 const LOOK = 1200;
 
 export class Contestant {
-  private readonly engine = new Engine();
+  private readonly engine: Engine;
   private losses: Progress[] = [];
   begun: Begun | undefined;
+
+  constructor(left: AbortSignal) {
+    this.engine = new Engine(left);
+  }
 
   /** Learns to the end. */
   async learn(task: Task, trial: () => Trial, watching: Watching): Promise<void> {

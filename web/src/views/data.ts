@@ -12,7 +12,7 @@ import { assessment, findings } from "./findings";
 import { ModelPlayer } from "./model";
 import { offer } from "./race";
 import { reportButtons } from "./report";
-import type { Entry, View } from "./view";
+import type { Entry } from "./view";
 
 /** The most bytes of the files together, as in crates/lagrangian-web/src/limits.rs. */
 const MOST_BYTES = 64 * 2 ** 20;
@@ -23,17 +23,20 @@ const FAMILIES: [string, string][] = [
   ["mlp", "a plain network, to compare with"],
 ];
 
+const NO_POSITION = "Choose at least one column as a coordinate: a model is learned from positions. Rates alone, as a gyroscope's rad/s or an accelerometer's m/s², are not enough.";
+
 const bytes = async (file: File) => new Uint8Array(await file.arrayBuffer());
 
-export const data: Entry = { name: "data", title: "Your data", open: () => new Data() };
+export const data: Entry = { name: "data", title: "Your data", open: (_, left) => new Data(left).element };
 
-class Data implements View {
+class Data {
   readonly element = el("div", { class: "view data" });
-  private readonly engine = new Engine();
+  private readonly engine: Engine;
   private readonly message = new Message();
   private readonly steps = el("div", { class: "view" });
   private readonly results = el("section", { class: "card", "aria-label": "Results" });
   private readonly recorded = new Plot({ title: "The first motion", x: "time, s", y: "coordinates" });
+  private readonly checking = button("Check the data", () => void this.check(), "main");
   private columns: Columns | undefined;
   private file: File | undefined;
   private family = "lnn";
@@ -43,13 +46,10 @@ class Data implements View {
   private fitting = false;
   private last: Promise<void> = Promise.resolve();
 
-  constructor() {
-    this.results.append(el("h3", {}, "Results"), el("p", { class: "hint" }, "Nothing yet: drop a file, or take the example."));
+  constructor(left: AbortSignal) {
+    this.engine = new Engine(left);
+    this.nothing("Nothing yet: drop a file, or take the example.");
     this.element.append(el("div", { class: "view" }, this.drop(), this.steps), this.results);
-  }
-
-  close(): void {
-    this.engine.stop();
   }
 
   private drop(): HTMLElement {
@@ -96,6 +96,9 @@ class Data implements View {
 
   /** Reads a model, or tables with the columns of the first: each has motions of its own. */
   private async read(first: File, others: File[] = []): Promise<void> {
+    // A verdict on another file must not stay where this one is refused.
+    this.steps.replaceChildren();
+    this.nothing("Nothing yet: drop a file, or take the example.");
     const files = [first, ...others];
     const size = files.reduce((sum, file) => sum + file.size, 0);
     if (size > MOST_BYTES) {
@@ -105,7 +108,6 @@ class Data implements View {
     const models = files.filter((file) => /\.safetensors$/i.test(file.name));
     if (models.length > 0 && others.length > 0) throw new Error("a model is read alone: choose it without other files");
     this.file = first;
-    this.steps.replaceChildren();
     if (models.length > 0) return this.openModel(await bytes(first));
     const inspected = await this.engine.ask<Inspected>({ ask: "inspect", name: first.name }, await bytes(first));
     for (const file of others) await this.engine.ask({ ask: "inspect", name: file.name, joins: true }, await bytes(file));
@@ -124,20 +126,35 @@ class Data implements View {
   private async openModel(bytes: Uint8Array): Promise<void> {
     const model = await this.engine.ask<Loaded>({ ask: "load" }, bytes);
     const player = new ModelPlayer(this.engine, "loaded", model);
-    this.results.replaceChildren(el("h3", {}, `The model '${this.file?.name}'`), player.element);
+    this.show(`The model '${this.file?.name}'`, player.element);
   }
 
   private look(file: Inspected): void {
-    const form = columnsForm(file, (columns) => (this.columns = columns));
+    const form = columnsForm(file, (columns) => this.use(columns));
     const notes = file.notes.map((note) => el("p", { class: "hint" }, `Note: ${note}.`));
-    const check = button("Check the data", () => void this.check(), "main");
-    const card = el("section", { class: "card", "aria-label": "Columns" }, el("h3", {}, "What the columns mean"), preview(file), ...notes, form, el("div", { class: "row" }, check));
+    const card = el("section", { class: "card", "aria-label": "Columns" }, el("h3", {}, "What the columns mean"), preview(file), ...notes, form, el("div", { class: "row" }, this.checking));
     this.steps.replaceChildren(card);
-    this.results.replaceChildren(el("h3", {}, "Results"), el("p", { class: "hint" }, "Check the data first."));
+  }
+
+  /** Takes other columns: what was found with those before, or is being fitted to them, no longer holds. */
+  private use(columns: Columns): void {
+    this.columns = columns;
+    this.fitting = false;
+    this.checking.disabled = columns.q.length === 0;
+    this.nothing(this.checking.disabled ? NO_POSITION : "Check the data first.");
+  }
+
+  private show(title: string, ...parts: HTMLElement[]): void {
+    this.results.replaceChildren(el("h3", {}, title), ...parts);
+  }
+
+  private nothing(why: string): void {
+    this.show("Results", el("p", { class: "hint" }, why));
   }
 
   private check(): Promise<void> {
     return this.attempt(async () => {
+      this.nothing("Not checked yet.");
       const summary = await this.engine.ask<Summary>({ ask: "read", ...this.columns });
       const checked = await this.engine.ask<Checked>({ ask: "check" });
       const n = summary.coordinates.length;
@@ -147,7 +164,7 @@ class Data implements View {
       const notes = summary.notes.map((note) => el("p", { class: "hint" }, sentence(note)));
       const said = el("p", {}, `${summary.samples} samples of ${summary.recordings} ${summary.recordings === 1 ? "motion" : "motions"}.`);
       const parts = [findings(checked), said, ...notes, this.recorded.element];
-      this.results.replaceChildren(el("h3", {}, "What the check found"), ...parts);
+      this.show("What the check found", ...parts);
       if (checked.verdict !== "fail") this.results.append(this.fitControls());
       this.results.scrollIntoView({ block: "nearest" });
     });
@@ -214,6 +231,6 @@ class Data implements View {
 /** What was chosen, and why. */
 function choices(begun: Begun): HTMLElement {
   const items = begun.choices.map((choice) => el("li", {}, `${choice.setting}: ${String(choice.value)}, as ${choice.reason}`));
-  const summary = `Fitted to ${begun.samples} samples, validated on ${begun.validation}; what was chosen`;
+  const summary = `Fitted to ${begun.samples} samples, validated on ${begun.validation}: the settings and their reasons`;
   return el("details", {}, el("summary", {}, summary), el("ul", {}, ...items));
 }

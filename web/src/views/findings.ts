@@ -52,7 +52,7 @@ export function assessment(scored: Scored): HTMLElement {
     "div",
     {},
     el("p", { class: "big" }, badge, " on motions that were held back."),
-    errors && el("p", {}, `Of the accelerations it leaves unexplained: ${errors}.`),
+    errors && el("p", {}, `Share of the accelerations that it leaves unexplained: ${errors}.`),
     items.length > 0 && el("ul", { class: "findings" }, ...items),
   );
 }

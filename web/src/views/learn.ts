@@ -7,12 +7,12 @@ import { button, select, slider, toggle } from "../ui/controls";
 import { el } from "../ui/element";
 import { Race, type Setup } from "./race";
 import { StateSliders } from "./state";
-import type { Entry, View } from "./view";
+import type { Entry } from "./view";
 
 /** Systems that a plain network and a Lagrangian can both be tried on. */
 const NAMES = ["pendulum", "double-pendulum", "cart-pole", "mass-spring"];
 
-export const learn: Entry = { name: "learn", title: "Learn", open: (values) => new Learn(values) };
+export const learn: Entry = { name: "learn", title: "Learn", open: (values, left) => new Learn(values, left).element };
 
 /** The setup that an address names. */
 export function setupOf(values: address.Values): Setup {
@@ -32,7 +32,7 @@ export function setupOf(values: address.Values): Setup {
   };
 }
 
-class Learn implements View {
+class Learn {
   readonly element = el("div", { class: "view learn" });
   private readonly race: Race;
   private readonly count = el("output");
@@ -43,23 +43,18 @@ class Learn implements View {
   /** Where the body that is recorded next is held. */
   private held: State;
 
-  constructor(values: address.Values) {
+  constructor(values: address.Values, left: AbortSignal) {
     this.setup = setupOf(values);
     this.held = this.setup.scene.start;
-    this.race = new Race(this.setup);
+    this.race = new Race(this.setup, left);
     this.throws = new Stage(this.setup.scene, {
       moved: (state) => this.hold(state),
       released: (state) => this.add(state),
     });
     this.start = new StateSliders(this.setup.scene, this.setup.scene.start, (state) => this.hold(state));
     this.hand = this.byHand();
-    const left = el("div", { class: "column" }, this.controls(), this.race.element);
-    this.element.append(left, el("div", { class: "column" }, this.race.figures, this.questions()));
+    this.element.append(this.race.element, this.race.figures, this.controls(), this.questions());
     this.write();
-  }
-
-  close(): void {
-    this.race.close();
   }
 
   private change(part: Partial<Setup>): void {

@@ -10,28 +10,27 @@ import { Message } from "../ui/message";
 import { Plot } from "../ui/plot";
 import { setupOf } from "./learn";
 import { Race } from "./race";
-import type { Entry, View } from "./view";
+import type { Entry } from "./view";
 
 /** One step: its words, and what can be tried. */
 interface Step {
   title: string;
-  make(): { parts: HTMLElement[]; close(): void };
+  /** What it shows; what it runs outside of that ends when `left` is aborted. */
+  make(left: AbortSignal): HTMLElement[];
 }
 
-export const lesson: Entry = { name: "lesson", title: "Lesson", open: (values) => new Lesson(values) };
+export const lesson: Entry = { name: "lesson", title: "Lesson", open: (values, left) => new Lesson(values, left).element };
 
-class Lesson implements View {
+class Lesson {
   readonly element = el("div", { class: "view lesson" });
-  private closing: () => void = () => undefined;
+  /** Aborted when the step is left. */
+  private left = new AbortController();
   private at: number;
 
-  constructor(values: address.Values) {
+  constructor(values: address.Values, left: AbortSignal) {
+    left.addEventListener("abort", () => this.left.abort());
     this.at = Math.round(address.number(values["step"], 1, 1, STEPS.length));
     this.show();
-  }
-
-  close(): void {
-    this.closing();
   }
 
   private go(step: number): void {
@@ -42,10 +41,10 @@ class Lesson implements View {
   }
 
   private show(): void {
-    this.closing();
+    this.left.abort();
+    this.left = new AbortController();
     const step = STEPS[this.at - 1] as Step;
-    const { parts, close } = step.make();
-    this.closing = close;
+    const parts = step.make(this.left.signal);
     address.write("lesson", { step: String(this.at) });
     const mark = (own: Step, k: number) => {
       const pressed = button(`${k + 1}. ${own.title}`, () => this.go(k + 1), k + 1 === this.at ? "main" : "quiet");
@@ -74,8 +73,8 @@ function more(words: string, section: string): HTMLElement {
 }
 
 /** The path of a pendulum between two instants, bent by hand: the action is least along the true one. */
-function leastAction(): ReturnType<Step["make"]> {
-  const engine = new Engine();
+function leastAction(left: AbortSignal): HTMLElement[] {
+  const engine = new Engine(left);
   const message = new Message();
   const plot = new Plot({ title: "Two paths with the same ends", x: "time, s", y: "angle, rad" });
   const said = el("p", { class: "big", role: "status" });
@@ -103,7 +102,7 @@ function leastAction(): ReturnType<Step["make"]> {
     await bend(0.4);
   };
   begin().catch((error) => message.fail(error));
-  const parts = [
+  return [
     text("Throw a ball, release a pendulum: of all paths between two instants nature takes one.", "Give every path a number, its action: add up L = kinetic energy − potential energy over time."),
     equation("S = ∫ L(q, q̇) dt"),
     text("Bend the path with the slider, its ends held. Whichever way you bend it, the action grows: along the true path it is stationary, here least."),
@@ -113,12 +112,11 @@ function leastAction(): ReturnType<Step["make"]> {
     message.element,
     more("the action", "the-action"),
   ];
-  return { parts, close: () => engine.stop() };
 }
 
 /** From the action to an equation of motion: the same L gives every motion. */
-function eulerLagrange(): ReturnType<Step["make"]> {
-  const engine = new Engine();
+function eulerLagrange(left: AbortSignal): HTMLElement[] {
+  const engine = new Engine(left);
   const message = new Message();
   const plot = new Plot({ title: "Phase portrait of a pendulum", x: "angle, rad", y: "angular velocity, rad/s" });
   const state = { q: 1, length: 1 };
@@ -138,7 +136,7 @@ function eulerLagrange(): ReturnType<Step["make"]> {
     slider({ label: "Length", unit: "m", min: 0.3, max: 2, step: 0.05, value: 1, changed: (length) => changed({ length }) }),
   ];
   changed({});
-  const parts = [
+  return [
     text("That no small change of the path changes the action is the same as an equation at every instant, that of Euler and Lagrange:"),
     equation("d/dt ∂L/∂q̇ − ∂L/∂q = 0"),
     text("For a pendulum, L = ½ m l² θ̇² + m g l cos θ, it says θ̈ = −(g/l) sin θ.", "One function L holds all motions: change where it begins, or the length, and the motion follows."),
@@ -147,26 +145,27 @@ function eulerLagrange(): ReturnType<Step["make"]> {
     message.element,
     more("the equation of motion", "the-equation-of-motion"),
   ];
-  return { parts, close: () => engine.stop() };
 }
 
 /** A race with values of the address, embedded. */
-function race(values: address.Values, ...words: HTMLElement[]): ReturnType<Step["make"]> {
-  const own = new Race(setupOf(values));
+function race(left: AbortSignal, values: address.Values, ...words: HTMLElement[]): HTMLElement[] {
+  const own = new Race(setupOf(values), left);
   const link = el("p", { class: "hint" }, "With all sliders: ", el("a", { href: address.link("learn", values) }, "open this in Learn"), ".");
-  return { parts: [...words, el("div", { class: "pair" }, own.element, own.figures), link], close: () => own.close() };
+  return [...words, el("div", { class: "pair" }, own.element, own.figures), link];
 }
 
-function learnL(): ReturnType<Step["make"]> {
+function learnL(left: AbortSignal): HTMLElement[] {
   return race(
+    left,
     { system: "pendulum", motions: "20", width: "32", seconds: "5" },
     text("Usually we know L and compute the motion. Now we have the motion and look for L: it is a network with weights, and the weights change until its Euler–Lagrange equation gives the accelerations that were recorded."),
     text("Press Learn. Beside it a plain network of the same size learns the accelerations directly. Both losses fall; the bodies are the predictions while they learn."),
   );
 }
 
-function energyKept(): ReturnType<Step["make"]> {
+function energyKept(left: AbortSignal): HTMLElement[] {
   return race(
+    left,
     { system: "double-pendulum", motions: "30", width: "32", seconds: "20" },
     text("Whatever its weights are, a Lagrangian keeps its energy H = q̇·∂L/∂q̇ − L, because time does not appear in it: that is Noether's theorem.", "A plain network keeps nothing, and its small errors add up."),
     text("Let both learn a double pendulum for 20 s, then look at the energy along 30 s of motion, and at the figure for 100 s. Neither predicts the angles of a chaotic motion for long; the energy is what remains."),
@@ -174,7 +173,7 @@ function energyKept(): ReturnType<Step["make"]> {
   );
 }
 
-function whenItFails(): ReturnType<Step["make"]> {
+function whenItFails(): HTMLElement[] {
   const setup = { system: "pendulum", motions: "20", width: "32", seconds: "5" };
   const tries: [string, address.Values][] = [
     ["Too little data: two motions", { ...setup, motions: "2" }],
@@ -182,7 +181,7 @@ function whenItFails(): ReturnType<Step["make"]> {
     ["Friction, which no L alone explains", { ...setup, friction: "0.3" }],
     ["Too little time: one second for a double pendulum", { system: "double-pendulum", motions: "30", width: "32", seconds: "1" }],
   ];
-  const parts = [
+  return [
     text("A learned Lagrangian keeps an energy, but not always the right one: where the data never went it is a guess, and where they are noisy it is blurred."),
     text("Friction is no part of a Lagrangian: it has to be learned as a force beside it. Here it is; a Lagrangian alone would say that the motion never ends."),
     more("dissipation", "dissipation"),
@@ -192,7 +191,6 @@ function whenItFails(): ReturnType<Step["make"]> {
     el("p", {}, "Your own pendulum: film it with a telephone, export its angle from a video tracker, and drop the table into ", el("a", { href: address.link("data") }, "Your data"), "."),
     el("p", {}, "Or go on playing: ", el("a", { href: address.link("play", { system: "kepler" }) }, "a planet and its star"), "."),
   ];
-  return { parts, close: () => undefined };
 }
 
 const STEPS: Step[] = [

@@ -15,7 +15,7 @@ export class ModelPlayer {
   readonly element = el("div", { class: "card-part" });
   private readonly message = new Message();
   private readonly positions = new Plot({ title: "Predicted motion", x: "time, s", y: "coordinates" });
-  private readonly energy = new Plot({ title: "Energy that the model gives it", x: "time, s", y: "J" });
+  private readonly energy: Plot;
   private readonly said = el("p", { class: "hint", role: "status" });
   private readonly state: { q: number[]; qd: number[] };
   private asked = 0;
@@ -27,6 +27,7 @@ export class ModelPlayer {
     private readonly duration = 20,
   ) {
     const n = model.coordinates.length;
+    this.energy = new Plot({ title: "Energy of the predicted motion by the model", x: "time, s", y: model.free ? "energy, no unit" : "energy, J" });
     this.state = { q: model.coordinates.map((c) => (c.circle ? 1 : 0.3)), qd: Array.from({ length: n }, () => 0) };
     const title = el("p", {}, `${model.what} (family ${model.family}) of ${model.coordinates.map((c) => c.name).join(", ")}.`);
     const sliders = [...this.sliders("q", "at the start"), ...this.sliders("qd", "velocity")];
@@ -60,7 +61,7 @@ export class ModelPlayer {
 
   private show(motion: Motion): void {
     this.message.clear();
-    if (motion.ended) this.message.say(`This is where it ends: ${motion.ended}.`);
+    if (motion.ended) this.message.say(`The motion ends here: ${motion.ended}.`);
     const n = motion.coordinates.length;
     const curve = (c: { name: string }, i: number) => ({ name: c.name, colour: COLOURS[i % COLOURS.length] ?? "--truth", x: motion.t, y: column(motion.q, i, n) });
     this.positions.show(motion.coordinates.map(curve));
@@ -68,6 +69,8 @@ export class ModelPlayer {
     const start = motion.energy[0] ?? 0;
     this.energy.show([{ name: "energy", colour: "--truth", x: motion.t, y: motion.energy }], Math.abs(start) / 100 || 1);
     const [low, high] = [Math.min(...motion.energy), Math.max(...motion.energy)];
-    this.said.textContent = motion.energy.length > 0 ? `Its energy, ${short(start)} J, changes by at most ${short(high - low)} J.` : "A plain network has no energy.";
+    const unit = this.model.free ? "" : " J";
+    const factor = this.model.free ? " No force was recorded, so that the energy is known up to a factor and has no unit." : "";
+    this.said.textContent = motion.energy.length > 0 ? `Its energy, ${short(start)}${unit}, changes by at most ${short(high - low)}${unit}.${factor}` : "A plain network has no energy.";
   }
 }

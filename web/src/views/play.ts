@@ -11,7 +11,7 @@ import { el } from "../ui/element";
 import { Message } from "../ui/message";
 import { type Curve, Plot, type Spot } from "../ui/plot";
 import { StateSliders } from "./state";
-import type { Entry, View } from "./view";
+import type { Entry } from "./view";
 
 /** Seconds of its way that a body leaves behind. */
 const TRAIL = 2.5;
@@ -19,11 +19,11 @@ const COLOURS = ["--first", "--second"];
 /** What is said of the motion at each instant. */
 const FIGURES = ["time", "energy H", "action ∫ L dt", "position q", "velocity q̇"];
 
-export const play: Entry = { name: "play", title: "Play", open: (values) => new Play(values) };
+export const play: Entry = { name: "play", title: "Play", open: (values, left) => new Play(values, left).element };
 
-class Play implements View {
+class Play {
   readonly element = el("div", { class: "view play" });
-  private readonly engine = new Engine();
+  private readonly engine: Engine;
   private readonly message = new Message();
   private readonly stage: Stage;
   private readonly energy = new Plot({ title: "Energy", x: "time, s", y: "J" });
@@ -34,14 +34,16 @@ class Play implements View {
   private readonly state: StateSliders;
   private readonly hint = el("p", { class: "hint" });
   private readonly run = button("Pause", () => this.toggle());
-  private readonly player = new Player((t) => this.frame(t));
+  private readonly player: Player;
   private scene: Scene;
   private start: State;
   private friction: number;
   private motion: Motion | undefined;
   private asked = 0;
 
-  constructor(values: address.Values) {
+  constructor(values: address.Values, left: AbortSignal) {
+    this.engine = new Engine(left);
+    this.player = new Player((t) => this.frame(t), left);
     this.scene = scene(values["system"]);
     this.start = {
       q: address.numbers(values["q"], this.scene.start.q),
@@ -56,11 +58,6 @@ class Play implements View {
     this.build();
     const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
     void this.begin(this.start, !still);
-  }
-
-  close(): void {
-    this.player.pause();
-    this.engine.stop();
   }
 
   private build(): void {
@@ -128,7 +125,7 @@ class Play implements View {
       const motion = await this.predict(state);
       if (asked !== this.asked || this.stage.isHeld) return;
       this.message.clear();
-      if (motion.ended) this.message.say(`This is where it ends: ${motion.ended}.`);
+      if (motion.ended) this.message.say(`The motion ends here: ${motion.ended}.`);
       this.motion = motion;
       this.showFigures(motion);
       this.player.seek(0);

@@ -39,11 +39,13 @@ const PREDICTED = 30;
 /** The largest error whose figure says something, in percent: beyond it a motion has gone astray. */
 const MOST = 1000;
 
+const UNLEARNED = "Nothing is learned yet: press Learn.";
+
 export class Race {
   readonly element = el("section", { class: "card", "aria-label": "Learning" });
   readonly figures = el("section", { class: "card plots", "aria-label": "Results" });
-  private readonly engine = new Engine();
-  private readonly sides = { lagrangian: new Contestant(), plain: new Contestant() };
+  private readonly engine: Engine;
+  private readonly sides: Record<Side, Contestant>;
   private readonly stage: Stage;
   private readonly state: StateSliders;
   private readonly message = new Message();
@@ -54,7 +56,7 @@ export class Race {
   private readonly go = button("Learn", () => this.press(), "main");
   private readonly save = button("Save the Lagrangian", () => void this.download());
   private readonly move = button("Run", () => this.setMoving(!this.player.isRunning));
-  private readonly player = new Player((t) => this.frame(t));
+  private readonly player: Player;
   private readonly losses: Partial<Record<Side, Progress[]>> = {};
   private motions: Partial<Record<Side | "truth", Motion>> = {};
   private learning = false;
@@ -65,8 +67,11 @@ export class Race {
 
   constructor(
     private setup: Setup,
-    private readonly before: () => void = () => undefined,
+    left: AbortSignal,
   ) {
+    this.engine = new Engine(left);
+    this.sides = { lagrangian: new Contestant(left), plain: new Contestant(left) };
+    this.player = new Player((t) => this.frame(t), left);
     this.energy = new Plot({ title: "Energy along the predicted motion", x: "time, s", y: "true energy, J" });
     this.trial = { start: setup.scene.start, duration: PREDICTED };
     this.stage = new Stage(setup.scene, {
@@ -78,16 +83,10 @@ export class Race {
     const caption = el("p", { class: "hint" }, "Drag the true body: all three begin again from there.");
     const start = el("details", {}, el("summary", {}, "Set the start with sliders"), this.state.element);
     const buttons = el("div", { class: "row" }, this.go, this.move, this.save);
-    this.element.append(buttons, this.bar, this.message.element, this.stage.canvas, this.legend(), caption, start);
-    this.figures.append(this.result, this.energy.element, this.loss.element);
-    this.result.textContent = "Nothing is learned yet: press Learn.";
+    this.element.append(buttons, this.bar, this.result, this.message.element, this.stage.canvas, this.legend(), caption, start);
+    this.figures.append(this.energy.element, this.loss.element);
+    this.result.textContent = UNLEARNED;
     void this.from(this.trial.start);
-  }
-
-  close(): void {
-    this.player.pause();
-    this.engine.stop();
-    this.cancel();
   }
 
   /** Changes what will be learned; what was learned of something else is forgotten. */
@@ -120,10 +119,10 @@ export class Race {
 
   /** Lets both learn, at the same time. */
   private async learn(): Promise<void> {
-    this.before();
     this.forget();
     this.message.clear();
     this.setLearning(true);
+    this.result.textContent = "Both learn; their predictions move beside the truth. How well each keeps the energy is said at the end.";
     const round = ++this.round;
     try {
       await Promise.all(SIDES.map((side) => this.one(side)));
@@ -170,8 +169,14 @@ export class Race {
 
   private cancel(): void {
     this.round += 1;
-    Object.values(this.sides).forEach((side) => side.stop());
+    for (const side of SIDES) {
+      // What it has learned goes with its worker, and so do predictions of it.
+      this.sides[side].stop();
+      delete this.motions[side];
+    }
     this.setLearning(false);
+    this.showEnergies();
+    this.result.textContent = "Learning was stopped: press Learn to begin again.";
   }
 
   private forget(): void {
@@ -181,7 +186,7 @@ export class Race {
     }
     this.save.disabled = true;
     this.bar.value = 0;
-    this.result.replaceChildren("Nothing is learned yet: press Learn.");
+    this.result.textContent = UNLEARNED;
     this.loss.show([]);
     this.showEnergies();
   }

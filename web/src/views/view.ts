@@ -2,16 +2,10 @@
 
 import type { Values } from "../ui/address";
 
-/** A view at work. */
-export interface View {
-  element: HTMLElement;
-  /** Ends what it computes and shows. */
-  close(): void;
-}
-
-/** A view that can be opened with the values of the address. */
+/** A view that can be opened. */
 export interface Entry {
   name: string;
   title: string;
-  open(values: Values): View;
+  /** Opens it with the values of the address. What it runs outside of its element ends when `left` is aborted. */
+  open(values: Values, left: AbortSignal): HTMLElement;
 }
