@@ -80,7 +80,9 @@ test("friction is learned beside the Lagrangian, and positions alone are enough"
 test("motions that a hand begins become the data", async () => {
   const { page, wrong, close } = await open(own, `${server.url}#learn?system=pendulum&steps=20&width=8`);
   await page.getByText("Record motions by hand").click();
-  const box = await page.locator("details canvas.stage").boundingBox();
+  const stage = page.locator("details canvas.stage");
+  await stage.scrollIntoViewIfNeeded();
+  const box = await stage.boundingBox();
   const [x, y, metre] = [box.x + box.width / 2, box.y + box.height / 2, Math.min(box.width, box.height) / 2 / 1.35];
   let angle = 1.8;
   for (const next of [0.6, 1.2, -0.8, 2.2]) {

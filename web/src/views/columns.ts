@@ -50,7 +50,7 @@ export function columnsForm(file: Inspected, changed: (columns: Columns) => void
     write();
     tell();
   });
-  const several = select("Column that separates motions", [["", "none: it is one motion"], ...options], motions ?? "", (name) => {
+  const several = select("Motions separated by", [["", "none: it is one motion"], ...options], motions ?? "", (name) => {
     if (name) columns.trajectory = name;
     else delete columns.trajectory;
     columns.q = columns.q.filter((own) => own !== name);

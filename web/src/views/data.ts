@@ -36,7 +36,6 @@ class Data {
   private readonly steps = el("div", { class: "view" });
   private readonly results = el("section", { class: "card", "aria-label": "Results" });
   private readonly recorded = new Plot({ title: "The first motion", x: "time, s", y: "coordinates" });
-  private readonly checking = button("Check the data", () => void this.check(), "main");
   private columns: Columns | undefined;
   private file: File | undefined;
   private family = "lnn";
@@ -132,7 +131,8 @@ class Data {
   private look(file: Inspected): void {
     const form = columnsForm(file, (columns) => this.use(columns));
     const notes = file.notes.map((note) => el("p", { class: "hint" }, `Note: ${note}.`));
-    const card = el("section", { class: "card", "aria-label": "Columns" }, el("h3", {}, "What the columns mean"), preview(file), ...notes, form, el("div", { class: "row" }, this.checking));
+    const check = button("Check the data", () => void this.check(), "main");
+    const card = el("section", { class: "card", "aria-label": "Columns" }, el("h3", {}, "What the columns mean"), preview(file), ...notes, form, el("div", { class: "row" }, check));
     this.steps.replaceChildren(card);
   }
 
@@ -140,8 +140,7 @@ class Data {
   private use(columns: Columns): void {
     this.columns = columns;
     this.fitting = false;
-    this.checking.disabled = columns.q.length === 0;
-    this.nothing(this.checking.disabled ? NO_POSITION : "Check the data first.");
+    this.nothing(columns.q.length === 0 ? NO_POSITION : "Check the data first.");
   }
 
   private show(title: string, ...parts: HTMLElement[]): void {
@@ -155,6 +154,7 @@ class Data {
   private check(): Promise<void> {
     return this.attempt(async () => {
       this.nothing("Not checked yet.");
+      if (this.columns?.q.length === 0) throw new Error(NO_POSITION);
       const summary = await this.engine.ask<Summary>({ ask: "read", ...this.columns });
       const checked = await this.engine.ask<Checked>({ ask: "check" });
       const n = summary.coordinates.length;

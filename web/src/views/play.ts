@@ -26,7 +26,7 @@ class Play {
   private readonly engine: Engine;
   private readonly message = new Message();
   private readonly stage: Stage;
-  private readonly energy = new Plot({ title: "Energy", x: "time, s", y: "J" });
+  private readonly energy = new Plot({ title: "Energy", x: "time, s", y: "energy, J" });
   private readonly phase = new Plot({ title: "Phase portrait", x: "position", y: "velocity" });
   private readonly names = FIGURES.map((name) => el("dt", {}, name));
   private readonly values = FIGURES.map(() => el("dd"));
