@@ -95,11 +95,12 @@ test("a verdict does not outlive its file or its columns", async () => {
   await close();
 });
 
-test("rates of a gyroscope are not proposed as positions", async () => {
-  const { page, wrong, close } = await open(own, `${server.url}#data`);
+test("rates of a gyroscope are not proposed as positions, and their long names fit a telephone", async () => {
+  const { page, wrong, close } = await open(own, `${server.url}#data`, { viewport: { width: 390, height: 800 } });
   const rows = Array.from({ length: 100 }, (_, k) => `${k / 50},${Math.cos(k / 9)},${Math.sin(k / 9)}`);
-  await give(page, "gyroscope.csv", `"Time (s)","Gyroscope x (rad/s)","Gyroscope y (rad/s)"\n${rows.join("\n")}\n`);
+  await give(page, "gyroscope.csv", `"Time (s)","Gyroscope x (rad/s)","Gyroscope y, smoothed and without its offset (rad/s)"\n${rows.join("\n")}\n`);
   await page.getByText("a model is learned from positions").waitFor();
+  assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 390);
   assert.equal(await page.getByRole("checkbox", { name: "is a coordinate", checked: true }).count(), 0);
   await page.getByRole("button", { name: "Check the data" }).click();
   assert.match(await page.locator(".message.bad").textContent(), /^Choose at least one column/);

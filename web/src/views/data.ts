@@ -8,6 +8,7 @@ import { el } from "../ui/element";
 import { Message, sentence } from "../ui/message";
 import { Plot } from "../ui/plot";
 import { type Columns, columnsForm, preview } from "./columns";
+import { bare, labelled } from "./coordinates";
 import { assessment, findings } from "./findings";
 import { ModelPlayer } from "./model";
 import { offer } from "./race";
@@ -35,7 +36,7 @@ class Data {
   private readonly message = new Message();
   private readonly steps = el("div", { class: "view" });
   private readonly results = el("section", { class: "card", "aria-label": "Results" });
-  private readonly recorded = new Plot({ title: "The first motion", x: "time, s", y: "coordinates" });
+  private readonly recorded = new Plot({ title: "The first motion", x: "time, s", y: "position" });
   private columns: Columns | undefined;
   private file: File | undefined;
   private family = "lnn";
@@ -159,7 +160,8 @@ class Data {
       const checked = await this.engine.ask<Checked>({ ask: "check" });
       const n = summary.coordinates.length;
       const q = summary.q.map((x) => x ?? NaN);
-      const curve = (c: { name: string }, i: number) => ({ name: c.name, colour: COLOURS[i % COLOURS.length] ?? "--truth", x: summary.t, y: column(q, i, n) });
+      const curve = (c: { name: string }, i: number) => ({ name: bare(c.name), colour: COLOURS[i % COLOURS.length] ?? "--truth", x: summary.t, y: column(q, i, n) });
+      this.recorded.name("time, s", labelled("position", summary.coordinates));
       this.recorded.show(summary.coordinates.map(curve));
       const notes = summary.notes.map((note) => el("p", { class: "hint" }, sentence(note)));
       const said = el("p", {}, `${summary.samples} samples of ${summary.recordings} ${summary.recordings === 1 ? "motion" : "motions"}.`);

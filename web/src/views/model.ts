@@ -7,6 +7,7 @@ import { type Slider, short, slider } from "../ui/controls";
 import { el } from "../ui/element";
 import { Message } from "../ui/message";
 import { Plot } from "../ui/plot";
+import { bare, labelled } from "./coordinates";
 
 const COLOURS = ["--first", "--second", "--star", "--good"];
 
@@ -14,7 +15,7 @@ const COLOURS = ["--first", "--second", "--star", "--good"];
 export class ModelPlayer {
   readonly element = el("div", { class: "card-part" });
   private readonly message = new Message();
-  private readonly positions = new Plot({ title: "Predicted motion", x: "time, s", y: "coordinates" });
+  private readonly positions: Plot;
   private readonly energy: Plot;
   private readonly said = el("p", { class: "hint", role: "status" });
   private readonly state: { q: number[]; qd: number[] };
@@ -27,10 +28,11 @@ export class ModelPlayer {
     private readonly duration = 20,
   ) {
     const n = model.coordinates.length;
+    this.positions = new Plot({ title: "Predicted motion", x: "time, s", y: labelled("position", model.coordinates) });
     this.energy = new Plot({ title: "Energy of the predicted motion by the model", x: "time, s", y: model.free ? "energy, no unit" : "energy, J" });
     this.state = { q: model.coordinates.map((c) => (c.circle ? 1 : 0.3)), qd: Array.from({ length: n }, () => 0) };
-    const title = el("p", {}, `${model.what} (family ${model.family}) of ${model.coordinates.map((c) => c.name).join(", ")}.`);
-    const sliders = [...this.sliders("q", "at the start"), ...this.sliders("qd", "velocity")];
+    const title = el("p", {}, `${model.what} (family ${model.family}) of ${model.coordinates.map((c) => bare(c.name)).join(", ")}.`);
+    const sliders = [...this.sliders("q", " at the start"), ...this.sliders("qd", ", velocity at the start")];
     this.element.append(title, el("div", { class: "sliders" }, ...sliders.map((s) => s.element)), this.message.element, this.said, this.positions.element, this.energy.element);
     void this.predict();
   }
@@ -38,12 +40,12 @@ export class ModelPlayer {
   private sliders(kind: "q" | "qd", words: string): Slider[] {
     return this.model.coordinates.map((coordinate, i) => {
       const bound = kind === "q" ? (coordinate.circle ? Math.PI : 2) : 5;
-      const unit = kind === "q" ? coordinate.unit : `${coordinate.unit}/s`;
+      const unit = coordinate.unit && (kind === "q" ? coordinate.unit : `${coordinate.unit}/s`);
       const changed = (x: number) => {
         this.state[kind][i] = x;
         void this.predict();
       };
-      return slider({ label: `${coordinate.name} ${words}`, unit, min: -bound, max: bound, step: 0.01, value: this.state[kind][i] ?? 0, changed });
+      return slider({ label: `${bare(coordinate.name)}${words}`, unit, min: -bound, max: bound, step: 0.01, value: this.state[kind][i] ?? 0, changed });
     });
   }
 
@@ -63,7 +65,7 @@ export class ModelPlayer {
     this.message.clear();
     if (motion.ended) this.message.say(`The motion ends here: ${motion.ended}.`);
     const n = motion.coordinates.length;
-    const curve = (c: { name: string }, i: number) => ({ name: c.name, colour: COLOURS[i % COLOURS.length] ?? "--truth", x: motion.t, y: column(motion.q, i, n) });
+    const curve = (c: { name: string }, i: number) => ({ name: bare(c.name), colour: COLOURS[i % COLOURS.length] ?? "--truth", x: motion.t, y: column(motion.q, i, n) });
     this.positions.show(motion.coordinates.map(curve));
     this.energy.element.hidden = motion.energy.length === 0;
     const start = motion.energy[0] ?? 0;

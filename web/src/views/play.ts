@@ -10,6 +10,7 @@ import { button, select, short, slider } from "../ui/controls";
 import { el } from "../ui/element";
 import { Message } from "../ui/message";
 import { type Curve, Plot, type Spot } from "../ui/plot";
+import { labelled } from "./coordinates";
 import { StateSliders } from "./state";
 import type { Entry } from "./view";
 
@@ -143,11 +144,9 @@ class Play {
 
   private showFigures(motion: Motion): void {
     const n = motion.coordinates.length;
-    const units = [...new Set(motion.coordinates.map((c) => c.unit))];
-    const rates = units.map((unit) => `${unit}/s`);
-    this.names[3]?.replaceChildren(`position q, ${units.join(", ")}`);
-    this.names[4]?.replaceChildren(`velocity q̇, ${rates.join(", ")}`);
-    this.phase.name(`position, ${units.join(" or ")}`, `velocity, ${rates.join(" or ")}`);
+    this.names[3]?.replaceChildren(labelled("position q", motion.coordinates));
+    this.names[4]?.replaceChildren(labelled("velocity q̇", motion.coordinates, "/s"));
+    this.phase.name(labelled("position", motion.coordinates), labelled("velocity", motion.coordinates, "/s"));
     const energy = { name: "energy", colour: "--truth", x: motion.t, y: motion.energy };
     this.energy.show([energy], 0.2 * this.scene.reference);
     const name = (i: number) => motion.coordinates[i]?.name ?? "";
