@@ -14,7 +14,8 @@ pub mod mutate;
 mod targets;
 
 pub use targets::{
-    checkpoint, csv, dataset, db3, layout, mcap, model, npy, npz, parquet, resumed, settings, urdf,
+    checkpoint, csv, dataset, db3, layout, mcap, model, npy, npz, parquet, resumed, settings,
+    table, urdf,
 };
 
 /// What a target made of its bytes: nothing where they were accepted, else why not.
@@ -36,8 +37,9 @@ const fn target(name: &'static str, text: bool, run: fn(&[u8]) -> Outcome) -> Ta
 }
 
 /// All targets.
-pub const TARGETS: [Target; 11] = [
+pub const TARGETS: [Target; 12] = [
     target("csv", true, csv),
+    target("table", true, table),
     target("npz", false, npz),
     target("npy", false, npy),
     target("parquet", false, parquet),

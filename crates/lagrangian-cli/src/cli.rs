@@ -100,7 +100,8 @@ pub(crate) struct FileArgs {
     #[serde(flatten)]
     pub(crate) columns: ColumnArgs,
 
-    /// Column of time, s [default: t]
+    /// Column of time, s or in the unit that its name states; or a number, the seconds between rows, where there is none [default: t, or
+    /// the only one that states a unit of time]
     #[arg(long, value_name = "NAME", value_parser = name)]
     pub(crate) time: Option<String>,
 
@@ -116,7 +117,13 @@ pub(crate) struct FileArgs {
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = name)]
     pub(crate) angle: Vec<String>,
 
-    /// Angles are in degrees (never guessed)
+    /// A coordinate that is the angle of a point (x, y) about another one, from the x axis: theta=x,y@x0,y0, with columns, or
+    /// numbers after the @ [default: @0,0]; several times for several angles
+    #[arg(long, value_name = "NAME=X,Y@X0,Y0")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) polar: Vec<String>,
+
+    /// Angles are in degrees (never guessed; what the name of a column states, as `Angle (deg)`, is converted without it)
     #[arg(long)]
     pub(crate) degrees: bool,
 

@@ -53,6 +53,10 @@ impl DataArgs {
     fn layout(&self) -> Result<Layout> {
         let file = self.file.clone();
         let mut columns = file.columns.0;
+        let polar = file.polar.iter().map(|text| text.parse());
+        let polar = polar
+            .collect::<lagrangian::Result<_>>()
+            .advise("cannot use --polar", "give it as theta=x,y@x0,y0")?;
         let told = Signal::OF_DRIVES.map(|signal| (signal, take(columns.get_mut(signal))));
         let mut layout = Layout {
             trajectory: file.trajectory,
@@ -61,6 +65,7 @@ impl DataArgs {
             columns,
             actuated: self.actuated.clone(),
             angles: file.angle,
+            polar,
             parameters: self.parameters.clone(),
             degrees: file.degrees,
             every: file.every.map_or(0, |n| n as usize),

@@ -20,7 +20,6 @@ mod error;
 mod experiment;
 pub mod exports;
 mod fitting;
-mod foreign;
 pub mod limits;
 mod motion;
 mod recordings;

@@ -4,20 +4,25 @@ use std::io::Cursor;
 use std::path::Path;
 
 use lagrangian::trajectory::Readings;
+use lagrangian::trajectory::csv::{self, Look};
 use lagrangian::{Format, Layout, Recording, Signal, Signals};
 use lagrangian_run::{Data, DataFile, FileHash};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::error::{Error, Result};
-use crate::foreign::{self, Table};
+use crate::error::{Error, Result, bounded};
+use crate::limits;
+
+/// Rows that are shown.
+const SHOWN: usize = 5;
 
 /// A file that was dropped on the page.
 #[derive(Debug)]
 pub(crate) struct Dropped {
     name: String,
     hash: FileHash,
-    table: Table,
+    bytes: Vec<u8>,
+    look: Look,
 }
 
 /// The first look at a file.
@@ -92,33 +97,42 @@ pub(crate) struct Summary {
 impl Dropped {
     /// Takes a file.
     pub(crate) fn new(name: String, bytes: &[u8]) -> Result<Self> {
-        let table = foreign::table(bytes);
-        if table.headers.len() < 2 {
-            return Err(no_table(&name, table));
+        let look = csv::look(bytes, SHOWN)?;
+        if look.headers.len() < 2 {
+            return Err(Error::Refused {
+                finding: format!("'{name}' has no table with several columns"),
+                remedy: "save it as CSV, with a line of names and one row a sample".into(),
+            });
         }
-        table.within_bounds()?;
+        within_bounds(&look.headers)?;
         Ok(Self {
             name,
             hash: FileHash::of(bytes),
-            table,
+            bytes: bytes.into(),
+            look,
         })
     }
 
     /// Its size, bytes.
     pub(crate) fn size(&self) -> usize {
-        self.table.plain.len()
+        self.bytes.len()
     }
 
     /// The first look at it.
     pub(crate) fn inspected(&self) -> Inspected {
-        let table = &self.table;
+        let Look {
+            headers,
+            rows,
+            notes,
+        } = self.look.clone();
+        let degrees = |name: &String| name.contains('°') || name.to_lowercase().contains("deg");
         Inspected {
-            time: table.time(),
-            coordinates: table.coordinates(),
-            degrees: table.speaks_of_degrees(),
-            headers: table.headers.clone(),
-            rows: table.first.clone(),
-            notes: table.notes.clone(),
+            time: csv::time(&headers),
+            coordinates: csv::coordinates(&headers),
+            degrees: headers.iter().any(degrees),
+            headers,
+            rows,
+            notes,
         }
     }
 
@@ -127,24 +141,23 @@ impl Dropped {
     }
 
     fn readings(&self, layout: &Layout) -> Result<Readings> {
-        let source = Cursor::new(self.table.plain.clone());
+        let source = Cursor::new(self.bytes.clone());
         let stem = Path::new(&self.name).file_stem();
         let stem = stem.and_then(|stem| stem.to_str()).unwrap_or(&self.name);
         Ok(Format::Csv.read(source, stem, layout)?)
     }
 }
 
-/// Why a file has no table: what the library says of bytes that are no text, else what a table is.
-fn no_table(name: &str, table: Table) -> Error {
-    let read = |plain| Format::Csv.read(Cursor::new(plain), name, &Layout::default());
-    let known = table.headers.is_empty().then(|| read(table.plain));
-    match known {
-        Some(Err(error)) => error.into(),
-        _ => Error::Refused {
-            finding: format!("'{name}' has no table with several columns"),
-            remedy: "save it as CSV, with a line of names and one row a sample".into(),
-        },
-    }
+/// Refuses more columns, or longer names, than a page can show.
+fn within_bounds(headers: &[String]) -> Result<()> {
+    let remedy = "keep the columns of time and of what moves, or use the command `lagrangian`";
+    let (columns, most) = (headers.len() as f64, limits::COLUMNS as f64);
+    bounded("the number of columns", columns, most, remedy)?;
+    let longest = headers.iter().map(String::len).max();
+    let (longest, most) = (longest.unwrap_or(0) as f64, limits::NAME as f64);
+    let remedy = "give the columns short names in the first line";
+    let what = "the longest name of a column in bytes";
+    bounded(what, longest, most, remedy)
 }
 
 /// The recordings of files by these columns, and what the reader passed over.
@@ -160,7 +173,8 @@ pub(crate) fn read(files: &[Dropped], columns: Columns) -> Result<(Given, Vec<St
     for file in files {
         let readings = file.readings(&layout)?;
         data.training.extend(readings.recordings);
-        notes.extend(readings.notes);
+        let told = |note: &String| !file.look.notes.contains(note);
+        notes.extend(readings.notes.into_iter().filter(told));
         ignored.extend(readings.columns.ignored);
     }
     ignored.sort_unstable();

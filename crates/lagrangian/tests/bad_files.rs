@@ -145,7 +145,10 @@ fn text_in_a_number_is_refused_with_line_column_and_text() {
     );
     assert_says(&refusal("t,q1\r\n0,0\r\n1,abc\r\n"), &["line 3"]);
     assert_says(&refusal("t,q1\n0,0\n1,abc"), &["line 3"]);
-    assert_says(&refusal("t;q1\n0;0,5\n"), &["line 2", "'q1'", "'0,5'"]);
+    assert_says(
+        &refusal("t;q1\n0;1.5\n1;0,5\n"),
+        &["line 3", "'q1'", "'0,5'"],
+    );
 }
 
 #[test]

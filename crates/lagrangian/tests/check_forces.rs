@@ -397,9 +397,9 @@ fn decimal_commas_are_called_that() {
             .unwrap_err()
             .to_string()
     };
-    let message = read("t;q1\n0,0;1,5\n0,1;1,6\n");
+    let message = read("t;q1\n0.0;1.5\n0,1;1,6\n");
     assert!(
-        message.contains("decimal comma") && message.contains("line 2"),
+        message.contains("decimal comma") && message.contains("line 3"),
         "{message}"
     );
     assert!(read("t,q1\n0,0,1,5\n0,1,1,6\n").contains("decimal commas"));

@@ -5,7 +5,7 @@ mod robots;
 mod saved;
 mod settings;
 
-pub use recordings::{csv, db3, layout, mcap, npy, npz, parquet};
+pub use recordings::{csv, db3, layout, mcap, npy, npz, parquet, table};
 pub use robots::urdf;
 pub use saved::{checkpoint, model, resumed};
 pub use settings::settings;

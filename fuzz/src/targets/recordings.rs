@@ -2,7 +2,10 @@
 
 use std::io::{Cursor, Write};
 
-use lagrangian::{CheckOptions, EstimateOptions, Format, Layout, Readings, Trajectory, check};
+use lagrangian::trajectory::csv::{coordinates, look, time};
+use lagrangian::{
+    CheckOptions, EstimateOptions, Format, Layout, Readings, Signals, Trajectory, check,
+};
 use zip::write::SimpleFileOptions;
 
 use crate::{Outcome, refused, text};
@@ -10,6 +13,23 @@ use crate::{Outcome, refused, text};
 /// Comma-separated text.
 pub fn csv(bytes: &[u8]) -> Outcome {
     read(Format::Csv, bytes.to_vec(), &Layout::default())
+}
+
+/// Tables as other programs write them, by the columns that look like time and coordinates, and an angle of the first two others.
+pub fn table(bytes: &[u8]) -> Outcome {
+    let headers = look(bytes, 5).map_err(refused)?.headers;
+    let rest = headers.iter().skip(1).take(2).map(String::as_str);
+    let polar = format!("angle={}", rest.collect::<Vec<_>>().join(","));
+    let layout = Layout {
+        t: time(&headers).or(Some("0.1".into())),
+        columns: Signals {
+            q: coordinates(&headers),
+            ..Signals::default()
+        },
+        polar: polar.parse().into_iter().collect(),
+        ..Layout::default()
+    };
+    read(Format::Csv, bytes.to_vec(), &layout)
 }
 
 /// An archive of arrays.
@@ -22,9 +42,20 @@ pub fn npy(bytes: &[u8]) -> Outcome {
     read(Format::Npz, archive(bytes), &Layout::default())
 }
 
-/// Parquet.
+/// Parquet, with columns of numbers and with lists.
 pub fn parquet(bytes: &[u8]) -> Outcome {
+    let name = |name: &str| Some(name.to_owned());
+    let lists = Layout {
+        t: name("timestamp"),
+        trajectory: name("episode_index"),
+        columns: Signals {
+            q: vec!["observation.state".into()],
+            ..Signals::default()
+        },
+        ..Layout::default()
+    };
     read(Format::Parquet, bytes.to_vec(), &Layout::default())
+        .or_else(|_| read(Format::Parquet, bytes.to_vec(), &lists))
 }
 
 /// A bag in `SQLite`.

@@ -2,12 +2,11 @@
 
 use std::process::Stdio;
 
-use crate::workbench::{Workbench, swing};
+use crate::workbench::{Outcome, Workbench, swing};
 
 #[cfg(unix)]
 #[test]
 fn names_that_are_no_text_are_refused_and_do_not_panic() {
-    use crate::workbench::Outcome;
     use std::ffi::OsStr;
     use std::os::unix::ffi::OsStrExt;
 
@@ -127,11 +126,10 @@ fn pipes_folders_and_devices_are_no_recordings_and_no_layouts() {
 #[test]
 fn files_of_another_kind_say_what_they_are_and_what_to_do() {
     let bench = Workbench::new();
-    let utf16: Vec<u8> = swing().encode_utf16().flat_map(u16::to_le_bytes).collect();
     let files: [(&str, &[u8], &str); 8] = [
         ("zipped.csv", b"\x1f\x8b\x08rest", "gunzip"),
-        ("wide.csv", &utf16, "iconv"),
-        ("bom.csv", b"\xff\xfet\0", "iconv"),
+        ("zero.csv", b"t,q1\n0,\0\n", "no letters of text"),
+        ("bom.csv", b"\xff\xfet\0\n\0", "no column 'q1'"),
         (
             "quote.csv",
             b"t,q1\n0,\"1\n1,2\n",
@@ -230,4 +228,70 @@ fn the_number_of_threads_that_is_asked_for_is_bounded() {
     assert_eq!(outcome.status.code(), Some(0));
     let notes = String::from_utf8(outcome.stderr).unwrap();
     assert!(notes.contains("256 threads"), "{notes}");
+}
+
+/// A file as another program writes it.
+fn export(bench: &Workbench, name: &str) {
+    let folder =
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../lagrangian/tests/exports");
+    std::fs::copy(folder.join(name), bench.path(name)).unwrap();
+}
+
+#[test]
+fn files_of_other_programs_are_read_with_the_flags_that_a_refusal_names() {
+    let bench = Workbench::new();
+    for (file, parts) in [
+        (
+            "libfranka.csv",
+            vec!["libfranka", "--time 'duration'", "--tau 'tau_J[0],"],
+        ),
+        (
+            "phyphox.csv",
+            vec!["--q 'Tilt up/down (deg)'", "the file begins with"],
+        ),
+        (
+            "matlab_ascii.txt",
+            vec!["c1 … c8", "--time takes the seconds"],
+        ),
+        (
+            "lerobot.parquet",
+            vec!["LeRobot", "--trajectory 'episode_index'"],
+        ),
+    ] {
+        export(&bench, file);
+        let message = bench.refuse(&format!("check {file}"));
+        for part in parts {
+            assert!(message.contains(part), "{file}: {message}");
+        }
+    }
+    let read = |line: &str| bench.succeed(&format!("convert {line}"));
+    let outcome = read("libfranka.csv --time duration --q q[0],q[1] --qd dq[0],dq[1]");
+    assert!(
+        outcome.stderr.contains("'duration' is in ms"),
+        "{}",
+        outcome.stderr
+    );
+    assert!(outcome.stdout.contains("\n0.011,"), "{}", outcome.stdout);
+    let lists = "lerobot.parquet --time timestamp --q observation.state --trajectory episode_index";
+    assert!(read(lists).stderr.contains("2 trajectories, 12 rows"));
+    let counted = read("matlab_ascii.txt --time 0.5 --q c1,c2").stdout;
+    assert!(counted.contains("\n5.5,"), "{counted}");
+    export(&bench, "tracker_two_masses.txt");
+    let mut command = bench.command("convert tracker_two_masses.txt --polar");
+    let outcome = Outcome::of(
+        command
+            .arg("theta=mass B: x,mass B: y@mass A: x,mass A: y")
+            .output()
+            .unwrap(),
+    );
+    assert!(
+        outcome.stdout.starts_with("t,q1\n0,-1.57"),
+        "{}",
+        outcome.stdout
+    );
+    assert!(
+        bench
+            .refuse("check phyphox.csv --polar theta")
+            .contains("theta=x,y@x0,y0")
+    );
 }

@@ -164,3 +164,43 @@ fn a_message_that_is_cut_off_is_an_answer_too() {
         assert!(String::from_utf8_lossy(&answer).contains(r#"{"error":"#));
     }
 }
+
+#[test]
+fn files_of_other_programs_have_the_columns_that_the_command_reads() {
+    use lagrangian::{Format, Layout, Signals};
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../lagrangian/tests/exports");
+    for (file, t, q) in [
+        ("tracker_one_mass.csv", "t", "x"),
+        ("tracker_two_masses.txt", "t", "mass B: x"),
+        (
+            "phyphox_decimal_comma.csv",
+            "Time (s)",
+            "Tilt up/down (deg)",
+        ),
+        ("spreadsheet_utf16.txt", "Zeit (s)", "Winkel (°)"),
+        ("spreadsheet_latin1.csv", "Zeit (s)", "Winkel (°)"),
+        ("logger_pro.txt", "Time (ms)", "Position (cm)"),
+        ("labview.lvm", "X_Value (s)", "Angle (deg)"),
+        ("ur_rtde.csv", "timestamp", "actual_q_0"),
+    ] {
+        let bytes = std::fs::read(format!("{folder}/{file}")).unwrap();
+        let mut session = Session::default();
+        let inspect = json!({ "ask": "inspect", "name": file });
+        let seen = give(&mut session, &inspect, &bytes).unwrap();
+        assert_eq!(seen["time"], t, "{file}");
+        assert!(seen["headers"].as_array().unwrap().contains(&json!(q)));
+        let summary = ask(&mut session, &json!({ "ask": "read", "t": t, "q": [q] }));
+        let layout = Layout {
+            t: Some(t.into()),
+            columns: Signals {
+                q: vec![q.into()],
+                ..Signals::default()
+            },
+            ..Layout::default()
+        };
+        let own = Format::Csv.read(std::io::Cursor::new(bytes), "file", &layout);
+        let own = own.unwrap().recordings.remove(0);
+        assert_eq!(summary["q"], json!(own.q), "{file}");
+        assert_eq!(summary["t"], json!(own.t), "{file}");
+    }
+}

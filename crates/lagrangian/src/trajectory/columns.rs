@@ -2,7 +2,12 @@
 
 use serde::Serialize;
 
-use super::{Coordinate, Coordinates, Layout, Sampling, Signal, Signals, Topology};
+use super::polar::{Place, Points};
+use super::si::Scales;
+use super::unit::Stated;
+use super::{
+    Coordinate, Coordinates, Layout, Polar, Sampling, Signal, Signals, Topology, programs,
+};
 use crate::error::{brief, shortened};
 use crate::{Error, Result};
 
@@ -46,8 +51,14 @@ pub(super) struct Resolved {
     pub(super) trajectory: Option<usize>,
     /// Positions of t and of the signals, in their order.
     pub(super) numbers: Vec<usize>,
-    /// Angles, their velocities and accelerations are in degrees.
-    pub(super) degrees: bool,
+    /// What the numbers are multiplied with, t first; empty where all factors are 1.
+    pub(super) factors: Vec<f64>,
+    /// Seconds between rows, where there is no column of time.
+    pub(super) interval: Option<f64>,
+    /// Coordinates that are angles of two points, whose columns follow those of the signals.
+    pub(super) points: Vec<Points>,
+    /// What was decided of the columns, in sentences.
+    pub(super) notes: Vec<String>,
     pub(super) every: usize,
     pub(super) sample: Option<Sampling>,
 }
@@ -68,15 +79,6 @@ impl Resolved {
         let given = signals.filter(|name| !name.is_empty());
         std::iter::once(&self.columns.t).chain(given)
     }
-
-    /// Signal and coordinate of each number after t.
-    pub(super) fn places(&self) -> impl Iterator<Item = (Signal, usize)> {
-        let columns = |(signal, names): (Signal, &'_ Vec<String>)| {
-            let given = (0..names.len()).filter(|&i| !names[i].is_empty());
-            given.map(|i| (signal, i)).collect::<Vec<_>>()
-        };
-        self.columns.signals.iter().flat_map(columns)
-    }
 }
 
 /// Finds the columns of `layout` among `headers`.
@@ -85,8 +87,12 @@ impl Resolved {
 /// [`Error::Columns`] if one is missing, doubled, or a signal has another number of columns than q.
 pub(super) fn resolve(headers: &[String], layout: &Layout) -> Result<Resolved> {
     let finder = Finder { headers };
-    let t = layout.t.clone().unwrap_or_else(|| "t".into());
-    let mut numbers = vec![finder.position(&t, "t")?];
+    let mut notes = Vec::new();
+    let t = layout.t.clone().unwrap_or_else(|| finder.time(&mut notes));
+    let interval = layout.interval().filter(|_| !finder.has(&t));
+    // Where rows are counted, another column stands in the place of that of time.
+    let time = interval.map_or_else(|| finder.position(&t, "t"), |_| Ok(usize::MAX));
+    let mut numbers = vec![time?];
     let default = || finder.has("trajectory").then(|| "trajectory".to_owned());
     let trajectory = layout.trajectory.clone().or_else(default);
     let trajectory_at = trajectory
@@ -94,28 +100,45 @@ pub(super) fn resolve(headers: &[String], layout: &Layout) -> Result<Resolved> {
         .map(|name| finder.position(name, "trajectory"));
     let trajectory_at = trajectory_at.transpose()?;
     let signals = finder.signals(layout)?;
+    let mut points = Vec::new();
     for (signal, names) in signals.iter() {
         for name in names.iter().filter(|name| !name.is_empty()) {
-            numbers.push(finder.position(name, signal.name())?);
+            let polar = layout.polar.iter().find(|polar| polar.name == *name);
+            match polar.filter(|_| signal == Signal::Q) {
+                Some(polar) => points.push((numbers.len(), polar)),
+                None => numbers.push(finder.position(name, signal.name())?),
+            }
         }
     }
     finder.each_used_once(&numbers)?;
+    let points = finder.points(&points, &mut numbers)?;
+    if let Some(seconds) = interval {
+        numbers[0] = numbers[1];
+        notes.push(format!("time is counted: the rows are {seconds} s apart"));
+    }
     let is_used = |i: &usize| numbers.contains(i) || trajectory_at == Some(*i);
     let ignored = (0..headers.len()).filter(|i| !is_used(i));
     let ignored = ignored.map(|i| headers[i].clone()).collect();
     let estimated = signals.qd.is_empty() || signals.qdd.is_empty();
+    let coordinates = declare(&signals.q, layout, &finder)?;
+    let columns = Columns {
+        trajectory,
+        t,
+        signals,
+        ignored,
+        renamed: None,
+    };
+    let scales = Scales::of(&columns, &coordinates, headers, layout)?;
+    notes.extend(scales.notes);
     Ok(Resolved {
-        coordinates: declare(&signals.q, layout, &finder)?,
-        columns: Columns {
-            trajectory,
-            t,
-            signals,
-            ignored,
-            renamed: None,
-        },
+        coordinates,
+        columns,
         trajectory: trajectory_at,
         numbers,
-        degrees: layout.degrees,
+        factors: scales.factors,
+        interval,
+        points,
+        notes,
         every: layout.every.max(1),
         sample: layout
             .sample
@@ -140,8 +163,18 @@ fn declare(q: &[String], layout: &Layout, finder: &Finder<'_>) -> Result<Coordin
         let finding = "degrees are declared but no coordinate is an angle";
         return Err(finder.error(finding, "say which are with `angles`, q1,q2 or all"));
     }
-    let is_angle = |name: &String| layout.angles.iter().any(|a| a == name || a == "all");
+    let is_angle = |name: &String| {
+        let polar = layout.polar.iter().any(|polar| polar.name == *name);
+        polar || layout.angles.iter().any(|a| a == name || a == "all")
+    };
+    let is_alone = |own: &&str| {
+        q.iter()
+            .filter(|name| Stated::without_unit(name) == *own)
+            .count()
+            == 1
+    };
     let coordinate = |name: &String| {
+        let stated = Stated::of(name).unit.map(|unit| unit.si());
         let topology = match (layout.parameters.contains(name), is_angle(name)) {
             (true, _) => Topology::Parameter,
             (false, true) => Topology::Circle,
@@ -149,10 +182,16 @@ fn declare(q: &[String], layout: &Layout, finder: &Finder<'_>) -> Result<Coordin
         };
         let unit = match topology {
             Topology::Circle => "rad".into(),
-            _ => layout.units.get(name).cloned().unwrap_or_default(),
+            _ => layout
+                .units
+                .get(name)
+                .cloned()
+                .or(stated)
+                .unwrap_or_default(),
         };
+        let own = Some(Stated::without_unit(name)).filter(is_alone);
         Coordinate {
-            name: name.clone(),
+            name: own.unwrap_or(name).into(),
             unit,
             topology,
         }
@@ -169,12 +208,70 @@ impl Finder<'_> {
         self.headers.iter().any(|h| h == name)
     }
 
+    /// The column of time that is not named: `t`, else the only one that looks like time and states its unit.
+    fn time(&self, notes: &mut Vec<String>) -> String {
+        let sure = programs::sure_time(self.headers).filter(|_| !self.has("t"));
+        if let Some(name) = &sure {
+            notes.push(format!("time is taken from column '{name}'"));
+        }
+        sure.unwrap_or_else(|| "t".into())
+    }
+
+    /// The places of the points of angles, whose columns are added to `numbers`: x where the angle will stand, the others at the end.
+    fn points(&self, angles: &[(usize, &Polar)], numbers: &mut Vec<usize>) -> Result<Vec<Points>> {
+        for (k, (place, polar)) in angles.iter().enumerate() {
+            numbers.insert(place + k, self.position(&polar.point[0], "polar")?);
+        }
+        let mut points = Vec::new();
+        for (at, polar) in angles
+            .iter()
+            .enumerate()
+            .map(|(k, (at, polar))| (at + k, polar))
+        {
+            let columns = polar.point.iter().chain(&polar.about);
+            let columns = columns.filter(|name| name.parse::<f64>().is_err());
+            let units: Vec<Stated<'_>> = columns.map(|name| Stated::of(name)).collect();
+            let written: Vec<&str> = units.iter().map(|unit| unit.written).collect();
+            let same = written.windows(2).all(|pair| pair[0] == pair[1]);
+            if !same
+                || !units
+                    .iter()
+                    .all(|stated| stated.unit.is_none_or(|u| u.si() == "m"))
+            {
+                let finding = format!("the columns of '{polar}' are in {}", written.join(", "));
+                let remedy = "an angle needs x and y of both points in the same unit of length: rename or convert them";
+                return Err(self.error(finding, remedy));
+            }
+            let mut place = |name: &String| -> Result<usize> {
+                numbers.push(self.position(name, "polar")?);
+                Ok(numbers.len() - 1)
+            };
+            let y = place(&polar.point[1])?;
+            let mut about = [Place::Number(0.0); 2];
+            for (own, name) in about.iter_mut().zip(&polar.about) {
+                *own = match name.parse::<f64>() {
+                    Ok(x) if x.is_finite() && !self.has(name) => Place::Number(x),
+                    _ => Place::At(place(name)?),
+                };
+            }
+            points.push(Points { at, y, about });
+        }
+        Ok(points)
+    }
+
     fn error(&self, finding: impl Into<String>, remedy: impl Into<String>) -> Error {
         const SHOWN: usize = 40;
+        const LETTERS: usize = 800;
         let all = self.headers.len();
+        let mut letters = 0;
         let shown = self.headers.iter().take(SHOWN).map(|name| shortened(name));
-        let mut found = shown.collect::<Vec<_>>().join(", ");
-        if all > SHOWN {
+        let shown = shown.take_while(|name| {
+            letters += name.chars().count();
+            letters < LETTERS
+        });
+        let shown: Vec<String> = shown.collect();
+        let mut found = shown.join(", ");
+        if all > shown.len() {
             found += &format!(", … {all} in all");
         }
         Error::Columns {
@@ -184,13 +281,21 @@ impl Finder<'_> {
         }
     }
 
+    /// A remedy, and which columns look like the ones that are needed.
+    fn advised(&self, remedy: impl Into<String>) -> String {
+        const LONGEST: usize = 800;
+        let advice = programs::advice(self.headers).map(|advice| format!("; {advice}"));
+        let advice = advice.filter(|advice| advice.len() < LONGEST);
+        remedy.into() + &advice.unwrap_or_default()
+    }
+
     fn position(&self, name: &str, setting: &str) -> Result<usize> {
         let mut at = (0..self.headers.len()).filter(|&i| self.headers[i] == name);
         let (finding, remedy) = match (at.next(), at.next()) {
             (Some(i), None) => return Ok(i),
             (None, _) => (
                 format!("no column '{name}'"),
-                format!("name the right one with `{setting}`"),
+                self.advised(format!("name the right one with `{setting}`")),
             ),
             (Some(_), Some(_)) => (
                 format!("there are two columns '{name}'"),
@@ -203,7 +308,7 @@ impl Finder<'_> {
     /// The columns of each signal, each by its own rule.
     fn signals(&self, layout: &Layout) -> Result<Signals<Vec<String>>> {
         let named = &layout.columns;
-        let q = self.with_parameters(self.coordinates(&named.q)?, layout)?;
+        let q = self.with_parameters(self.coordinates(layout)?, layout)?;
         let moving = q.iter().map(|name| !layout.parameters.contains(name));
         let moving: Vec<bool> = moving.collect();
         let mut signals = Signals {
@@ -260,14 +365,18 @@ impl Finder<'_> {
         Err(self.error(finding, "name the columns of the goals with `goal`"))
     }
 
-    fn coordinates(&self, named: &[String]) -> Result<Vec<String>> {
+    fn coordinates(&self, layout: &Layout) -> Result<Vec<String>> {
+        let mut named = layout.columns.q.clone();
+        let angles = layout.polar.iter().map(|polar| polar.name.clone());
+        let angles: Vec<String> = angles.filter(|name| !named.contains(name)).collect();
+        named.extend(angles);
         if !named.is_empty() {
-            return Ok(named.to_vec());
+            return Ok(named);
         }
         let q = self.numbered("q");
         if q.is_empty() {
             let remedy = "name the columns of the coordinates with `q`, such as theta1,theta2";
-            return Err(self.error("no column 'q1'", remedy));
+            return Err(self.error("no column 'q1'", self.advised(remedy)));
         }
         self.unbroken("q", q.len(), q.len())?;
         Ok(q)

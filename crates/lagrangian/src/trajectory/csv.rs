@@ -1,14 +1,18 @@
 //! CSV: a header, then one sample a line.
 
 use std::cell::Cell;
-use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
+use std::io::{self, BufRead, BufReader, BufWriter, Cursor, Read, Write};
 
 use super::columns::resolve;
 use super::contents::Contents;
+use super::dialect::{Dialect, with_point};
+use super::encoding::{Decoded, Encoding};
 use super::rows::Rows;
 use super::{Layout, Readings, Trajectory};
-use crate::error::shortened;
+use crate::error::{brief, counted, shortened};
 use crate::{Error, Result};
+
+pub use super::programs::{coordinates, time};
 
 /// The longest row that is read, bytes: what is no table cannot fill the memory.
 const MAX_ROW: usize = 1 << 22;
@@ -16,67 +20,280 @@ const MAX_ROW: usize = 1 << 22;
 /// Bytes that the reader takes at a time.
 const CHUNK: usize = 1 << 16;
 
-const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
-
-/// Reads the recordings of a CSV text (comma, semicolon or tab between columns, whichever the header uses most).
+/// Reads the recordings of a text table: CSV, and what other programs write of that kind.
 ///
-/// Empty cells, `nan` and `inf` are kept as values that are not finite, so that `check` can show them.
+/// Columns are separated by commas, semicolons or tabs, whichever the header uses most, or by blanks; numbers have decimal points, or
+/// commas where none separates columns; the text is UTF-8, UTF-16 or Latin-1; titles, comments and units around the header are
+/// understood. What was passed over or changed is in [`Readings::notes`].
+///
+/// Empty cells, `nan` and `inf` are kept as values that are not finite, so that `check` can show them; rows without any value of a signal at
+/// the beginning and the end are omitted.
 ///
 /// # Errors
-/// [`Error::Columns`], [`Error::Cell`] with its line, [`Error::Malformed`] for lines of another length or other
-/// text than UTF-8, [`Error::TooShort`] if there is no row.
+/// [`Error::Columns`], [`Error::Cell`] with its line, [`Error::Malformed`] for lines of another length or bytes that are no
+/// text, [`Error::TooShort`] if there is no row.
 pub fn read(source: impl Read, name: &str, layout: &Layout) -> Result<Readings> {
     let unread = Cell::new(0);
-    let plain = PlainLines {
-        source,
-        returned: false,
-        unread: &unread,
+    let mut text = Text::open(source, &unread)?;
+    let beginning = std::mem::take(&mut text.beginning);
+    let shown = |error| match error {
+        Error::Columns {
+            finding,
+            found,
+            remedy,
+        } => Error::Columns {
+            finding,
+            found,
+            remedy: remedy + &beginning,
+        },
+        other => other,
     };
-    let mut source = BufReader::with_capacity(CHUNK, plain);
-    let start = source.fill_buf()?;
-    if let Some(other) = other_format(start) {
-        return Err(not_csv(other));
+    text.recordings(name, layout).map_err(shown)
+}
+
+/// The first look at a text table.
+#[derive(Debug, Clone, Default)]
+pub struct Look {
+    /// The names of its columns.
+    pub headers: Vec<String>,
+    /// Its first rows.
+    pub rows: Vec<Vec<String>>,
+    /// What was passed over or changed, in sentences.
+    pub notes: Vec<String>,
+}
+
+/// Looks at the columns and the first `rows` of a text table.
+///
+/// # Errors
+/// As [`read`], for what is no text.
+pub fn look(source: impl Read, rows: usize) -> Result<Look> {
+    let unread = Cell::new(0);
+    let Text {
+        source, dialect, ..
+    } = Text::open(source, &unread)?;
+    let (mut reader, headers) = Text::reader(source, &dialect)?;
+    let mut look = Look {
+        headers,
+        notes: dialect.notes,
+        ..Look::default()
+    };
+    for record in reader.records().take(rows) {
+        let record = record.map_err(malformed)?;
+        look.rows.push(record.iter().map(shortened).collect());
     }
-    let delimiter = delimiter(start);
-    let mut reader = csv::ReaderBuilder::new()
-        .delimiter(delimiter)
-        .flexible(true)
-        .trim(csv::Trim::All)
-        .from_reader(source);
-    let headers = reader.headers().map_err(malformed)?;
-    let mut headers: Vec<String> = headers.iter().map(String::from).collect();
-    if let Some(first) = headers.first_mut() {
-        *first = first.trim_start_matches('\u{feff}').trim().into();
-        name_unnamed(&mut headers);
-    } else {
-        return Err(Error::too_short(
-            format!("file '{name}' (it is empty, without even a header)"),
-            0,
-            2,
-        ));
+    let commas = |cell: &String| dialect.separator != b',' && with_point(cell).is_some();
+    if look.rows.iter().flatten().any(commas) {
+        look.notes.push(COMMAS.into());
     }
-    let resolved = resolve(&headers, layout)?;
-    let (numbers, trajectory) = (resolved.numbers.clone(), resolved.trajectory);
-    let mut rows = Rows::new(resolved, name);
-    let mut record = csv::StringRecord::new();
-    let mut values = vec![0.0; numbers.len()];
-    while reader.read_record(&mut record).map_err(malformed)? {
-        unread.set(0);
-        // The record's own position stands before the blank lines that were skipped.
-        let start = record.position().map_or(0, csv::Position::line);
-        let line = start.max(reader.position().line().saturating_sub(1));
-        check_length(&record, headers.len(), line)?;
-        for (value, &column) in values.iter_mut().zip(&numbers) {
-            *value = number(&record, column, &headers, line)?;
+    Ok(look)
+}
+
+const COMMAS: &str = "the numbers have decimal commas, which were read as points";
+
+/// A text that is open, with its dialect.
+struct Text<'a> {
+    source: BufReader<Box<dyn Read + 'a>>,
+    unread: &'a Cell<usize>,
+    dialect: Dialect,
+    /// The first lines, for messages.
+    beginning: String,
+}
+
+impl<'a> Text<'a> {
+    fn open(mut source: impl Read + 'a, unread: &'a Cell<usize>) -> Result<Self> {
+        let mut start = Vec::with_capacity(CHUNK);
+        source.by_ref().take(CHUNK as u64).read_to_end(&mut start)?;
+        if let Some(other) = other_format(&start) {
+            return Err(not_csv(other));
         }
-        rows.push(trajectory.and_then(|at| record.get(at)), &mut values)?;
+        let (encoding, mark) = Encoding::of(&start);
+        let known = known(&start[mark..], encoding);
+        let control = |c: char| c == '\0' || encoding != Encoding::Utf8 && c.is_ascii_control();
+        if known.contains(|c: char| control(c) && !"\t\n".contains(c)) {
+            return Err(not_csv(NO_TEXT));
+        }
+        let mut dialect = Dialect::of(&known);
+        if let Some(other) = encoding.other() {
+            let note = format!("the text is not in UTF-8; it was read as {other}");
+            dialect.notes.insert(0, note);
+        }
+        let mut all = Cursor::new(start);
+        all.set_position(mark as u64);
+        let decoded = Decoded::new(all.chain(source), encoding);
+        let plain: Box<dyn Read> = Box::new(PlainLines::new(decoded, dialect.blanks, unread));
+        let mut source = BufReader::with_capacity(CHUNK, plain);
+        for _ in 0..dialect.skip {
+            source.skip_until(b'\n')?;
+        }
+        unread.set(0);
+        Ok(Self {
+            source,
+            unread,
+            beginning: beginning(&known, &dialect.notes),
+            dialect,
+        })
     }
-    rows.finish()
+
+    /// The reader of its rows, and the names of its columns; none where it is empty.
+    fn reader(
+        source: BufReader<Box<dyn Read + 'a>>,
+        dialect: &Dialect,
+    ) -> Result<(csv::Reader<BufReader<Box<dyn Read + 'a>>>, Vec<String>)> {
+        let mut reader = csv::ReaderBuilder::new()
+            .delimiter(dialect.separator)
+            .has_headers(dialect.headers.is_none())
+            .flexible(true)
+            .trim(csv::Trim::All)
+            .from_reader(source);
+        let mut headers = match &dialect.headers {
+            Some(headers) => headers.clone(),
+            None => reader
+                .headers()
+                .map_err(malformed)?
+                .iter()
+                .map(String::from)
+                .collect(),
+        };
+        name_unnamed(&mut headers);
+        Ok((reader, headers))
+    }
+
+    fn recordings(self, name: &str, layout: &Layout) -> Result<Readings> {
+        let Self {
+            source,
+            unread,
+            dialect,
+            ..
+        } = self;
+        let (mut reader, headers) = Self::reader(source, &dialect)?;
+        if headers.is_empty() {
+            let what = format!("file '{name}' (it is empty, without even a header)");
+            return Err(Error::too_short(what, 0, 2));
+        }
+        let resolved = resolve(&headers, layout)?;
+        let (numbers, trajectory) = (resolved.numbers.clone(), resolved.trajectory);
+        let mut rows = Filled::new(Rows::new(resolved, name));
+        let mut record = csv::StringRecord::new();
+        let mut values = vec![0.0; numbers.len()];
+        let mut cells = Cells {
+            headers: &headers,
+            mark: if dialect.separator == b',' {
+                Mark::Point
+            } else {
+                Mark::Unknown
+            },
+            line: 0,
+        };
+        while reader.read_record(&mut record).map_err(malformed)? {
+            unread.set(0);
+            // The record's own position stands before the blank lines that were skipped.
+            let start = record.position().map_or(0, csv::Position::line);
+            let line = start.max(reader.position().line().saturating_sub(1));
+            cells.line = line + dialect.skip as u64;
+            cells.check_length(&record, dialect.comments)?;
+            for (value, &column) in values.iter_mut().zip(&numbers) {
+                *value = cells.number(&record, column)?;
+            }
+            rows.push(trajectory.and_then(|at| record.get(at)), &mut values)?;
+        }
+        let mut notes = dialect.notes;
+        if cells.mark == Mark::Comma {
+            notes.push(COMMAS.into());
+        }
+        rows.finish(notes)
+    }
+}
+
+/// What is known of a text from its first bytes, with plain line ends; a letter that is cut at the end is lost.
+fn known(start: &[u8], encoding: Encoding) -> String {
+    let unread = Cell::new(0);
+    let mut plain = PlainLines::new(Decoded::new(start, encoding), false, &unread);
+    let (mut part, mut text) = (vec![0; CHUNK], Vec::new());
+    // What is no text is found again when the rows are read.
+    while let Ok(count @ 1..) = plain.read(&mut part) {
+        text.extend_from_slice(&part[..count]);
+    }
+    String::from_utf8_lossy(&text).into_owned()
+}
+
+/// Lines of a file that a message shows.
+const SHOWN: usize = 3;
+
+/// The first lines of a file and what was recognised of it, for the end of a message.
+fn beginning(text: &str, notes: &[String]) -> String {
+    let lines = text.lines().filter(|line| !line.trim().is_empty());
+    let shown = lines
+        .take(SHOWN)
+        .map(|line| format!("\n  {}", shortened(line)));
+    let notes = notes.iter().map(|note| format!("\nnote: {note}"));
+    let notes = brief(&notes.collect::<String>());
+    format!("{notes}\nthe file begins with{}", shown.collect::<String>())
+}
+
+/// Rows without those at the beginning and the end that have no value of any signal.
+struct Filled {
+    rows: Rows,
+    /// Rows without a value since the last one that has some.
+    waiting: Vec<(Option<String>, Vec<f64>)>,
+    began: bool,
+    omitted: usize,
+}
+
+/// The most rows without a value that wait for one with some.
+const MOST_WAITING: usize = 1 << 12;
+
+impl Filled {
+    fn new(rows: Rows) -> Self {
+        Self {
+            rows,
+            waiting: Vec::new(),
+            began: false,
+            omitted: 0,
+        }
+    }
+
+    fn push(&mut self, trajectory: Option<&str>, values: &mut [f64]) -> Result<()> {
+        if values[1..].iter().all(|x| x.is_nan()) {
+            if !self.began {
+                self.omitted += 1;
+                return Ok(());
+            }
+            let row = (trajectory.map(String::from), values.to_vec());
+            self.waiting.push(row);
+            return match self.waiting.len() < MOST_WAITING {
+                true => Ok(()),
+                false => self.keep(),
+            };
+        }
+        self.began = true;
+        if !self.waiting.is_empty() {
+            self.keep()?;
+        }
+        self.rows.push(trajectory, values)
+    }
+
+    fn keep(&mut self) -> Result<()> {
+        let mut waiting = self.waiting.drain(..);
+        waiting.try_for_each(|(name, mut values)| self.rows.push(name.as_deref(), &mut values))
+    }
+
+    fn finish(self, mut notes: Vec<String>) -> Result<Readings> {
+        let omitted = self.omitted + self.waiting.len();
+        if omitted > 0 {
+            let rows = counted(omitted, "row");
+            notes.push(format!(
+                "{rows} without a value at the beginning or the end: omitted"
+            ));
+        }
+        let mut readings = self.rows.finish()?;
+        readings.notes.splice(0..0, notes);
+        Ok(readings)
+    }
 }
 
 /// What begins with these bytes, and is no text of a table: what to do with it.
 fn other_format(start: &[u8]) -> Option<&'static str> {
-    let known: [(&[u8], &str); 8] = [
+    let known: [(&[u8], &str); 6] = [
         (
             b"\x1f\x8b",
             "it is compressed with gzip: unpack it with `gunzip`",
@@ -85,8 +302,6 @@ fn other_format(start: &[u8]) -> Option<&'static str> {
             b"\x28\xb5\x2f\xfd",
             "it is compressed with zstd: unpack it with `zstd -d`",
         ),
-        (b"\xff\xfe", UTF_16),
-        (b"\xfe\xff", UTF_16),
         (
             b"PK\x03\x04",
             "it is a zip archive: name it .npz if NumPy wrote it, or unpack it",
@@ -98,15 +313,12 @@ fn other_format(start: &[u8]) -> Option<&'static str> {
         ),
         (b"\x89MCAP", "it is an MCAP file: name it .mcap"),
     ];
-    let found = known
-        .into_iter()
-        .find(|(magic, _)| start.starts_with(magic));
-    let wide = || start.contains(&0).then_some(UTF_16);
-    found.map(|(_, remedy)| remedy).or_else(wide)
+    let mut known = known.into_iter();
+    let found = known.find(|(magic, _)| start.starts_with(magic));
+    found.map(|(_, remedy)| remedy)
 }
 
-const UTF_16: &str =
-    "it holds zero bytes, as UTF-16 text does: convert it with `iconv -f UTF-16 -t UTF-8`";
+const NO_TEXT: &str = "it holds bytes that are no letters of text: export it again, as UTF-8";
 
 fn not_csv(reason: impl Into<String>) -> Error {
     Error::malformed("CSV", reason.into())
@@ -121,32 +333,107 @@ fn name_unnamed(headers: &mut [String]) {
     }
 }
 
-/// Refuses a row of another length than the header.
-fn check_length(record: &csv::StringRecord, expected: usize, line: u64) -> Result<()> {
-    let len = record.len();
-    if len == expected {
-        return Ok(());
+/// What stands between the digits of numbers.
+#[derive(Clone, Copy, PartialEq)]
+enum Mark {
+    Unknown,
+    Point,
+    Comma,
+}
+
+/// Cells of a row as numbers.
+struct Cells<'a> {
+    headers: &'a [String],
+    mark: Mark,
+    /// The line of the row.
+    line: u64,
+}
+
+impl Cells<'_> {
+    /// Refuses a row of another length than the header, but for a comment at its end.
+    fn check_length(&self, record: &csv::StringRecord, comments: bool) -> Result<()> {
+        let (len, expected, line) = (record.len(), self.headers.len(), self.line);
+        if len == expected || comments && len + 1 == expected {
+            return Ok(());
+        }
+        let remedy = if len == expected + 1 && record.iter().next_back() == Some("") {
+            "end the header with a separator as well, or none of the rows"
+        } else if (expected + 1..=2 * expected).contains(&len) {
+            "complete or remove it; if its numbers have decimal commas, write points"
+        } else {
+            "complete or remove it"
+        };
+        Err(not_csv(format!(
+            "line {line} has {len} cells where the header has {expected}: {remedy}"
+        )))
     }
-    let remedy = if len == expected + 1 && record.iter().next_back() == Some("") {
-        "end the header with a separator as well, or none of the rows"
-    } else if (expected + 1..=2 * expected).contains(&len) {
-        "complete or remove it; if its numbers have decimal commas, write points"
-    } else {
-        "complete or remove it"
-    };
-    Err(not_csv(format!(
-        "line {line} has {len} cells where the header has {expected}: {remedy}"
-    )))
+
+    fn number(&mut self, record: &csv::StringRecord, column: usize) -> Result<f64> {
+        let text = record.get(column).unwrap_or_default();
+        if text.is_empty() {
+            return Ok(f64::NAN);
+        }
+        match text.parse() {
+            Ok(x) if self.mark == Mark::Point => return Ok(x),
+            Ok(x) if !text.contains('.') => return Ok(x),
+            Ok(x) if self.mark == Mark::Unknown => {
+                self.mark = Mark::Point;
+                return Ok(x);
+            }
+            _ => {}
+        }
+        match with_point(text) {
+            Some(x) if self.mark != Mark::Point => {
+                self.mark = Mark::Comma;
+                Ok(x)
+            }
+            comma => Err(self.no_number(record, column, comma.is_some())),
+        }
+    }
+
+    fn no_number(&self, record: &csv::StringRecord, column: usize, comma: bool) -> Error {
+        let text = record.get(column).unwrap_or_default();
+        let (line, column) = (self.line, self.headers[column].clone());
+        if text.contains('\n') {
+            let line = record.position().map_or(line, csv::Position::line);
+            return not_csv(format!(
+                "line {line}, column '{column}': a quote is opened and not closed in that row"
+            ));
+        }
+        let text = shortened(text);
+        match comma {
+            true => Error::DecimalComma { line, column, text },
+            false => Error::Cell { line, column, text },
+        }
+    }
 }
 
 /// Writes every line end as `\n`, also those of Windows and of old Macs, so that lines are counted alike wherever the file was
-/// written, and ends a row that does not.
+/// written, and ends a row that does not; runs of blanks within a line as a tab, where they separate columns.
 struct PlainLines<'a, R> {
     source: R,
+    blanks: bool,
     /// Whether the last byte was a carriage return, whose line end is still to be written.
     returned: bool,
+    /// Whether blanks came after the beginning of a line, whose tab is still to be written.
+    gap: bool,
+    /// Whether a line has begun.
+    began: bool,
     /// Bytes since the last row was complete.
     unread: &'a Cell<usize>,
+}
+
+impl<'a, R> PlainLines<'a, R> {
+    fn new(source: R, blanks: bool, unread: &'a Cell<usize>) -> Self {
+        Self {
+            source,
+            blanks,
+            returned: false,
+            gap: false,
+            began: false,
+            unread,
+        }
+    }
 }
 
 impl<R: Read> Read for PlainLines<'_, R> {
@@ -173,17 +460,33 @@ impl<R: Read> Read for PlainLines<'_, R> {
 }
 
 impl<R> PlainLines<'_, R> {
+    /// Whether a byte is one of the blanks that separate columns, or that stand around a line.
+    fn is_gap(&mut self, byte: u8) -> bool {
+        let blank = matches!(byte, b' ' | b'\t');
+        self.gap = self.began && (blank || self.gap) && byte != b'\n';
+        self.began = byte != b'\n' && (self.began || !blank);
+        blank
+    }
+
     /// Moves `count` bytes from the second place to the first, with plain line ends; returns how many they become.
     fn plain(&mut self, buffer: &mut [u8], count: usize) -> usize {
         let mut kept = 0;
         for i in 1..=count {
             let byte = buffer[i];
             if byte == b'\r' {
-                self.returned = true;
+                (self.returned, self.gap) = (true, false);
                 continue;
             }
             if std::mem::take(&mut self.returned) && byte != b'\n' {
                 buffer[kept] = b'\n';
+                kept += 1;
+                self.began = false;
+            }
+            if self.blanks && self.is_gap(byte) {
+                continue;
+            }
+            if std::mem::take(&mut self.gap) {
+                buffer[kept] = b'\t';
                 kept += 1;
             }
             buffer[kept] = byte;
@@ -195,52 +498,6 @@ impl<R> PlainLines<'_, R> {
         }
         kept
     }
-}
-
-/// What separates the columns of a CSV text: a comma, a semicolon or a tab, whichever stands most often between the names of its header.
-/// What stands in quotes separates nothing.
-#[must_use]
-pub fn delimiter(start: &[u8]) -> u8 {
-    // The last of equals is taken, so the comma stands last.
-    let mut counts = [(b'\t', 0), (b';', 0), (b',', 0)];
-    // A quote opens where a name begins, and after one that closed: two of them stand for one.
-    let (mut quoted, mut opens) = (false, true);
-    for &byte in start.strip_prefix(BYTE_ORDER_MARK).unwrap_or(start) {
-        match byte {
-            b'"' => (quoted, opens) = (!quoted && opens, quoted),
-            b'\n' if !quoted => break,
-            _ if quoted => {}
-            _ => {
-                let own = counts.iter_mut().find(|(separator, _)| *separator == byte);
-                opens = own.is_some();
-                own.into_iter().for_each(|(_, count)| *count += 1);
-            }
-        }
-    }
-    let most = counts.into_iter().max_by_key(|(_, count)| *count);
-    most.map_or(b',', |(separator, _)| separator)
-}
-
-fn number(record: &csv::StringRecord, column: usize, headers: &[String], line: u64) -> Result<f64> {
-    let text = record.get(column).unwrap_or_default();
-    if text.is_empty() {
-        return Ok(f64::NAN);
-    }
-    text.parse().map_err(|_| {
-        let column = headers[column].clone();
-        let comma = text.contains(',') && text.replacen(',', ".", 1).parse::<f64>().is_ok();
-        if text.contains('\n') {
-            let line = record.position().map_or(line, csv::Position::line);
-            return not_csv(format!(
-                "line {line}, column '{column}': a quote is opened and not closed in that row"
-            ));
-        }
-        let text = shortened(text);
-        match comma {
-            true => Error::DecimalComma { line, column, text },
-            false => Error::Cell { line, column, text },
-        }
-    })
 }
 
 fn malformed(error: csv::Error) -> Error {

@@ -37,13 +37,13 @@ impl Format {
         (Self::Mcap, "mcap"),
     ];
 
-    /// The format of files with this extension (`txt`, `tsv` and `dat` are text too).
+    /// The format of files with this extension (`txt`, `tsv`, `dat` and `lvm` are text too).
     ///
     /// # Errors
     /// [`Error::Format`] listing the known ones.
     pub fn from_extension(extension: &str) -> Result<Self> {
         let lower = extension.trim_start_matches('.').to_ascii_lowercase();
-        if matches!(lower.as_str(), "txt" | "tsv" | "dat") {
+        if matches!(lower.as_str(), "txt" | "tsv" | "dat" | "lvm") {
             return Ok(Self::Csv);
         }
         Self::ALL
@@ -119,6 +119,8 @@ fn instead_of(extension: &str) -> String {
     match extension {
         "bag" => "it is a bag of ROS 1: convert it with `rosbags-convert --src a.bag --dst a` and give the folder".into(),
         "" => "the end of its name tells the format: rename it, such as to motion.csv (standard input is not read)".into(),
+        "mat" => "it is a file of MATLAB: write `writetable(array2table([t q]), 'motion.csv')` there, or in Python `numpy.savez('motion.npz', **scipy.io.loadmat('motion.mat', squeeze_me=True))`".into(),
+        "zip" => "it is an archive: unpack it, and give the CSV files in it".into(),
         "gz" => "it is compressed: unpack it with `gunzip`".into(),
         "xlsx" | "xls" | "ods" => "it is a spreadsheet: save it as CSV (also read: csv, npz, parquet, db3, mcap)".into(),
         "zstd" | "zst" => "it is compressed: unpack it with `zstd -d`".into(),

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::drive::{Constant, DriveLayout};
-use super::{Coordinates, Links, Sampling, Signal, Signals, Simulated, Topology};
+use super::{Coordinates, Links, Polar, Sampling, Signal, Signals, Simulated, Topology};
 use crate::{Error, Result};
 
 /// Which columns of a file hold which signal, and which coordinates are angles.
@@ -18,7 +18,7 @@ pub struct Layout {
     pub trajectory: Option<String>,
     /// Topic of a bag; a bag with one topic of joint states needs none.
     pub topic: Option<String>,
-    /// Column of time, s.
+    /// Column of time, s or what its name states; or the number of seconds between rows, where there is none.
     pub t: Option<String>,
     /// Columns of each signal: those of `q` give the coordinates their names, the others follow their order. Momenta
     /// are in SI units.
@@ -28,6 +28,8 @@ pub struct Layout {
     pub actuated: Vec<String>,
     /// Names of the coordinates that are angles; `["all"]` for every one.
     pub angles: Vec<String>,
+    /// Coordinates that are angles of two points; those that are not in `q` are further coordinates after it.
+    pub polar: Vec<Polar>,
     /// Names of the coordinates that never move: masses, lengths, strengths of fields. Those that are not in `q`
     /// are further coordinates after it; they need no columns of velocities, accelerations and forces.
     pub parameters: Vec<String>,
@@ -61,6 +63,8 @@ struct LayoutFile {
     actuated: Option<OneOrMany>,
     #[serde(skip_serializing_if = "Option::is_none")]
     parameter: Option<OneOrMany>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    polar: Option<OneOrMany>,
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     degrees: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -153,6 +157,10 @@ impl Layout {
             columns: Signals::default(),
             actuated: names(file.actuated),
             angles: names(file.angle),
+            polar: names(file.polar)
+                .iter()
+                .map(|text| text.parse())
+                .collect::<Result<_>>()?,
             parameters: names(file.parameter),
             degrees: file.degrees,
             units: file.units,
@@ -176,6 +184,12 @@ impl Layout {
         }
     }
 
+    /// The seconds between rows, where a number stands for the column of time.
+    pub(super) fn interval(&self) -> Option<f64> {
+        let number = self.t.as_ref()?.parse::<f64>().ok()?;
+        Some(number).filter(|seconds| seconds.is_finite() && *seconds > 0.0)
+    }
+
     /// Whether a column of this name would be read, with or without a number after it, if it could be: it is named, or is the
     /// default of what is not named. Momenta have no default here, since `p` may be a pressure.
     #[cfg_attr(
@@ -192,6 +206,7 @@ impl Layout {
         own(&self.t, "t")
             || own(&self.trajectory, "trajectory")
             || self.parameters.iter().any(|own| own == name)
+            || self.polar.iter().any(|polar| polar.reads(name))
             || self.columns.iter().any(is_asked)
     }
 
@@ -291,6 +306,7 @@ impl Layout {
         let file = LayoutFile {
             angle: list(&self.angles),
             actuated: list(&self.actuated),
+            polar: list(&self.polar.iter().map(Polar::to_string).collect::<Vec<_>>()),
             parameter: list(&self.parameters),
             degrees: self.degrees,
             every: (self.every > 1).then_some(self.every),
@@ -346,6 +362,9 @@ impl Layout {
             if own.is_empty() {
                 *own = other;
             }
+        }
+        if self.polar.is_empty() {
+            self.polar = beside.polar;
         }
         self.degrees |= beside.degrees;
         for (name, unit) in beside.units {

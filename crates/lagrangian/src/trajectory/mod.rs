@@ -6,11 +6,15 @@ mod coordinates;
 pub mod csv;
 pub(crate) mod delay;
 pub mod derivatives;
+mod dialect;
 mod drive;
+mod encoding;
 mod format;
 mod layout;
 pub(crate) mod local_polynomial;
 pub(crate) mod low_pass;
+#[cfg(any(not(target_family = "wasm"), feature = "parquet"))]
+mod matrices;
 pub(crate) mod noise;
 #[cfg(not(target_family = "wasm"))]
 mod npy;
@@ -18,6 +22,8 @@ mod npy;
 mod npz;
 #[cfg(feature = "parquet")]
 mod parquet;
+mod polar;
+mod programs;
 mod recording;
 #[cfg(feature = "ros")]
 mod ros;
@@ -25,10 +31,12 @@ mod rows;
 mod sample;
 #[cfg(not(target_family = "wasm"))]
 mod shared;
+mod si;
 mod signals;
 mod simulated;
 mod state;
 mod table;
+mod unit;
 mod visited;
 pub(crate) mod window;
 
@@ -38,6 +46,7 @@ pub use derivatives::{Estimate, EstimateOptions, Source};
 pub use drive::{Constant, DriveLayout};
 pub use format::Format;
 pub use layout::Layout;
+pub use polar::Polar;
 pub use recording::{Readings, Recording};
 pub use sample::{Sampled, Sampling, TimeStep, thin};
 pub use signals::{Signal, Signals};

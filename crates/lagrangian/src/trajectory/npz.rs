@@ -8,6 +8,7 @@ use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
 use super::columns::resolve;
 use super::contents::Contents;
+use super::matrices::numbered;
 use super::npy::{Header, malformed, write_header};
 use super::rows::Rows;
 use super::shared::Shared;
@@ -34,7 +35,7 @@ struct Unread {
 }
 
 /// The most columns of an array: as many as any motion has signals.
-const WIDEST: usize = 1 << 12;
+pub(super) const WIDEST: usize = 1 << 12;
 
 /// A column of an array.
 #[derive(Clone, Copy)]
@@ -46,13 +47,17 @@ struct Column<'a> {
 impl Array {
     /// Its columns with their names: `q` of shape `[len, 2]` has the columns `q1`, `q2`.
     fn columns(&self) -> impl Iterator<Item = (String, Column<'_>)> {
-        let width = self.header.shape.get(1).copied();
-        let name = move |place| match width {
-            Some(_) => format!("{}{}", self.name, place + 1),
-            None => self.name.clone(),
+        let names = match self.width() {
+            Some((name, width)) => numbered(name, width),
+            None => vec![self.name.clone()],
         };
-        let column = move |place| (name(place), Column { array: self, place });
-        (0..width.unwrap_or(1)).map(column)
+        let column = move |(place, name)| (name, Column { array: self, place });
+        names.into_iter().enumerate().map(column)
+    }
+
+    /// Its name and the number of its columns, where it has two axes.
+    fn width(&self) -> Option<(&str, usize)> {
+        self.header.shape.get(1).map(|width| (&*self.name, *width))
     }
 }
 
@@ -81,7 +86,8 @@ pub(super) fn read(source: impl Read + Seek, name: &str, layout: &Layout) -> Res
     if let Some(Unread { name, reason }) = unread.iter().find(|u| layout.asks_for(&u.name)) {
         return Err(malformed(format!("array '{name}' {reason}")));
     }
-    let layout = spread(layout, &arrays)?;
+    let matrices: Vec<_> = arrays.iter().filter_map(Array::width).collect();
+    let layout = layout.spread(&matrices).map_err(malformed)?;
     let (headers, all): (Vec<String>, Vec<Column>) = arrays.iter().flat_map(Array::columns).unzip();
     let resolved = resolve(&headers, &layout)?;
     let used = resolved
@@ -255,43 +261,6 @@ fn check_size(name: &str, header: &Header, size: u64) -> Result<u64> {
             header.shape
         ))),
     }
-}
-
-/// Names of two-axis arrays in the layout become the names of their columns.
-fn spread(layout: &Layout, arrays: &[Array]) -> Result<Layout> {
-    let mut layout = layout.clone();
-    let matrices = arrays.iter().filter(|a| a.header.shape.len() == 2);
-    let columns_of = |name: &str| {
-        let matrix = matrices.clone().find(|a| a.name == name)?;
-        Some(matrix.columns().map(|(name, _)| name).collect::<Vec<_>>())
-    };
-    let signals = layout.columns.iter_mut().map(|(_, names)| names);
-    let lists = [
-        &mut layout.angles,
-        &mut layout.actuated,
-        &mut layout.parameters,
-    ];
-    for names in signals.chain(lists) {
-        let columns = |name: String| columns_of(&name).unwrap_or_else(|| vec![name]);
-        *names = std::mem::take(names)
-            .into_iter()
-            .flat_map(columns)
-            .collect();
-    }
-    for (single, default) in [(&mut layout.t, "t"), (&mut layout.trajectory, "trajectory")] {
-        let name = single.as_deref().unwrap_or(default);
-        match columns_of(name).as_deref() {
-            None => {}
-            Some([column]) => *single = Some(column.clone()),
-            Some(columns) => {
-                let count = columns.len();
-                return Err(malformed(format!(
-                    "array '{name}' has {count} columns where one is needed: store an array of shape (rows,)"
-                )));
-            }
-        }
-    }
-    Ok(layout)
 }
 
 /// All used arrays have the same length, which it returns.

@@ -76,8 +76,14 @@ impl Partial {
 
     /// Takes a row; whether it is kept. Stretches whose number is `least` or more are passed over.
     fn push(&mut self, values: &mut [f64], resolved: &Resolved, least: u64) -> bool {
-        if resolved.degrees {
-            to_radians(values, resolved);
+        for (value, factor) in values.iter_mut().zip(&resolved.factors) {
+            *value *= factor;
+        }
+        for points in &resolved.points {
+            values[points.at] = points.angle(values);
+        }
+        if let Some(interval) = resolved.interval {
+            values[0] = interval * self.rows as f64;
         }
         let n = self.last.len();
         let counts = self.rows.is_multiple_of(resolved.every);
@@ -247,14 +253,6 @@ fn flaw(
     Some((1 + i, finding, Recording::CONSTANT))
 }
 
-fn to_radians(values: &mut [f64], resolved: &Resolved) {
-    for ((signal, i), value) in resolved.places().zip(&mut values[1..]) {
-        if signal.has_the_unit_of_q() && resolved.coordinates.is_circle(i) {
-            *value = value.to_radians();
-        }
-    }
-}
-
 impl Rows {
     pub(super) fn new(resolved: Resolved, file: &str) -> Self {
         Self {
@@ -338,7 +336,7 @@ impl Rows {
         Ok(Readings {
             recordings,
             columns: self.resolved.columns,
-            notes: Vec::new(),
+            notes: self.resolved.notes,
         })
     }
 }

@@ -18,18 +18,18 @@ impl Table {
     #[must_use]
     pub fn of_motions(motions: &[Trajectory], coordinates: &Coordinates, layout: &Layout) -> Self {
         let n = coordinates.dof();
-        let time = motions.iter().flat_map(|m| &m.t).copied().collect();
-        let mut columns = vec![(layout.time_column(), time)];
+        let name = layout.time_column();
+        let by = layout.factor(&name, None, false);
+        let time = motions.iter().flat_map(|m| &m.t).map(|t| t / by);
+        let mut columns = vec![(name, time.collect())];
         for signal in known(motions) {
             let names = layout.names_of(signal, coordinates);
             for (i, name) in names.into_iter().enumerate() {
-                let degrees =
-                    layout.degrees && signal.has_the_unit_of_q() && coordinates.is_circle(i);
+                let by = layout.factor(&name, Some(signal), coordinates.is_circle(i));
                 let own = motions
                     .iter()
                     .flat_map(|m| m.get(signal).iter().skip(i).step_by(n));
-                let value = |x: &f64| if degrees { x.to_degrees() } else { *x };
-                columns.push((name, own.map(value).collect()));
+                columns.push((name, own.map(|x| x / by).collect()));
             }
         }
         Self {
@@ -81,7 +81,8 @@ impl Layout {
     /// The column of time.
     #[must_use]
     pub fn time_column(&self) -> String {
-        self.t.clone().unwrap_or_else(|| "t".into())
+        let named = self.t.clone().filter(|_| self.interval().is_none());
+        named.unwrap_or_else(|| "t".into())
     }
 
     /// The columns of a signal, one for each coordinate: those of q bear the names of the coordinates.

@@ -7,7 +7,7 @@ use std::io::{self, BufReader, Read, Seek};
 use parquet::basic::{Compression, Type};
 use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData};
 
-use super::super::npz::{PACKING, UNPACKED};
+use super::super::npz::{PACKING, UNPACKED, WIDEST};
 use super::super::shared::Shared;
 use super::malformed;
 use super::thrift::{Known, Wire, damaged, walk};
@@ -96,6 +96,31 @@ impl Known for Schema {
     }
 }
 
+/// Checks that no page of the columns of lists claims more values than lists of rows can have: decoders take memory for them.
+pub(super) fn check_lists<R: Read + Seek>(
+    shared: &Shared<R>,
+    metadata: &ParquetMetaData,
+    lists: &[usize],
+) -> Result<()> {
+    check_rows(metadata, lists.len(), shared.size)?;
+    let groups = metadata.row_groups().iter();
+    for (group, &leaf) in groups.flat_map(|group| lists.iter().map(move |leaf| (group, leaf))) {
+        let rows = u64::try_from(group.num_rows()).unwrap_or(0);
+        let chunk = group.column(leaf);
+        let name = chunk.column_path().string();
+        check_place(chunk, &name)?;
+        let most = rows.saturating_mul(WIDEST as u64).min(UNPACKED / 8);
+        let checked = check_chunk(shared, chunk, &name)?;
+        if checked.values > most {
+            return Err(malformed(format!(
+                "column '{name}' claims {} numbers for {rows} rows, at most {most} are read: write it again, in smaller groups of rows",
+                checked.values
+            )));
+        }
+    }
+    Ok(())
+}
+
 /// Checks all pages of the columns `used`; the size of the largest dictionary of text, bytes.
 pub(super) fn check_pages<R: Read + Seek>(
     shared: &Shared<R>,
@@ -116,7 +141,7 @@ pub(super) fn check_pages<R: Read + Seek>(
                 shared.size
             ))
         })?;
-        dictionary = dictionary.max(check_chunk(shared, chunk, &name)?);
+        dictionary = dictionary.max(check_chunk(shared, chunk, &name)?.dictionary);
     }
     Ok(dictionary)
 }
@@ -149,12 +174,21 @@ fn check_place(chunk: &ColumnChunkMetaData, name: &str) -> Result<()> {
     }
 }
 
-/// Checks the pages of a column; the size of its dictionary of text, bytes.
+/// What the pages of a column claim together.
+#[derive(Default)]
+struct Checked {
+    /// The size of its dictionary of text, bytes.
+    dictionary: u64,
+    /// The number of its values.
+    values: u64,
+}
+
+/// Checks the pages of a column.
 fn check_chunk<R: Read + Seek>(
     shared: &Shared<R>,
     chunk: &ColumnChunkMetaData,
     name: &str,
-) -> Result<u64> {
+) -> Result<Checked> {
     let packing = match chunk.compression() {
         Compression::UNCOMPRESSED => 1,
         Compression::SNAPPY => SNAPPY,
@@ -166,7 +200,7 @@ fn check_chunk<R: Read + Seek>(
     };
     let is_text = chunk.column_type() == Type::BYTE_ARRAY;
     let (mut at, mut left) = chunk.byte_range();
-    let mut dictionary = 0;
+    let mut checked = Checked::default();
     while left > 0 {
         let mut page = Page::default();
         let mut header = BufReader::new(shared.at(at)).take(left);
@@ -176,8 +210,9 @@ fn check_chunk<R: Read + Seek>(
         let length = left - header.limit();
         let size = page.size(left - length, packing).map_err(broken)?;
         if page.kind == DICTIONARY && is_text {
-            dictionary = dictionary.max(size);
+            checked.dictionary = checked.dictionary.max(size);
         }
+        checked.values += u64::from(page.held.unsigned_abs());
         if is_text && page.encodings.iter().any(|code| DIFFERENCES.contains(code)) {
             return Err(malformed(format!(
                 "the text of column '{name}' is written as differences: write it plain, or with a dictionary"
@@ -186,7 +221,7 @@ fn check_chunk<R: Read + Seek>(
         let whole = length + u64::from(page.packed.unsigned_abs());
         (at, left) = (at + whole, left - whole);
     }
-    Ok(dictionary)
+    Ok(checked)
 }
 
 /// What the header of a page claims.
@@ -199,6 +234,8 @@ struct Page {
     packed: i32,
     /// Values in its dictionary.
     values: i32,
+    /// Values that it holds.
+    held: i32,
     encodings: Vec<i32>,
 }
 
@@ -241,6 +278,7 @@ impl Known for Page {
             [2] => self.unpacked = value,
             [3] => self.packed = value,
             [7, 1] => self.values = value,
+            [5 | 8, 1] => self.held = value,
             [5 | 7, 2] | [8, 4] => self.encodings.push(value),
             _ => {}
         }

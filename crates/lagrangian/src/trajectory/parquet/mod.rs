@@ -12,13 +12,18 @@ use arrow_schema::{DataType, Field, Schema};
 use bytes::Bytes;
 use parquet::arrow::ArrowWriter;
 use parquet::arrow::ProjectionMask;
-use parquet::arrow::arrow_reader::{ArrowReaderOptions, ParquetRecordBatchReaderBuilder};
+use parquet::arrow::arrow_reader::{
+    ArrowReaderMetadata, ArrowReaderOptions, ParquetRecordBatchReader,
+    ParquetRecordBatchReaderBuilder,
+};
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
 use parquet::file::reader::{ChunkReader, Length};
 
-use super::columns::{Resolved, resolve};
+use super::columns::resolve;
 use super::contents::Contents;
+use super::matrices::numbered;
+use super::npz::WIDEST;
 use super::rows::Rows;
 use super::shared::Shared;
 use super::{Layout, Readings};
@@ -89,50 +94,166 @@ fn read_groups(
     claims::check_footer(&shared)?;
     // What Arrow adds to the types of the columns is not needed to read numbers and names.
     let options = ArrowReaderOptions::new().with_skip_arrow_metadata(true);
-    let pages = shared.at(0);
-    let builder = ParquetRecordBatchReaderBuilder::try_new_with_options(shared, options)
-        .map_err(malformed)?;
-    let fields = builder.schema().fields().iter();
-    let headers: Vec<String> = fields.map(|f| f.name().clone()).collect();
-    let resolved = resolve(&headers, layout)?;
-    check_types(builder.schema(), &resolved)?;
-    let schema = builder.parquet_schema();
-    let used: Vec<usize> = resolved.used().collect();
-    let mask = ProjectionMask::roots(schema, used.iter().copied());
-    // Each column that is used has one leaf, as it is not nested.
-    let leaves =
-        (0..schema.num_columns()).filter(|&leaf| used.contains(&schema.get_column_root_idx(leaf)));
-    let leaves: Vec<usize> = leaves.collect();
-    let dictionary = claims::check_pages(&pages, builder.metadata(), &leaves)?;
-    let row = dictionary.saturating_add(8 * leaves.len() as u64);
-    let batch = (DECODED / row.max(1)).clamp(1, BATCH as u64);
-    let reader = builder
-        .with_projection(mask)
-        .with_batch_size(usize::try_from(batch).unwrap_or(BATCH))
-        .build()
-        .map_err(malformed)?;
-    let titles: Vec<String> = resolved.names().cloned().collect();
+    let metadata = ArrowReaderMetadata::load(&shared, options).map_err(malformed)?;
+    let (schema, parquet) = (metadata.schema(), metadata.metadata());
+    let asked = |field: &Field| is_list(field) && layout.asks_for(field.name());
+    let lists = roots(schema, asked);
+    claims::check_lists(&shared, parquet, &leaves(&metadata, &lists))?;
+    let widths = widths(&shared, &metadata, &lists)?;
+    let layout = layout.spread(&widths).map_err(malformed)?;
+    let columns = Column::all(schema, &widths);
+    let headers: Vec<String> = columns.iter().map(|column| column.name.clone()).collect();
+    let resolved = resolve(&headers, &layout)?;
+    let used: Vec<&Column> = resolved.used().map(|at| &columns[at]).collect();
+    check_types(
+        schema,
+        &used,
+        resolved.trajectory.map(|at| columns[at].root),
+    )?;
+    let mut roots: Vec<usize> = used.iter().map(|column| column.root).collect();
+    roots.sort_unstable();
+    roots.dedup();
+    // Each column that is used has one leaf: it is not nested, or a list.
+    let leaves = leaves(&metadata, &roots);
+    let dictionary = claims::check_pages(&shared, parquet, &leaves)?;
+    let width = |root: &usize| Column::width(&widths, schema.field(*root).name()).unwrap_or(1);
+    let numbers = roots.iter().map(width).sum::<usize>() as u64;
+    let batch = (DECODED / dictionary.saturating_add(8 * numbers).max(1)).clamp(1, BATCH as u64);
+    let places = resolved.numbers.iter().map(|&at| {
+        let column = &columns[at];
+        // OK because `roots` holds the root of every column that is used.
+        (
+            roots.binary_search(&column.root).unwrap_or_default(),
+            column.place,
+        )
+    });
+    let places: Vec<(usize, usize)> = places.collect();
     let trajectory = resolved.columns.trajectory.clone();
+    let reader = reader(
+        &shared,
+        &metadata,
+        &roots,
+        usize::try_from(batch).unwrap_or(BATCH),
+    )?;
+    let titles: Vec<(&str, usize)> = roots
+        .iter()
+        .map(|root| (schema.field(*root).name().as_str(), width(root)))
+        .collect();
     let mut rows = Rows::new(resolved, name);
     for batch in reader {
         let batch = batch.map_err(malformed)?;
-        let columns: Vec<Vec<f64>> = titles
+        let is_text = |title: &str| trajectory.as_deref() == Some(title);
+        let blocks: Vec<Vec<f64>> = titles
             .iter()
-            .map(|title| numbers(&batch, title))
+            .map(|(title, width)| match is_text(title) {
+                true => Ok(Vec::new()),
+                false => numbers_of(&batch, title, *width),
+            })
             .collect::<Result<_>>()?;
         let names = trajectory
             .as_ref()
             .map(|title| texts(&batch, title))
             .transpose()?;
-        let mut values = vec![0.0; columns.len()];
+        let mut values = vec![0.0; places.len()];
         for k in 0..batch.num_rows() {
-            for (value, column) in values.iter_mut().zip(&columns) {
-                *value = column[k];
+            for (value, &(block, place)) in values.iter_mut().zip(&places) {
+                *value = blocks[block][k * titles[block].1 + place];
             }
             rows.push(names.as_ref().map(|names| names[k].as_str()), &mut values)?;
         }
     }
     rows.finish()
+}
+
+/// A column of numbers or text: one of the file, or a place in one of lists.
+struct Column {
+    name: String,
+    root: usize,
+    place: usize,
+}
+
+impl Column {
+    /// The columns of a file, of which lists of known widths are several.
+    fn all(schema: &Schema, widths: &[(&str, usize)]) -> Vec<Self> {
+        let fields = schema.fields().iter().enumerate();
+        let columns = fields.flat_map(|(root, field)| {
+            let names = match Self::width(widths, field.name()) {
+                Some(width) => numbered(field.name(), width),
+                None => vec![field.name().clone()],
+            };
+            let column = move |(place, name)| Self { name, root, place };
+            names.into_iter().enumerate().map(column)
+        });
+        columns.collect()
+    }
+
+    fn width(widths: &[(&str, usize)], name: &str) -> Option<usize> {
+        let own = widths.iter().find(|(own, _)| *own == name);
+        own.map(|(_, width)| *width)
+    }
+}
+
+fn is_list(field: &Field) -> bool {
+    matches!(field.data_type(), DataType::List(inner) if is_numeric(inner.data_type()))
+}
+
+fn is_numeric(kind: &DataType) -> bool {
+    kind.is_integer() || matches!(kind, DataType::Float32 | DataType::Float64)
+}
+
+/// The columns that `is` holds for.
+fn roots(schema: &Schema, is: impl Fn(&Field) -> bool) -> Vec<usize> {
+    let fields = schema.fields();
+    (0..fields.len())
+        .filter(|&root| is(&fields[root]))
+        .collect()
+}
+
+/// The leaves of columns.
+fn leaves(metadata: &ArrowReaderMetadata, roots: &[usize]) -> Vec<usize> {
+    let schema = metadata.parquet_schema();
+    let own = |leaf: &usize| roots.contains(&schema.get_column_root_idx(*leaf));
+    (0..schema.num_columns()).filter(own).collect()
+}
+
+fn reader<R: Read + Seek + Send + 'static>(
+    shared: &Shared<R>,
+    metadata: &ArrowReaderMetadata,
+    roots: &[usize],
+    batch: usize,
+) -> Result<ParquetRecordBatchReader> {
+    let mask = ProjectionMask::roots(metadata.parquet_schema(), roots.iter().copied());
+    ParquetRecordBatchReaderBuilder::new_with_metadata(shared.at(0), metadata.clone())
+        .with_projection(mask)
+        .with_batch_size(batch)
+        .build()
+        .map_err(malformed)
+}
+
+/// The names of lists, and how many numbers the first row has of each.
+fn widths<'a, R: Read + Seek + Send + 'static>(
+    shared: &Shared<R>,
+    metadata: &'a ArrowReaderMetadata,
+    lists: &[usize],
+) -> Result<Vec<(&'a str, usize)>> {
+    if lists.is_empty() {
+        return Ok(Vec::new());
+    }
+    let Some(first) = reader(shared, metadata, lists, 1)?.next() else {
+        return Ok(Vec::new());
+    };
+    let first = first.map_err(malformed)?;
+    let width = |&root: &usize| {
+        let name = metadata.schema().field(root).name().as_str();
+        let width = column(&first, name)?.as_list::<i32>().value(0).len();
+        match (1..=WIDEST).contains(&width) {
+            true => Ok((name, width)),
+            false => Err(malformed(format!(
+                "the first list of column '{name}' has {width} numbers, not 1 to {WIDEST}"
+            ))),
+        }
+    };
+    lists.iter().map(width).collect()
 }
 
 fn column<'a>(batch: &'a RecordBatch, title: &str) -> Result<&'a ArrayRef> {
@@ -153,8 +274,31 @@ macro_rules! as_numbers {
     };
 }
 
-fn numbers(batch: &RecordBatch, title: &str) -> Result<Vec<f64>> {
+/// The numbers of a column, `width` for each row; those of a list that is null are NaN.
+fn numbers_of(batch: &RecordBatch, title: &str, width: usize) -> Result<Vec<f64>> {
     let column = column(batch, title)?;
+    let DataType::List(_) = column.data_type() else {
+        return numbers(column, title);
+    };
+    let lists = column.as_list::<i32>();
+    let all = numbers(lists.values(), title)?;
+    let mut own = Vec::new();
+    for (k, range) in lists.value_offsets().windows(2).enumerate() {
+        let row = &all[range[0] as usize..range[1] as usize];
+        match row.len() {
+            len if len == width => own.extend(row),
+            _ if lists.is_null(k) => own.extend(std::iter::repeat_n(f64::NAN, width)),
+            len => {
+                return Err(malformed(format!(
+                    "a list of column '{title}' has {len} numbers, the first has {width}"
+                )));
+            }
+        }
+    }
+    Ok(own)
+}
+
+fn numbers(column: &ArrayRef, title: &str) -> Result<Vec<f64>> {
     #[allow(clippy::cast_precision_loss, reason = "numbers of any type become f64")]
     let values = as_numbers!(
         column,
@@ -168,16 +312,21 @@ fn numbers(batch: &RecordBatch, title: &str) -> Result<Vec<f64>> {
 }
 
 /// A type that cannot be read is refused before any of its values takes memory.
-fn check_types(schema: &Schema, resolved: &Resolved) -> Result<()> {
-    let is_text = |column| resolved.trajectory == Some(column);
-    let unread = resolved
-        .used()
-        .find(|&column| match schema.field(column).data_type() {
-            DataType::Utf8 => !is_text(column),
-            other => !other.is_integer() && !matches!(other, DataType::Float32 | DataType::Float64),
-        });
-    match unread.map(|column| schema.field(column)) {
-        Some(field) => Err(of_type(field.name(), field.data_type())),
+fn check_types(schema: &Schema, used: &[&Column], text: Option<usize>) -> Result<()> {
+    let is_read = |field: &Field, column: &Column| match field.data_type() {
+        DataType::Utf8 => text == Some(column.root),
+        // Its name is then not that of the field.
+        DataType::List(_) => column.name != *field.name(),
+        other => is_numeric(other),
+    };
+    let fields = used
+        .iter()
+        .map(|column| (schema.field(column.root), *column));
+    match fields
+        .into_iter()
+        .find(|(field, column)| !is_read(field, column))
+    {
+        Some((field, _)) => Err(of_type(field.name(), field.data_type())),
         None => Ok(()),
     }
 }
@@ -195,7 +344,7 @@ fn texts(batch: &RecordBatch, title: &str) -> Result<Vec<String>> {
     let text = |x: Option<&str>| x.unwrap_or_default().to_owned();
     Ok(match column.data_type() {
         DataType::Utf8 => column.as_string::<i32>().iter().map(text).collect(),
-        _ => numbers(batch, title)?.iter().map(f64::to_string).collect(),
+        _ => numbers(column, title)?.iter().map(f64::to_string).collect(),
     })
 }
 
