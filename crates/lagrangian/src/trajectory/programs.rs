@@ -8,72 +8,43 @@ struct Program {
     name: &'static str,
     /// The column of time, and its unit.
     time: (&'static str, &'static str),
-    /// Columns of signals; `*` stands for the number of a joint, or before a `/` for its path.
-    signals: &'static [(Signal, &'static str)],
+    /// Columns of q, q̇, q̈ and τ; `*` stands for the number of a joint, or before a `/` for its path.
+    signals: [&'static str; 4],
     /// The column that tells motions apart.
     trajectory: &'static str,
 }
 
+const fn program(
+    name: &'static str,
+    time: (&'static str, &'static str),
+    signals: [&'static str; 4],
+    trajectory: &'static str,
+) -> Program {
+    Program {
+        name,
+        time,
+        signals,
+        trajectory,
+    }
+}
+
+const SIGNALS: [Signal; 4] = [Signal::Q, Signal::Qd, Signal::Qdd, Signal::Tau];
+const FRANKA: [&str; 4] = ["q[*]", "dq[*]", "", "tau_J[*]"];
+const FRANKA_NEWER: [&str; 4] = ["state.q[*]", "state.dq[*]", "", "state.tau_J[*]"];
+const RTDE: [&str; 4] = ["actual_q_*", "actual_qd_*", "", "actual_current_*"];
+const MUJOCO: [&str; 4] = ["qpos*", "qvel*", "qacc*", "qfrc_actuator*"];
+const LEROBOT: [&str; 4] = ["observation.state*", "", "", ""];
+const TOPICS: [&str; 4] = ["*/position", "*/velocity", "", "*/effort"];
+
 /// Sources: libfranka, `logToCSV` (time is `toMSec()`); Universal Robots, guide to the real-time data exchange; `MuJoCo`, `mjData`;
 /// `LeRobotDataset`, version 2; `PlotJuggler`, its exporter of CSV.
 const PROGRAMS: [Program; 6] = [
-    Program {
-        name: "libfranka",
-        time: ("duration", "ms"),
-        signals: &[
-            (Signal::Q, "q[*]"),
-            (Signal::Qd, "dq[*]"),
-            (Signal::Tau, "tau_J[*]"),
-        ],
-        trajectory: "",
-    },
-    Program {
-        name: "libfranka",
-        time: ("time", "ms"),
-        signals: &[
-            (Signal::Q, "state.q[*]"),
-            (Signal::Qd, "state.dq[*]"),
-            (Signal::Tau, "state.tau_J[*]"),
-        ],
-        trajectory: "",
-    },
-    Program {
-        name: "the real-time data exchange of Universal Robots",
-        time: ("timestamp", "s"),
-        signals: &[
-            (Signal::Q, "actual_q_*"),
-            (Signal::Qd, "actual_qd_*"),
-            (Signal::Tau, "actual_current_*"),
-        ],
-        trajectory: "",
-    },
-    Program {
-        name: "MuJoCo",
-        time: ("time", "s"),
-        signals: &[
-            (Signal::Q, "qpos*"),
-            (Signal::Qd, "qvel*"),
-            (Signal::Qdd, "qacc*"),
-            (Signal::Tau, "qfrc_actuator*"),
-        ],
-        trajectory: "episode",
-    },
-    Program {
-        name: "LeRobot",
-        time: ("timestamp", "s"),
-        signals: &[(Signal::Q, "observation.state*")],
-        trajectory: "episode_index",
-    },
-    Program {
-        name: "PlotJuggler",
-        time: ("__time", "s"),
-        signals: &[
-            (Signal::Q, "*/position"),
-            (Signal::Qd, "*/velocity"),
-            (Signal::Tau, "*/effort"),
-        ],
-        trajectory: "",
-    },
+    program("libfranka", ("duration", "ms"), FRANKA, ""),
+    program("libfranka", ("time", "ms"), FRANKA_NEWER, ""),
+    program("Universal Robots", ("timestamp", "s"), RTDE, ""),
+    program("MuJoCo", ("time", "s"), MUJOCO, "episode"),
+    program("LeRobot", ("timestamp", "s"), LEROBOT, "episode_index"),
+    program("PlotJuggler", ("__time", "s"), TOPICS, ""),
 ];
 
 impl Program {
@@ -81,7 +52,7 @@ impl Program {
     fn of(headers: &[String]) -> Option<&'static Self> {
         PROGRAMS.iter().find(|program| {
             let time = headers.iter().any(|header| header == program.time.0);
-            time && !like(headers, program.signals[0].1).is_empty()
+            time && !like(headers, program.signals[0]).is_empty()
         })
     }
 }
@@ -116,7 +87,8 @@ pub(super) fn advice(headers: &[String]) -> Option<String> {
     if let Some(program) = Program::of(headers) {
         let mut text = format!("these are columns of {}: try", program.name);
         text += &setting("t", &[program.time.0.to_owned()]);
-        for (signal, pattern) in program.signals {
+        let signals = SIGNALS.into_iter().zip(program.signals);
+        for (signal, pattern) in signals.filter(|(_, pattern)| !pattern.is_empty()) {
             text += &setting(signal.name(), &like(headers, pattern));
         }
         let episodes = headers
@@ -209,4 +181,21 @@ fn is_angle(header: &str) -> bool {
         || ["theta", "θ", "angle", "phi", "φ", "winkel"]
             .iter()
             .any(|begin| bare(header).starts_with(begin))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_column_whose_unit_is_a_rate_is_no_coordinate() {
+        let names = |list: [&str; 3]| list.map(String::from);
+        let gyroscope = names(["Time (s)", "Gyroscope x (rad/s)", "Absolute (rad/s)"]);
+        assert!(coordinates(&gyroscope).is_empty());
+        for unit in ["m/s^2", "°/s", "deg / s", "rad s^-1", "m·s⁻¹", "rpm"] {
+            let rate = format!("angle rate [{unit}]");
+            let headers = names(["t [s]", &rate, "angle (rad)"]);
+            assert_eq!(coordinates(&headers), ["angle (rad)"], "{unit}");
+        }
+    }
 }

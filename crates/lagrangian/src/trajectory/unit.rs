@@ -31,84 +31,32 @@ pub(super) struct Unit {
 
 use Quantity::{Angle, Force, Length, Time};
 
-/// Units, by the letters that remain of their names.
-const UNITS: [(&[&str], Quantity, f64, &str); 24] = [
-    (&["s", "sec", "secs", "second", "seconds"], Time, 1.0, "s"),
-    (
-        &["ms", "msec", "millis", "millisecond", "milliseconds"],
-        Time,
-        1e-3,
-        "s",
-    ),
-    (
-        &["us", "usec", "micros", "microsecond", "microseconds"],
-        Time,
-        1e-6,
-        "s",
-    ),
-    (
-        &["ns", "nsec", "nanosecond", "nanoseconds"],
-        Time,
-        1e-9,
-        "s",
-    ),
-    (&["min", "minute", "minutes"], Time, 60.0, "s"),
-    (
-        &["m", "meter", "meters", "metre", "metres"],
-        Length,
-        1.0,
-        "m",
-    ),
-    (
-        &[
-            "cm",
-            "centimeter",
-            "centimeters",
-            "centimetre",
-            "centimetres",
-        ],
-        Length,
-        1e-2,
-        "m",
-    ),
-    (
-        &[
-            "mm",
-            "millimeter",
-            "millimeters",
-            "millimetre",
-            "millimetres",
-        ],
-        Length,
-        1e-3,
-        "m",
-    ),
-    (&["um", "micrometer", "micrometers"], Length, 1e-6, "m"),
-    (&["km", "kilometer", "kilometers"], Length, 1e3, "m"),
-    (&["rad", "rads", "radian", "radians"], Angle, 1.0, "rad"),
-    (&["mrad"], Angle, 1e-3, "rad"),
-    (
-        &["deg", "degs", "degree", "degrees"],
-        Angle,
-        PI / 180.0,
-        "rad",
-    ),
-    (
-        &["rev", "revolution", "revolutions", "turn", "turns"],
-        Angle,
-        TAU,
-        "rad",
-    ),
-    (&["N", "newton", "newtons"], Force, 1.0, "N"),
-    (&["mN"], Force, 1e-3, "N"),
-    (&["kN"], Force, 1e3, "N"),
-    (&["Nm"], Force, 1.0, "N·m"),
-    (&["mNm", "Nmm"], Force, 1e-3, "N·m"),
-    (&["Ncm", "cNm"], Force, 1e-2, "N·m"),
-    (&["kNm"], Force, 1e3, "N·m"),
-    (&["A", "amp", "amps", "ampere", "amperes"], Force, 1.0, "A"),
-    (&["mA"], Force, 1e-3, "A"),
-    (&["uA"], Force, 1e-6, "A"),
+/// Units, by the names that they have without powers and blanks.
+const UNITS: [(&str, Quantity, f64, &str); 24] = [
+    ("s sec secs second seconds", Time, 1.0, "s"),
+    ("ms msec millis millisecond milliseconds", Time, 1e-3, "s"),
+    ("us usec micros microsecond microseconds", Time, 1e-6, "s"),
+    ("ns nsec nanosecond nanoseconds", Time, 1e-9, "s"),
+    ("min minute minutes", Time, 60.0, "s"),
+    ("m meter meters metre metres", Length, 1.0, "m"),
+    ("cm centimeter centimeters centimetre", Length, 1e-2, "m"),
+    ("mm millimeter millimeters millimetre", Length, 1e-3, "m"),
+    ("um micrometer micrometers", Length, 1e-6, "m"),
+    ("km kilometer kilometers", Length, 1e3, "m"),
+    ("rad rads radian radians", Angle, 1.0, "rad"),
+    ("mrad", Angle, 1e-3, "rad"),
+    ("deg degs degree degrees", Angle, PI / 180.0, "rad"),
+    ("rev revolution revolutions turn turns", Angle, TAU, "rad"),
+    ("N newton newtons", Force, 1.0, "N"),
+    ("mN", Force, 1e-3, "N"),
+    ("kN", Force, 1e3, "N"),
+    ("Nm", Force, 1.0, "N·m"),
+    ("mNm Nmm", Force, 1e-3, "N·m"),
+    ("Ncm cNm", Force, 1e-2, "N·m"),
+    ("kNm", Force, 1e3, "N·m"),
+    ("A amp amps ampere amperes", Force, 1.0, "A"),
+    ("mA", Force, 1e-3, "A"),
+    ("uA", Force, 1e-6, "A"),
 ];
 
 /// Other forms of a division by seconds.
@@ -154,8 +102,8 @@ impl Unit {
             _ => return None,
         };
         let (_, quantity, factor, si) = UNITS.into_iter().find(|(names, ..)| {
-            let same = |own: &&str| *own == name || own.len() > 2 && own.eq_ignore_ascii_case(name);
-            names.iter().any(same)
+            let same = |own: &str| own == name || own.len() > 2 && own.eq_ignore_ascii_case(name);
+            names.split(' ').any(same)
         })?;
         Some(Self {
             quantity,
