@@ -90,9 +90,11 @@ pub fn look(source: impl Read, rows: usize) -> Result<Look> {
 
 const COMMAS: &str = "the numbers have decimal commas, which were read as points";
 
+type Source<'a> = BufReader<Box<dyn Read + 'a>>;
+
 /// A text that is open, with its dialect.
 struct Text<'a> {
-    source: BufReader<Box<dyn Read + 'a>>,
+    source: Source<'a>,
     unread: &'a Cell<usize>,
     dialect: Dialect,
     /// The first lines, for messages.
@@ -136,9 +138,9 @@ impl<'a> Text<'a> {
 
     /// The reader of its rows, and the names of its columns; none where it is empty.
     fn reader(
-        source: BufReader<Box<dyn Read + 'a>>,
+        source: Source<'a>,
         dialect: &Dialect,
-    ) -> Result<(csv::Reader<BufReader<Box<dyn Read + 'a>>>, Vec<String>)> {
+    ) -> Result<(csv::Reader<Source<'a>>, Vec<String>)> {
         let mut reader = csv::ReaderBuilder::new()
             .delimiter(dialect.separator)
             .has_headers(dialect.headers.is_none())

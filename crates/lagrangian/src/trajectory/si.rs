@@ -99,13 +99,11 @@ impl Scales {
                 let what = what.unwrap_or_default();
                 return Err(misused(name, stated.written, what, &unit, signal.name()));
             }
-            Some(unit) if unit.fits(signal) && layout.degrees && circle && unit.si() == "rad" => {
-                if unit.factor.total_cmp(&1.0).is_eq() {
-                    self.notes.push(format!(
-                        "column '{name}' states {}: `degrees` is not applied to it",
-                        stated.written
-                    ));
-                }
+            Some(unit) if layout.degrees && circle && unit == Unit::RADIAN => {
+                self.notes.push(format!(
+                    "column '{name}' states {}: `degrees` is not applied to it",
+                    stated.written
+                ));
             }
             _ => {}
         }

@@ -73,6 +73,14 @@ const POWERS: [(&str, &str); 6] = [
 const ENDINGS: [&str; 9] = ["ms", "us", "ns", "deg", "degrees", "rad", "mm", "cm", "rpm"];
 
 impl Unit {
+    /// The radian.
+    pub(super) const RADIAN: Self = Self {
+        quantity: Angle,
+        order: 0,
+        factor: 1.0,
+        si: "rad",
+    };
+
     /// The unit of this text.
     pub(super) fn of(text: &str) -> Option<Self> {
         let letters = |c: char| match c {
