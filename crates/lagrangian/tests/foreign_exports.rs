@@ -1,4 +1,9 @@
 //! Files as other programs write them (`exports/ORIGIN.md`), to recordings in SI units.
+#![allow(
+    clippy::unwrap_used,
+    clippy::cast_precision_loss,
+    reason = "a test fails by panicking, and counts few rows"
+)]
 
 use std::f64::consts::PI;
 use std::io::Cursor;
