@@ -6,6 +6,7 @@ use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use lagrangian::trajectory::Sampling;
 use lagrangian::{Layout, Method};
+use lagrangian_run::Links;
 
 use crate::column_args::ColumnArgs;
 use crate::commands::OutputMode;
@@ -18,7 +19,9 @@ use crate::identify_args::IdentifyArgs;
 use crate::law_args::{ActionArgs, ConservedArgs};
 use crate::out_args::{OutArgs, PlotArgs};
 use crate::track_args::TrackArgs;
-use crate::values::{Rows, assignment, finite, method, name, non_negative, positive, rows, seed};
+use crate::values::{
+    Rows, assignment, finite, links, method, name, non_negative, positive, rows, seed,
+};
 
 const STYLES: Styles = Styles::styled()
     .header(AnsiColor::Green.on_default().bold())
@@ -32,7 +35,7 @@ const STYLES: Styles = Styles::styled()
 #[derive(Debug, Parser)]
 #[command(name = "lagrangian", version, styles = STYLES, propagate_version = true, after_help = "\
 Begin with:
-  lagrangian demo                                    a double pendulum, learned in two minutes
+  lagrangian demo                                    a double pendulum, learned in a minute
   lagrangian check motion.csv --angle all            is my data good enough?
   lagrangian fit motion.csv --angle all --out run    learn from it
   lagrangian rollout run/model.safetensors --q0 1,0 --qd0 0,0 --duration 10
@@ -189,12 +192,8 @@ pub(crate) struct SampleArgs {
 impl SampleArgs {
     /// As the library takes it.
     pub(crate) fn sampling(&self, seed: u64, stretch: usize) -> Option<Sampling> {
-        let rows = match self.rows {
-            Some(Rows(rows)) => rows?,
-            None => ROWS,
-        };
         Some(Sampling {
-            rows,
+            rows: self.rows.map_or(Some(ROWS), |Rows(rows)| rows)?,
             seed,
             stretch,
         })
@@ -315,7 +314,7 @@ Every value is kept, also those that `lagrangian check` refuses, and none is est
 angles are unwrapped.
 
 Examples:
-  lagrangian convert motion.csv --out parquet/motion.parquet
+  lagrangian convert motion.csv --out motion.parquet
   lagrangian convert log1.csv log2.csv --time time --q theta --tau torque --angle theta --degrees --out logs.npz
   lagrangian convert bag.db3 --angle all --out arm.csv
   lagrangian convert bag_folder --topic /joint_states --q shoulder,elbow --every 2 --out arm.csv")]
@@ -521,30 +520,11 @@ pub(crate) struct ReportArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) gif: Option<PathBuf>,
 
-    /// Where the moving chain of a run measures its angles [default: where its data say (`links` in the file beside them), else from the link before for a robot]
-    #[arg(long, value_enum)]
+    /// Where the moving chain of a run measures its angles: each from hanging down, or from the link before and the first from
+    /// hanging down or from the horizontal [default: where its data say (`links` in the file beside them), else from the link
+    /// before for a robot]
+    #[arg(long, value_parser = links())]
     pub(crate) links: Option<Links>,
-}
-
-/// Where the links of a drawn chain measure their angles.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum Links {
-    /// From hanging down
-    Absolute,
-    /// From the link before; the first from hanging down
-    Relative,
-    /// From the link before; the first from the horizontal
-    Horizontal,
-}
-
-impl From<Links> for lagrangian_run::Links {
-    fn from(links: Links) -> Self {
-        match links {
-            Links::Absolute => Self::Absolute,
-            Links::Relative => Self::Relative,
-            Links::Horizontal => Self::Horizontal,
-        }
-    }
 }
 
 /// A longer word is not repeated in full, bytes.
@@ -578,11 +558,7 @@ impl Cli {
         command.mut_subcommands(|command| {
             command.mut_args(|arg| {
                 let value = takes_value(&arg) && !arg.is_allow_hyphen_values_set();
-                if value {
-                    arg.allow_negative_numbers(true)
-                } else {
-                    arg
-                }
+                arg.allow_negative_numbers(value)
             })
         })
     }

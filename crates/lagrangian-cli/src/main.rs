@@ -29,6 +29,7 @@ mod motion;
 mod out_args;
 mod output;
 mod progress;
+mod quick;
 mod resumed;
 mod robot;
 mod seen;
@@ -67,5 +68,7 @@ fn run() -> Result<ExitCode> {
     input::require_text_arguments()?;
     instructions::choose()?;
     threads::bound();
-    commands::run(Cli::from_command_line())
+    let mut cli = Cli::from_command_line();
+    quick::cap(&mut cli.command)?;
+    commands::run(cli)
 }

@@ -91,10 +91,7 @@ impl Columns<'_> {
         let table = Table::of_motions(motions, self.coordinates, self.layout);
         let mut text = io::Cursor::new(Vec::new());
         Format::Csv.write_table(&mut text, &table)?;
-        let mut out = io::stdout().lock();
-        out.write_all(text.get_ref())
-            .and_then(|()| out.flush())
-            .context("cannot write to standard output")
+        print(text.into_inner())
     }
 }
 
@@ -121,14 +118,14 @@ fn refuse_closed() -> Result<()> {
 }
 
 /// Writes text to standard output; a closed or full output is an error, not a panic.
-pub(crate) fn print(text: &str) -> Result<()> {
+pub(crate) fn print(text: impl AsRef<[u8]>) -> Result<()> {
     let mut out = io::stdout().lock();
-    out.write_all(text.as_bytes())
+    out.write_all(text.as_ref())
         .and_then(|()| out.flush())
         .context("cannot write to standard output")
 }
 
 /// Writes one JSON object and a line end to standard output.
 pub(crate) fn print_json(value: &impl Serialize) -> Result<()> {
-    print(&format!("{}\n", serde_json::to_string_pretty(value)?))
+    print(format!("{}\n", serde_json::to_string_pretty(value)?))
 }

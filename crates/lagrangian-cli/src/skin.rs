@@ -62,7 +62,8 @@ impl Observer for Shown {
     fn progress(&mut self, progress: &Progress) -> ControlFlow<()> {
         let begun = (progress.step, Instant::now());
         let (step, start) = *self.first_step.get_or_insert(begun);
-        let rate = (progress.step - step) as f64 / start.elapsed().as_secs_f64().max(1e-9);
+        let rate =
+            progress.step.saturating_sub(step) as f64 / start.elapsed().as_secs_f64().max(1e-9);
         let news = format!(
             "step {} · {rate:.1} steps/s · loss {:.2e}",
             progress.step, progress.loss

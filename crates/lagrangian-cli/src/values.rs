@@ -2,6 +2,7 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use lagrangian::Method;
+use lagrangian_run::Links;
 use serde::{Deserialize, Serialize};
 
 /// The largest seed: what a TOML file can hold.
@@ -93,6 +94,12 @@ pub(crate) fn fraction(text: &str) -> Result<f64, String> {
 pub(crate) fn method() -> impl TypedValueParser<Value = Method> {
     let values = Method::TABLE.map(|(_, named)| PossibleValue::new(named.name).help(named.help));
     PossibleValuesParser::new(values).try_map(|name| name.parse::<Method>())
+}
+
+/// Where the links of a drawn chain measure their angles.
+pub(crate) fn links() -> impl TypedValueParser<Value = Links> {
+    let names = PossibleValuesParser::new(["absolute", "relative", "horizontal"]);
+    names.try_map(|name| serde_json::from_value(name.into()))
 }
 
 /// `name=value`.

@@ -101,7 +101,7 @@ impl RunFolder {
             return Ok(None);
         };
         if occupied == Occupied::Refuse && !empty {
-            let hint = match is_run {
+            let hint = match path.join(CHECKPOINT).is_file() {
                 true => {
                     "give another `out`, `resume` to continue that run, or `force` to restart it"
                 }

@@ -154,11 +154,8 @@ fn line(item: &Item, colour: bool) -> String {
         true => format!("\u{1b}[{code}m{word}\u{1b}[0m"),
         false => word.into(),
     };
-    let remedy = item
-        .remedy
-        .as_ref()
-        .map(|remedy| format!("{:22}→ {remedy}\n", ""));
-    let remedy = remedy.unwrap_or_default();
+    let remedy = item.remedy.iter();
+    let remedy: String = remedy.map(|own| format!("{:22}→ {own}\n", "")).collect();
     format!("  {verdict}  {:<14}{}\n{remedy}", item.name, item.finding)
 }
 

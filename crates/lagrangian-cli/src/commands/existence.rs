@@ -1,15 +1,13 @@
 //! `lagrangian check --lagrangian`: does any Lagrangian exist for these motions?
 
-use std::ops::ControlFlow;
-
 use anyhow::Result;
-use lagrangian::{Budget, CheckReport, EstimateOptions, Item, Observer, Recording, train};
+use lagrangian::{Budget, CheckReport, EstimateOptions, Item, Recording};
 use lagrangian_analysis::existence::{SurveyConfig, check_item, survey};
 
 use super::OutputMode;
 use crate::cli::CheckArgs;
 use crate::failure::{Advise, mistake};
-use crate::progress::Progress;
+use crate::skin::Shown;
 use crate::{data, interrupt};
 
 /// The item of recordings that passed the other items of `report`; none where the search was interrupted.
@@ -38,11 +36,9 @@ pub(super) fn item(
         budget: Budget::Seconds(args.seconds),
         ..SurveyConfig::default()
     };
-    let mut watch = Watch {
-        bar: Progress::start("searching for a Lagrangian", mode.quiet),
-    };
+    let mut shown = Shown::start("searching for a Lagrangian", mode.quiet);
     interrupt::listen()?;
-    let found = survey(&first.coordinates, &trajectories, &config, &mut watch).advise(
+    let found = survey(&first.coordinates, &trajectories, &config, &mut shown).advise(
         "cannot search for a Lagrangian",
         "omit --lagrangian, or give more recordings of the same system",
     )?;
@@ -50,21 +46,6 @@ pub(super) fn item(
         tell!("note: the search for a Lagrangian was stopped; its item is omitted");
         return Ok(None);
     }
-    watch.bar.finish("done");
+    shown.finish("done");
     Ok(Some(check_item(&found)))
-}
-
-struct Watch {
-    bar: Progress,
-}
-
-impl Observer for Watch {
-    fn progress(&mut self, progress: &train::Progress) -> ControlFlow<()> {
-        let news = format!("step {} · loss {:.1e}", progress.step, progress.loss);
-        self.bar.update(progress.share, &news);
-        if interrupt::is_pressed() {
-            return ControlFlow::Break(());
-        }
-        ControlFlow::Continue(())
-    }
 }

@@ -33,7 +33,7 @@ pub(super) fn run(args: &ReportArgs, mode: OutputMode) -> Result<ExitCode> {
     for path in [out, &args.gif].into_iter().flatten() {
         lagrangian_run::refuse_existing(path, existing)?;
     }
-    let report = of_run(&folder, args.links.map(Links::from), mode)?;
+    let report = of_run(&folder, args.links, mode)?;
     let _drawing = Task::start("report: drawing", mode.quiet, Size::default())?;
     let path = out.clone().unwrap_or_else(|| folder.file(REPORT));
     // The run's own page is made to be made again.

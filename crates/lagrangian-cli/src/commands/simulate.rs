@@ -88,16 +88,16 @@ pub(super) fn run(args: &SimulateArgs, mode: OutputMode) -> Result<ExitCode> {
 
 /// What the file beside the motions says: columns, angles, and the system that made them, so that what is learned can be set beside it.
 fn declared(args: &SimulateArgs, System { model, robot }: &System) -> Layout {
-    let (urdf, joints) = match robot {
-        Some(robot) => (Some(robot.urdf.clone()), robot.joints.clone()),
-        None => (None, Vec::new()),
-    };
+    let described = robot
+        .as_ref()
+        .map(|own| (own.urdf.clone(), own.joints.clone()));
+    let (urdf, joints) = described.unzip();
     let made_by = Simulated {
         name: model.name().into(),
         friction: args.friction,
         parameters: args.parameters.iter().cloned().collect(),
         urdf,
-        joints,
+        joints: joints.unwrap_or_default(),
     };
     Layout {
         system: Some(made_by),
@@ -175,10 +175,8 @@ fn parameters(args: &SimulateArgs) -> serde_json::Map<String, serde_json::Value>
     let own = known.find(|entry| Some(entry.name) == args.system.as_deref());
     let table = own.map_or(&[][..], |entry| entry.parameters);
     let defaults = table.iter().map(|p| (p.name.to_string(), json!(p.value)));
-    let given = args
-        .parameters
-        .iter()
-        .map(|(name, x)| (name.clone(), json!(x)));
+    let given = args.parameters.iter();
+    let given = given.map(|(name, x)| (name.clone(), json!(x)));
     defaults.chain(given).collect()
 }
 

@@ -16,6 +16,7 @@ mod laws;
 mod learned;
 mod long_logs;
 mod parameters;
+mod quick;
 mod resuming;
 mod robots;
 mod servos;

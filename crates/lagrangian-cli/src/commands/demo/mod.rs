@@ -3,7 +3,6 @@
 mod measure;
 mod page;
 
-use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -15,7 +14,7 @@ use lagrangian::{
     random_states,
 };
 use lagrangian_run::{
-    FIGURES, MODEL, Metric, Occupied, REPORT, RunFolder, RunRecord, Tensorboard, Watch,
+    Existing, FIGURES, MODEL, Metric, Occupied, REPORT, RunFolder, RunRecord, Tensorboard, Watch,
 };
 use serde_json::json;
 
@@ -45,12 +44,7 @@ struct Trained {
 
 pub(super) fn run(args: &DemoArgs, mode: OutputMode) -> Result<ExitCode> {
     let start = Instant::now();
-    let occupied = if args.force {
-        Occupied::Restart
-    } else {
-        Occupied::Refuse
-    };
-    let folder = RunFolder::open(&args.out, occupied)?;
+    let folder = RunFolder::open(&args.out, occupied(args))?;
     let record = RunRecord::now(command_line(), args.seed, args, Vec::new())?;
     folder.write_record(&record)?;
     let system = by_name(SYSTEM, &[])?;
@@ -116,6 +110,13 @@ fn plain_network() -> FitConfig {
     }
 }
 
+fn occupied(args: &DemoArgs) -> Occupied {
+    match args.force {
+        true => Occupied::Restart,
+        false => Occupied::Refuse,
+    }
+}
+
 /// Trains one model for the time that was given, in a run folder of its own.
 fn train(
     args: &DemoArgs,
@@ -124,12 +125,7 @@ fn train(
     data: &Dataset,
     mode: OutputMode,
 ) -> Result<Trained> {
-    let occupied = if args.force {
-        Occupied::Restart
-    } else {
-        Occupied::Refuse
-    };
-    let folder = RunFolder::open(&args.out.join(name), occupied)?;
+    let folder = RunFolder::open(&args.out.join(name), occupied(args))?;
     let config = FitConfig {
         loss: Loss::ACCELERATION,
         budget: Budget::Seconds(args.seconds),
@@ -178,18 +174,10 @@ fn write_rollouts(
         ("mlp.npz", &measurements.mlp),
     ];
     for (name, measured) in files {
-        let trajectories: Vec<_> = measured
-            .rollouts
-            .iter()
-            .map(|r| r.trajectory.clone())
-            .collect();
-        let path: &Path = &folder.file(name);
-        output::write_trajectories(
-            path,
-            lagrangian_run::Existing::Replace,
-            &trajectories,
-            system.coordinates(),
-        )?;
+        let rollouts = measured.rollouts.iter();
+        let motions: Vec<_> = rollouts.map(|r| r.trajectory.clone()).collect();
+        let (path, coordinates) = (folder.file(name), system.coordinates());
+        output::write_trajectories(&path, Existing::Replace, &motions, coordinates)?;
     }
     Ok(())
 }
