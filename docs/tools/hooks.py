@@ -22,13 +22,14 @@ LOG = logging.getLogger("mkdocs.plugins.hooks")
 
 #: Pages that stand in the root of the repository, by their place on the site.
 FROM_ROOT = {
+    "index.md": "README.md",
     "inside/architecture.md": "ARCHITECTURE.md",
     "inside/contributing.md": "CONTRIBUTING.md",
     "inside/security.md": "SECURITY.md",
     "inside/changelog.md": "CHANGELOG.md",
 }
 
-LINK = re.compile(r"(?<!!)\[([^\]]+)\]\(([^)\s:#]+)(#[^)]*)?\)")
+LINK = re.compile(r"(!?)\[([^\]]+)\]\(([^)\s:#]+)(#[^)]*)?\)")
 
 
 def on_files(files: Files, config: Any) -> Files:
@@ -85,10 +86,9 @@ def relinked(markdown: str, place: str, files: Files) -> str:
     folder = ROOT if own else (ROOT / "docs" / place).parent
     shown = {ROOT / name: where for where, name in FROM_ROOT.items()}
     shown[ROOT / "docs" / "adr"] = "adr/index.md"
-    shown[ROOT / "README.md"] = "index.md"
 
     def link(found: re.Match[str]) -> str:
-        words, path, anchor = found.group(1), found.group(2), found.group(3) or ""
+        mark, words, path, anchor = found.group(1), found.group(2), found.group(3), found.group(4) or ""
         target = Path(os.path.normpath(folder / path))
         where = shown.get(target)
         if where is None and target.is_relative_to(ROOT / "docs"):
@@ -99,7 +99,7 @@ def relinked(markdown: str, place: str, files: Files) -> str:
             # Left to MkDocs, which says where it is wrong.
             return found.group()
         near = os.path.relpath(where, os.path.dirname(place) or ".").replace(os.sep, "/")
-        return f"[{words}]({near}{anchor})"
+        return f"{mark}[{words}]({near}{anchor})"
 
     parts = re.split(r"^(```.*\n(?:.*\n)*?```)$", markdown, flags=re.MULTILINE)
     return "".join(part if part.startswith("```") else LINK.sub(link, part) for part in parts)

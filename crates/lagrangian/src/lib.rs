@@ -128,7 +128,7 @@ pub use trajectory::{
     Signal, Signals, State, Topology, Trajectory, Visited,
 };
 
-/// The program in the README compiles.
+/// The program of the page compiles.
 #[cfg(doctest)]
-#[doc = include_str!("../../../README.md")]
-struct Readme;
+#[doc = include_str!("../../../docs/rust.md")]
+struct Page;
