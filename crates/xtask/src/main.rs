@@ -2,7 +2,8 @@
 //! race` times it beside its peers, `cargo xtask bench` against the limits of the machine, `cargo xtask bits` compares the
 //! bits of what it computes with a record, `cargo xtask lines` holds each crate to its budget of lines, `cargo xtask sanitize` runs the tests of unsafe code under a sanitizer, `cargo xtask
 //! kill` ends fits in every way in which they may end, `cargo xtask fuzz` gives changed files to every parser, `cargo xtask deny`
-//! checks the licences of what is linked, `cargo xtask docs` builds the documentation as a site and runs its tutorials, `cargo xtask
+//! checks the licences of what is linked, `cargo xtask docs` builds the documentation as a site and runs its tutorials, `cargo xtask documents` runs
+//! every command that the documents print, `cargo xtask
 //! adapters` runs exported models in `CasADi` and `FMPy`, `cargo xtask wheel` builds the wheel of the Python package and tries it,
 //! `cargo xtask web` builds the laboratory in the browser and tests it there, `cargo xtask browser` reads pages in a real browser.
 
@@ -12,6 +13,7 @@ mod bits;
 mod browser;
 mod deny;
 mod docs;
+mod documents;
 mod environment;
 mod fuzz;
 mod kill;
@@ -41,12 +43,13 @@ usage: cargo xtask test
        cargo xtask deny
        cargo xtask python …
        cargo xtask docs …
+       cargo xtask documents …
        cargo xtask wheel
        cargo xtask adapters
        cargo xtask browser …
        cargo xtask web …
 
-  test   format, lines, clippy, tests (unit, integration, doc), documentation, examples, benches once, the Python package, exported models in other programs, the site of the documentation with its tutorials, pages and the laboratory in a real browser, the sanitizer, some killed fits, changed files, a small race; stops at the first failure";
+  test   format, lines, clippy, tests (unit, integration, doc), documentation, examples, benches once, the Python package, exported models in other programs, the site of the documentation with its tutorials, every command that the documents print, pages and the laboratory in a real browser, the sanitizer, some killed fits, changed files, a small race; stops at the first failure";
 
 /// One command that must succeed.
 struct Step {
@@ -82,7 +85,7 @@ impl Step {
 }
 
 /// In the order of what fails soonest.
-const TEST: [Step; 16] = [
+const TEST: [Step; 17] = [
     Step {
         component: Some("rustfmt"),
         ..Step::of_cargo("format", &["fmt", "--all", "--check"])
@@ -122,6 +125,7 @@ const TEST: [Step; 16] = [
     Step::chore("python", &["python"]),
     Step::chore("adapters", &["adapters"]),
     Step::chore("docs", &["docs", "--quick", "--where-possible"]),
+    Step::chore("documents", &["documents", "--as-built"]),
     Step::chore("browser", &["browser", "--where-possible"]),
     Step::chore("web", &["web", "--where-possible"]),
     Step::chore("sanitizer", &["sanitize", "--where-possible"]),
@@ -177,15 +181,15 @@ fn main() -> ExitCode {
         ["python", ref flags @ ..] => python::main(flags).map(|()| None),
         ["adapters", ref flags @ ..] => adapters::main(flags).map(|()| None),
         ["docs", ref flags @ ..] => docs::main(flags).map(|()| None),
+        ["documents", ref flags @ ..] => documents::main(flags).map(|()| None),
         ["browser", ref flags @ ..] => browser::main(flags).map(|()| None),
         ["wheel", ref flags @ ..] => wheel::main(flags).map(|()| None),
         ["web", ref flags @ ..] => web::main(flags).map(|()| None),
         ["sanitize", ref flags @ ..] => sanitize::main(flags).map(|()| None),
         ["help" | "-h" | "--help"] => {
-            println!(
-                "{USAGE}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}\n  {}",
+            let of_chores = [
                 lines::USAGE,
-                race::usage(),
+                &race::usage(),
                 bench::USAGE,
                 bits::USAGE,
                 sanitize::USAGE,
@@ -195,10 +199,12 @@ fn main() -> ExitCode {
                 python::USAGE,
                 wheel::USAGE,
                 docs::USAGE,
+                documents::USAGE,
                 adapters::USAGE,
                 browser::USAGE,
-                web::USAGE
-            );
+                web::USAGE,
+            ];
+            println!("{USAGE}\n  {}", of_chores.join("\n  "));
             return ExitCode::SUCCESS;
         }
         ref other => Err(Failure::Usage {
