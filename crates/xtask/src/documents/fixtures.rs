@@ -72,9 +72,9 @@ pub(super) static FIXTURES: &[Fixture] = &[
     fixture("motion.csv", "--p p1", "lagrangian simulate double-pendulum --momenta --trajectories 8 --duration 3 --out motion.csv"),
     fixture("motion.csv", "", swings!("motion.csv")),
     fixture("test.csv", "track ", arm!("test.csv")),
-    fixture("test.csv", "", swings!("test.csv")),
-    fixture("test1.csv", "", swings!("test1.csv")),
-    fixture("test2.csv", "", swings!("test2.csv")),
+    fixture("test.csv", "", concat!(swings!("test.csv"), " --seed 1")),
+    fixture("test1.csv", "", concat!(swings!("test1.csv"), " --seed 1")),
+    fixture("test2.csv", "", concat!(swings!("test2.csv"), " --seed 2")),
     fixture("other.csv", "", arm!("other.csv")),
     fixture("other-log.csv", "", arm!("other-log.csv")),
     fixture("log.csv", "", arm!("log.csv")),
@@ -93,7 +93,7 @@ for k in 1 2; do sed '1s/^t,/time,/; 1s/q1/theta/; 1s/tau1/torque/' m.csv > log$
     fixture("video.csv", "", "lagrangian simulate double-pendulum --trajectories 8 --duration 4 --out m.csv
 cut -d, -f1-4 m.csv > video.csv; cp m.toml video.toml; rm m.*"),
     fixture("planet.csv", "", "lagrangian simulate kepler --trajectories 4 --duration 10 --out m.csv
-sed '1s/,q1,q2,/,x,y,/' m.csv > planet.csv; rm m.*"),
+sed '1s/,q1,q2,/,x,y,/' m.csv > planet.csv; printf '[columns]\\nq = [\"x\", \"y\"]\\nqd = [\"qd1\", \"qd2\"]\\n' > planet.toml; rm m.*"),
     fixture("letter.csv", "iiwa7", "lagrangian simulate --urdf iiwa7 --friction 10 --duration 1 --out letter.csv"),
     fixture("letter.csv", "", "lagrangian simulate two-link-arm --friction 1 --duration 2 --out letter.csv"),
     fixture("robot.urdf", "", description!("robot.urdf")),
