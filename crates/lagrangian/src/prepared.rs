@@ -182,16 +182,30 @@ impl Prepared {
             false => Dataset::new(coordinates, &train, &validation)?,
         };
         let held_out = !validation.is_empty();
+        let mut motions = if held_out { validation } else { train };
+        motions.sort_by_cached_key(|motion| with_long_numbers(&motion.name));
         Ok(Self {
             dataset,
             estimates: how,
             check,
             low_pass,
             options: estimates,
-            motions: if held_out { validation } else { train },
+            motions,
             held_out,
         })
     }
+}
+
+/// A name with its numbers filled up with zeros: in this order 2 comes before 10.
+fn with_long_numbers(name: &str) -> String {
+    let words = name.split_inclusive(|c: char| !c.is_ascii_digit());
+    let long = words.map(
+        |word| match word.trim_end_matches(|c: char| !c.is_ascii_digit()) {
+            "" => word.into(),
+            digits => format!("{digits:0>20}{}", &word[digits.len()..]),
+        },
+    );
+    long.collect()
 }
 
 /// The coordinates of the recordings, of which there must be one, and which must have the same.
@@ -262,4 +276,35 @@ fn refuse_failed(report: &CheckReport) -> Result<()> {
         finding: format!("{about}{}: {}", item.name, item.finding),
         remedy: remedy.unwrap_or_else(|| "a check of the data says more".into()),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::with_long_numbers;
+
+    #[test]
+    fn motions_are_in_the_order_of_their_numbers() {
+        let mut names = [
+            "run 10",
+            "run 2",
+            "10",
+            "b",
+            "2",
+            "run 2 (3)",
+            "run 2 (12)",
+            "9",
+        ];
+        names.sort_by_cached_key(|name| with_long_numbers(name));
+        let wanted = [
+            "2",
+            "9",
+            "10",
+            "b",
+            "run 2",
+            "run 2 (3)",
+            "run 2 (12)",
+            "run 10",
+        ];
+        assert_eq!(names, wanted);
+    }
 }

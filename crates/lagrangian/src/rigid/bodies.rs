@@ -117,11 +117,12 @@ impl RigidBodies {
         Ok(self)
     }
 
-    /// The same robot with coordinates of other names, such as those of a recording; the joints keep theirs.
+    /// The same robot with coordinates of other names, such as those of a recording; the joints keep theirs. A coordinate without a
+    /// unit has that of its joint.
     ///
     /// # Errors
     /// [`Error::Robot`] for another number of coordinates, or an angle where a joint slides.
-    pub fn with_coordinates(mut self, coordinates: Coordinates) -> Result<Self> {
+    pub fn with_coordinates(mut self, mut coordinates: Coordinates) -> Result<Self> {
         let (joints, n) = (self.tree.joints.join(", "), self.dof());
         if coordinates.dof() != n {
             let finding = format!(
@@ -145,6 +146,9 @@ impl RigidBodies {
                     finding,
                     "check the order of the joints (`joints`), or leave it out of `angles`",
                 ));
+            }
+            if coordinates.0[i].unit.is_empty() {
+                coordinates.0[i].unit = if body.turns { "rad" } else { "m" }.into();
             }
         }
         self.tree.coordinates = coordinates;

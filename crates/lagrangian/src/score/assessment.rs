@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::inertia::{Forward, Spectrum, forwards, spectrum};
 use super::speed::weakened;
-use super::{Errors, Score, SignalError, add_torques};
+use super::{Errors, Score, add_torques};
 use crate::check::CheckReport;
 use crate::stop::Stop;
 use crate::train::Contestant;
@@ -153,9 +153,7 @@ fn of_torques(score: &Score, coordinates: &Coordinates) -> Vec<Reason> {
     let Some(error) = &score.torque else {
         return Vec::new();
     };
-    // Either all joints count alike, or all squares: the noise of a joint without a drive is no reason against a model, and
-    // neither are joints that are small beside a well explained one.
-    let mean = error.nmse_mean.min(pooled(error));
+    let mean = error.unexplained();
     let mut reasons = Vec::new();
     if mean.is_nan() || mean >= 1.0 {
         let finding = format!("it predicts torques no better than their mean (nMSE {mean:.3})");
@@ -199,13 +197,6 @@ fn of_nominal(model: &dyn Model, motions: &[Trajectory], score: &Score) -> Optio
     );
     let remedy = "use the description itself, or record motions like these and fit again";
     (own > WORSE * alone).then(|| Reason::new(Grade::Poor, finding, remedy))
-}
-
-/// The squared errors of all joints over their variances, each summed over the joints.
-fn pooled(error: &SignalError) -> f64 {
-    let variance = |(mse, nmse): (&f64, &f64)| mse / nmse;
-    let variances = error.mse.iter().zip(&error.nmse).map(variance);
-    error.mse_sum / variances.filter(|v| v.is_finite()).sum::<f64>()
 }
 
 /// Accelerations: of free motions by their error, of a driven machine where they can be predicted.

@@ -41,6 +41,29 @@ impl SignalError {
             nmse,
         }
     }
+
+    /// The part of the variance that is not explained, over all coordinates. Either all of them count alike, or all squares: the noise of
+    /// a joint without a drive is no reason against a model, and neither are joints that are small beside a well explained one.
+    #[must_use]
+    pub fn unexplained(&self) -> f64 {
+        let variance = |(mse, nmse): (&f64, &f64)| mse / nmse;
+        let variances = self.mse.iter().zip(&self.nmse).map(variance);
+        let all = variances.filter(|v| v.is_finite()).sum::<f64>();
+        self.nmse_mean.min(self.mse_sum / all)
+    }
+
+    /// Of some of the coordinates alone.
+    #[must_use]
+    pub fn of(&self, coordinates: &[usize]) -> Self {
+        let pick = |all: &[f64]| -> Vec<f64> { coordinates.iter().map(|&i| all[i]).collect() };
+        let (mse, nmse) = (pick(&self.mse), pick(&self.nmse));
+        Self {
+            mse_sum: mse.iter().sum(),
+            nmse_mean: nmse.iter().sum::<f64>() / nmse.len() as f64,
+            mse,
+            nmse,
+        }
+    }
 }
 
 /// Adds the errors of τ at every sample, where the model has inverse dynamics.

@@ -4,7 +4,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::assessment::{FOLLOWED, GOOD, Grade, HALF, LOST};
-use super::{Assessment, Outside, RolloutScore, Score};
+use super::{Assessment, Outside, RolloutScore, Score, SignalError};
+use crate::Coordinates;
 
 /// A joint is passive, or nearly, whose inertial torque has more than this multiple of the variance of its force: inertia and gravity
 /// cancel there, and what is recorded is their small remainder and noise.
@@ -44,6 +45,46 @@ impl Judgement {
             false => format!("{}: {}", self.grade.name(), self.why),
         }
     }
+
+    /// The grade and the reason as a sentence of its own, for the first line of an answer.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let text = self.text();
+        let (first, rest) = text.split_at(1);
+        format!("{}{rest}.", first.to_uppercase())
+    }
+}
+
+impl SignalError {
+    /// How much of a signal, such as `torques`, is explained over these coordinates, with the worst of them.
+    #[must_use]
+    pub fn judged(&self, signal: &str, coordinates: &Coordinates) -> Judgement {
+        let left = self.unexplained();
+        let percent = |nmse: f64| match nmse < 1.0 {
+            true => format!("{} %", explained(100.0 * nmse)),
+            false => "nothing".into(),
+        };
+        let pairs = coordinates.0.iter().zip(&self.nmse);
+        let known = pairs.filter(|(_, nmse)| self.nmse.len() > 1 && !nmse.is_nan());
+        let worst = known.max_by(|a, b| a.1.total_cmp(b.1));
+        let worst = worst.map_or(String::new(), |(own, nmse)| {
+            format!("; least: {}, {}", own.name, percent(*nmse))
+        });
+        let why = match left < 1.0 {
+            true => format!(
+                "it explains {} of the variance of the {signal}{worst}",
+                percent(left)
+            ),
+            false => format!("it predicts the {signal} no better than by their mean"),
+        };
+        Judgement::new(Grade::of_error(left), why)
+    }
+}
+
+/// What is explained where this percentage is not, of which two digits are significant.
+fn explained(left: f64) -> String {
+    let digits = 1 - left.log10().floor().clamp(-8.0, 1.0) as i32;
+    format!("{:.1$}", 100.0 - left, digits.unsigned_abs() as usize)
 }
 
 impl Grade {
@@ -204,8 +245,14 @@ impl RolloutScore {
             let why = "how long it can be predicted is not known: it is noisy, or too short";
             return Judgement::new(Grade::Fair, why);
         }
-        let why = format!("it can be predicted for {possible:.2} s");
-        match self.followed_seconds / possible {
+        let followed = self.followed_seconds / possible;
+        let expected = format!("{possible:.2} s for which a model can be expected to follow it");
+        let why = match followed {
+            x if x >= 1.0 => format!("at least the {expected}"),
+            x if x >= FOLLOWED => format!("nearly the {expected}"),
+            _ => format!("less than the {expected}"),
+        };
+        match followed {
             x if x >= FOLLOWED => Judgement::new(Grade::Good, why),
             x if x >= LOST => Judgement::new(Grade::Fair, extrapolated(&why, outside)),
             _ => Judgement::new(Grade::Poor, extrapolated(&why, outside)),
@@ -230,7 +277,7 @@ fn extrapolated(why: &str, outside: Option<&Outside>) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Forward, SignalError};
+    use super::super::Forward;
     use super::*;
 
     fn score(nmse: &[f64]) -> Score {
@@ -282,6 +329,47 @@ mod tests {
         assert!(why.is_some_and(|own| own.why.contains("passive")));
         let why = found.judged_torque(2, &assessed(&[0.5; 3]));
         assert!(why.is_some_and(|own| own.why.contains("no better")));
+    }
+
+    #[test]
+    fn a_signal_is_judged_as_a_whole_beside_its_worst_coordinate() {
+        let coordinates = Coordinates::lines(3);
+        let sentence = |nmse: &[f64]| {
+            let error = SignalError::new(nmse.to_vec(), &vec![1.0; nmse.len()]);
+            error.judged("torques", &coordinates).sentence()
+        };
+        assert_eq!(
+            sentence(&[0.001, 0.02, 0.129]),
+            "Good: it explains 95.0 % of the variance of the torques; least: q3, 87 %."
+        );
+        assert_eq!(
+            sentence(&[0.000_012_3]),
+            "Good: it explains 99.9988 % of the variance of the torques."
+        );
+        let lost = sentence(&[2.0, 3.0]);
+        assert!(
+            lost.starts_with("Poor: ") && lost.contains("no better"),
+            "{lost}"
+        );
+    }
+
+    #[test]
+    fn what_can_be_expected_of_a_motion_is_told_beside_what_it_is() {
+        let judged = |followed: f64| {
+            let rollout = RolloutScore {
+                outcome: crate::Outcome::Finished,
+                duration: 5.0,
+                valid_seconds: followed,
+                exceeded: true,
+                followed_seconds: followed,
+                predictable_seconds: 0.6,
+                q_mean_absolute: vec![0.1],
+            };
+            rollout.judged(None).text()
+        };
+        assert!(judged(4.8).starts_with("good: at least the 0.60 s"));
+        assert!(judged(0.55).starts_with("good: nearly the 0.60 s"));
+        assert!(judged(0.1).contains(": less than the 0.60 s"));
     }
 
     #[test]
