@@ -30,7 +30,7 @@ export async function opened(browser, name, { width = 1280, theme = "light", tou
   const address = pathToFileURL(`${folder}/${name}`).href, faults = [];
   page.on("console", (message) => ["error", "warning"].includes(message.type()) && faults.push(message.text()));
   page.on("pageerror", (error) => faults.push(error.message));
-  page.on("request", (request) => request.url() !== address && !request.url().startsWith("data:") && faults.push(`request to ${request.url()}`));
+  page.on("request", (request) => request.url() !== address && !/^(data|blob):/.test(request.url()) && faults.push(`request to ${request.url()}`));
   await page.goto(address);
   return { page, faults, close: () => context.close() };
 }

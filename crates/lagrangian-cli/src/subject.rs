@@ -6,7 +6,7 @@ use anyhow::Result;
 use clap::Args;
 use lagrangian::analytic::{AnalyticModel, by_name};
 use lagrangian::mechanics::Applied;
-use lagrangian::{Coordinates, Lagrangian, Learned};
+use lagrangian::{Coordinates, Lagrangian, Learned, Model, Visited};
 use lagrangian_analysis::conserved::Physics;
 
 use crate::failure::{Advise, mistake};
@@ -69,6 +69,14 @@ impl SubjectArgs {
 }
 
 impl Subject {
+    /// The unit of its action; none of a model of motions without forces, whose factor they do not tell.
+    pub(crate) fn unit_of_action(&self) -> &'static str {
+        match self {
+            Self::Model(model) if model.visited().is_some_and(Visited::is_free) => "",
+            _ => "J·s",
+        }
+    }
+
     /// Its Lagrangian with its forces.
     pub(crate) fn physics(&self) -> Result<Physics<'_>> {
         match self {

@@ -5,8 +5,8 @@ use std::path::Path;
 use std::{env, fs, io};
 
 use lagrangian_report::{
-    Animation, Axis, Command, Figure, Headline, HeatMap, Panel, Report, Role, Series, Shape, Stage,
-    Table, draw, energy_error_over_time, loss_curves, parity,
+    Along, Animation, Axis, Command, Figure, Headline, HeatMap, Panel, Report, Role, Series, Shape,
+    Stage, Sweep, Table, draw, energy_error_over_time, loss_curves, parity,
 };
 
 fn main() -> io::Result<()> {
@@ -20,20 +20,19 @@ fn main() -> io::Result<()> {
 
 /// Every kind of figure.
 fn known() -> Report {
-    let mut figures: Vec<Figure> = vec![sine("position", 1.0), sine("velocity", 2.0)];
-    figures.extend([
-        losses(),
+    let kinds = [
+        band(),
         energy_errors(),
         ellipse(),
         cloud(),
-        band(),
+        shaded(),
         categories(),
         nothing(),
-    ]);
-    figures.extend((1..=6).map(torque));
+    ];
     let mut report = Report {
         title: "Known values".into(),
         subtitle: "sines, falls, an ellipse".into(),
+        answer: "Good: it explains 99.90 % of the variance of the torques; least: q2, 87 %.".into(),
         summary: vec!["Every value of this page is known.".into()],
         headlines: vec![Headline::new(
             "Largest value",
@@ -42,12 +41,17 @@ fn known() -> Report {
             "of a sine",
         )],
         animations: vec![pendulum(), robot()],
-        figures,
         maps: vec![map()],
         ..Report::default()
     };
-    let rows = vec![vec!["1".into(), "2".into()]];
-    report.tables = vec![Table::new("A table.", &["", "b"], rows)];
+    report.add_figures("Motion", [sine("position", 1.0), sine("velocity", 2.0)]);
+    report.add_figures("Kinds of figures", kinds);
+    report.add_figures("Forces", (1..=6).map(torque));
+    report.add_figures("Training", [losses()]);
+    let rows = |count: u32| (1..=count).map(|k| vec![k.to_string(), (k * k).to_string()]);
+    report.tables = [("A table.", 3), ("A long table.", 14)]
+        .map(|(caption, count)| Table::new(caption, &["", "b"], rows(count).collect()))
+        .to_vec();
     report.settings = vec![("samples".into(), "1001".into())];
     report.commands = vec![Command::new("This page", "cargo run --example pages")];
     report
@@ -273,6 +277,25 @@ fn band() -> Figure {
         y: Axis::linear("force", "N"),
         series: vec![Series::range("predicted", Role::Lnn, t, &runs)],
     }
+}
+
+/// An inertia between places that no data cover, with ends between ticks.
+fn shaded() -> Figure {
+    let at: Vec<f64> = (0..=100).map(|k| f64::from(k) * 0.04 - 2.0).collect();
+    let own = Along {
+        learned: at.iter().map(|x| 2.0 + 1.9 * x.cos()).collect(),
+        ..Along::default()
+    };
+    let sweep = Sweep {
+        at,
+        data: (-1.0, 1.2),
+        quantities: vec![own],
+    };
+    let axes = [
+        Axis::linear("angle", "rad"),
+        Axis::linear("inertia", "kg·m²"),
+    ];
+    sweep.figure("shaded", "Inertia along the angle".into(), axes)
 }
 
 fn categories() -> Figure {

@@ -1,7 +1,10 @@
 // What a reader does with a figure: point, zoom, pan, hide, change the scale, with a mouse, a finger and keys.
 
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
 import { after, afterEach, before, beforeEach, test } from "node:test";
+
+import { PNG } from "pngjs";
 
 import { frame, launched, opened, plotOf } from "../browser.js";
 
@@ -141,6 +144,63 @@ test("the scale of positive values can be changed, and that of others cannot", a
   await page.keyboard.press("l");
   assert.equal(await loss.picture(), logarithmic);
   assert.ok(await plotOf(page, "position").figure.locator(".scale").isHidden());
+});
+
+test("a scale is offered where all values are positive, without those of a shade", async () => {
+  const offered = async (id) => plotOf(page, id).figure.locator(".scale").isVisible();
+  for (const id of ["loss", "energy-error", "shaded"]) assert.ok(await offered(id), id);
+  // A sine is negative, and a line through 0 has no place on a logarithmic axis.
+  for (const id of ["velocity", "band", "parity-torque", "phase"]) assert.ok(!(await offered(id)), id);
+});
+
+test("a shade reaches over the whole height of its plot, and has no line in the legend and no value", async () => {
+  const shaded = plotOf(page, "shaded"), edge = await shaded.seen();
+  // 0.9 of the width lies outside of the data; just within the frame at its upper and at its lower end.
+  const places = [29 / edge.height, 1 - 45 / edge.height];
+  const inks = await shaded.figure.locator("canvas.base").evaluate((canvas, places) => {
+    const { data } = canvas.getContext("2d").getImageData(0.9 * canvas.width, 0, 1, canvas.height);
+    return places.map((v) => data[4 * Math.floor(v * canvas.height) + 3]);
+  }, places);
+  assert.ok(inks.every((alpha) => alpha > 0), `${inks}`);
+  const swatch = shaded.figure.locator(".swatch.shade");
+  assert.equal(await swatch.evaluate((own) => getComputedStyle(own, "::after").display), "none");
+  await page.mouse.move(...inside(edge, 0.5, 0.5));
+  assert.equal((await shaded.values()).length, 2);
+});
+
+const saved = async (plot, kind, act) => {
+  await plot.figure.locator(".save summary").click();
+  const [download] = await Promise.all([page.waitForEvent("download"), act(plot.figure.getByRole("button", { name: `Save as ${kind}` }))]);
+  return { name: download.suggestedFilename(), bytes: readFileSync(await download.path()) };
+};
+
+test("a figure is saved as numbers: a column a curve, with their units", async () => {
+  const { name, bytes } = await saved(plotOf(page, "position"), "CSV", (button) => button.click());
+  assert.equal(name, "known-values-position.csv");
+  const rows = bytes.toString().trimEnd().split("\r\n").map((line) => line.split(","));
+  assert.deepEqual(rows[0], ["time (s)", "Truth", "Lagrangian network", "Plain network"]);
+  assert.equal(rows.length, 1002);
+  for (const [t, truth] of rows.slice(1).map((row) => row.map(Number))) assert.ok(Math.abs(truth - Math.sin(t)) < 1e-6, `${truth} at ${t} s`);
+  const map = (await saved(plotOf(page, "field"), "CSV", (button) => button.click())).bytes.toString().split("\r\n");
+  assert.deepEqual([map[0], map.length], ["place (m),time (s),value", 202]);
+  const [place, time, value] = map[23].split(",").map(Number);
+  assert.ok(Math.abs(value - (2 / 10 - 1 / 5)) < 1e-3 && Math.abs(place - 0.25) < 1e-6 && Math.abs(time - 0.15) < 1e-6, map[23]);
+});
+
+test("a figure is saved as a picture that needs no page, by the keyboard too", async () => {
+  const loss = plotOf(page, "loss");
+  const svg = await saved(loss, "SVG", (button) => button.press("Enter"));
+  assert.equal(svg.name, "known-values-loss.svg");
+  const text = svg.bytes.toString();
+  assert.match(text, /^<svg [^>]*xmlns="http:\/\/www.w3.org\/2000\/svg"/);
+  assert.ok(text.includes(">Loss</text>") && text.includes(".l.lnn { stroke: #1d63d1; }") && !text.includes("var("), text.slice(0, 3000));
+  const png = await saved(plotOf(page, "field"), "PNG", (button) => button.click());
+  assert.equal(png.name, "known-values-field.png");
+  const picture = PNG.sync.read(png.bytes);
+  assert.deepEqual([picture.width, picture.height], [1572, 1140]);
+  // White around, and ink within.
+  const dark = picture.data.filter((value, k) => k % 4 < 3 && value < 200).length;
+  assert.ok(picture.data[3] === 255 && picture.data[0] === 255 && dark > 10_000, `${dark}`);
 });
 
 test("arrow keys read values, and they are announced", async () => {

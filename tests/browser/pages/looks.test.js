@@ -9,7 +9,7 @@ let browser;
 before(async () => { browser = await launched(); });
 after(() => browser.close());
 
-for (const name of ["known.html", "large.html"]) {
+for (const name of ["known.html", "large.html", "hostile.html"]) {
   for (const width of [390, 768, 1280]) {
     for (const theme of ["light", "dark"]) {
       test(`${name} at ${width} px, ${theme}`, async () => {

@@ -47,11 +47,22 @@ pub(super) fn run(args: &ActionArgs, mode: OutputMode) -> Result<ExitCode> {
     let search = stationary_paths(lagrangian, &ends, &options)
         .advise("cannot look for a path", "correct --steps or --guesses")?;
     drop(task);
-    let judged = judged(physics.model, &search);
-    write(args, lagrangian, &search, &judged)?;
+    let found = Found {
+        judged: judged(physics.model, &search),
+        search,
+        unit: subject.unit_of_action(),
+    };
+    write(args, lagrangian, &found)?;
+    let Found {
+        search,
+        judged,
+        unit,
+    } = &found;
     let failure = search.failure();
     let figures = json!({
         "command": "action",
+        "answer": found.answer(),
+        "unit": unit,
         "subject": args.subject.subject,
         "from": ends.from,
         "to": ends.to,
@@ -66,7 +77,7 @@ pub(super) fn run(args: &ActionArgs, mode: OutputMode) -> Result<ExitCode> {
         "failure": failure,
         "reason": failure.map(|f| f.to_string()),
     });
-    mode.print(&figures, || as_text(&search, &judged))?;
+    mode.print(&figures, || found.text())?;
     if let Some(failure) = failure {
         tell!("no path: {failure}");
         return Ok(ExitCode::from(FAILED));
@@ -88,13 +99,17 @@ fn ends(args: &ActionArgs, coordinates: &Coordinates) -> Result<Boundary> {
     }
 }
 
+/// The paths that were found, and how far each can be trusted.
+struct Found {
+    search: Search,
+    judged: Vec<Judgement>,
+    /// The unit of the action.
+    unit: &'static str,
+}
+
 /// Writes the files that are asked for, where a path was found.
-fn write(
-    args: &ActionArgs,
-    lagrangian: &dyn Lagrangian,
-    search: &Search,
-    judged: &[Judgement],
-) -> Result<()> {
+fn write(args: &ActionArgs, lagrangian: &dyn Lagrangian, found: &Found) -> Result<()> {
+    let search = &found.search;
     let Some(first) = search.paths.first() else {
         return Ok(());
     };
@@ -107,11 +122,11 @@ fn write(
         output::write_trajectories(path, file.existing(), &motions, lagrangian.coordinates())?;
     }
     args.output
-        .draw(|| page(args, search, judged, figures(lagrangian, first)))
+        .draw(|| found.page(args, figures(lagrangian, first, found.unit)))
 }
 
 /// The path with its neighbours, a figure for each coordinate, and the action of these.
-fn figures(lagrangian: &dyn Lagrangian, found: &StationaryPath) -> Vec<Figure> {
+fn figures(lagrangian: &dyn Lagrangian, found: &StationaryPath, unit: &str) -> Vec<Figure> {
     let (path, coordinates) = (&found.path, lagrangian.coordinates());
     let sine = |i: usize| ActionVariation::sine(path, i, 1);
     let drawn = |i: usize| {
@@ -139,32 +154,107 @@ fn figures(lagrangian: &dyn Lagrangian, found: &StationaryPath) -> Vec<Figure> {
         Role::Truth,
         &found.second_variation.mode,
     ));
-    all.push(action_of_families(families));
+    all.push(action_of_families(families, unit));
     all
 }
 
-fn page(args: &ActionArgs, search: &Search, judged: &[Judgement], figures: Vec<Figure>) -> Report {
-    let first = search.paths.iter().zip(judged).take(1);
-    Report {
-        headlines: first.map(|(path, own)| headline(path, own)).collect(),
-        title: format!("Paths of stationary action, {}", args.subject.subject),
-        subtitle: format!(
-            "In {} s between two ends, {}",
-            args.time,
-            counted(args.steps, "step")
-        ),
-        tables: vec![table(search, judged)],
-        figures,
-        commands: vec![Command::new("This page", command_line())],
-        ..Report::default()
+impl Found {
+    /// The path of least action, and how far it can be trusted.
+    fn answer(&self) -> String {
+        let Some((path, Judgement { grade, why })) =
+            self.search.paths.iter().zip(&self.judged).next()
+        else {
+            return "No path of stationary action was found.".into();
+        };
+        let action = format!("{:.6} {}", path.action, self.unit);
+        let found = format!(
+            "the path of least action that was found has S = {}, {}",
+            action.trim_end(),
+            kind(path)
+        );
+        let why = [found.as_str(), why]
+            .into_iter()
+            .filter(|part| !part.is_empty());
+        Judgement::new(*grade, why.collect::<Vec<_>>().join("; ")).sentence()
     }
-}
 
-fn headline(path: &StationaryPath, judged: &Judgement) -> Headline {
-    let value = format!("{:.6}", path.action);
-    Headline {
-        judged: Some(judged.clone()),
-        ..Headline::new("Least action found", value, "J·s", kind(path))
+    fn page(&self, args: &ActionArgs, figures: Vec<Figure>) -> Report {
+        let first = self.search.paths.iter().zip(&self.judged).take(1);
+        let headline = |(path, judged): (&StationaryPath, &Judgement)| Headline {
+            judged: Some(judged.clone()),
+            ..Headline::new(
+                "Least action found",
+                format!("{:.6}", path.action),
+                self.unit,
+                kind(path),
+            )
+        };
+        Report {
+            answer: self.answer(),
+            headlines: first.map(headline).collect(),
+            title: format!("Paths of stationary action, {}", args.subject.subject),
+            subtitle: format!(
+                "In {} s between two ends, {}",
+                args.time,
+                counted(args.steps, "step")
+            ),
+            tables: vec![self.table()],
+            figures,
+            commands: vec![Command::new("This page", command_line())],
+            ..Report::default()
+        }
+    }
+
+    fn table(&self) -> Table {
+        let list = |x: &[f64]| {
+            x.iter()
+                .map(|x| format!("{x:.5}"))
+                .collect::<Vec<_>>()
+                .join(", ")
+        };
+        let row = |(k, path): (usize, &StationaryPath)| {
+            vec![
+                (k + 1).to_string(),
+                format!("{:.8}", path.action),
+                format!("{:.0e}", path.action_error),
+                kind(path).into(),
+                path.second_variation.morse_index.to_string(),
+                list(&path.second_variation.conjugate_times),
+                list(&path.velocities[0]),
+                list(&path.velocities[1]),
+            ]
+        };
+        let action = ["S", self.unit].join(", ");
+        let mut header = vec![
+            "path",
+            action.trim_end_matches(", "),
+            "error",
+            "kind",
+            "Morse index",
+        ];
+        header.extend(["conjugate at, s", "first velocity", "last velocity"]);
+        Table::new(
+            "Stationary paths that were found, that of least action first; there may be more.",
+            &header,
+            self.search.paths.iter().enumerate().map(row).collect(),
+        )
+        .judged(self.judged.iter().cloned().map(Some).collect())
+    }
+
+    fn text(&self) -> String {
+        let table = self.table();
+        let lines = table.rows.iter().zip(&self.judged).map(|(row, own)| {
+            let facts = table.header.iter().zip(row).skip(1);
+            let facts = facts.filter(|(_, cell)| !cell.is_empty());
+            let facts: Vec<String> = facts.map(|(name, cell)| format!("{name} {cell}")).collect();
+            let (facts, verdict) = (facts.join(" · "), own.text());
+            format!("path {}: {facts} · verdict {verdict}\n", row[0])
+        });
+        let (found, tried) = (self.search.paths.len(), self.search.tried);
+        let [found, tried] =
+            [(found, "stationary path"), (tried, "first path")].map(|(k, of)| counted(k, of));
+        let count = format!("{}\n{found} from {tried}\n", self.answer());
+        std::iter::once(count).chain(lines).collect()
     }
 }
 
@@ -182,49 +272,4 @@ fn judged(model: &dyn Model, search: &Search) -> Vec<Judgement> {
     let judged =
         |path: &StationaryPath| path.judged(outside(model, &[path.trajectory("")]).as_ref());
     search.paths.iter().map(judged).collect()
-}
-
-fn table(search: &Search, judged: &[Judgement]) -> Table {
-    let list = |x: &[f64]| {
-        x.iter()
-            .map(|x| format!("{x:.5}"))
-            .collect::<Vec<_>>()
-            .join(", ")
-    };
-    let row = |(k, path): (usize, &StationaryPath)| {
-        vec![
-            (k + 1).to_string(),
-            format!("{:.8}", path.action),
-            format!("{:.0e}", path.action_error),
-            kind(path).into(),
-            path.second_variation.morse_index.to_string(),
-            list(&path.second_variation.conjugate_times),
-            list(&path.velocities[0]),
-            list(&path.velocities[1]),
-        ]
-    };
-    let mut header = vec!["path", "S, J·s", "error", "kind", "Morse index"];
-    header.extend(["conjugate at, s", "first velocity", "last velocity"]);
-    Table::new(
-        "Stationary paths that were found, that of least action first; there may be more.",
-        &header,
-        search.paths.iter().enumerate().map(row).collect(),
-    )
-    .judged(judged.iter().cloned().map(Some).collect())
-}
-
-fn as_text(search: &Search, judged: &[Judgement]) -> String {
-    let table = table(search, judged);
-    let lines = table.rows.iter().zip(judged).map(|(row, own)| {
-        let facts = table.header.iter().zip(row).skip(1);
-        let facts = facts.filter(|(_, cell)| !cell.is_empty());
-        let facts: Vec<String> = facts.map(|(name, cell)| format!("{name} {cell}")).collect();
-        let (facts, verdict) = (facts.join(" · "), own.text());
-        format!("path {}: {facts} · verdict {verdict}\n", row[0])
-    });
-    let (found, tried) = (search.paths.len(), search.tried);
-    let [found, tried] =
-        [(found, "stationary path"), (tried, "first path")].map(|(k, of)| counted(k, of));
-    let count = format!("{found} from {tried}\n");
-    std::iter::once(count).chain(lines).collect()
 }

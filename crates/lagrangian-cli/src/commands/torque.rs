@@ -4,12 +4,12 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Result;
-use lagrangian::score::{Grade, outside};
+use lagrangian::score::{Grade, Judgement, Outside, extrapolation, outside};
 use lagrangian::torque::{TorquePrediction, TorqueSummary, predict_torque, summarise, table};
 use lagrangian::trajectory::Table;
-use lagrangian::{Coordinates, Layout, Model, Signal, Trajectory};
+use lagrangian::{Coordinate, Coordinates, Layout, Model, Signal, Trajectory};
 use lagrangian_report::draw;
-use lagrangian_report::{Command, Report, torque_parts};
+use lagrangian_report::{Command, Report, force_unit, torque_parts};
 use serde_json::json;
 
 use super::OutputMode;
@@ -40,6 +40,8 @@ pub(super) fn run(args: &TorqueArgs, mode: OutputMode) -> Result<ExitCode> {
     motion::note_outside(&model, &motions);
     let coordinates = model.coordinates();
     let summary = summarise(&predictions, coordinates.dof());
+    let far = outside(&model, &motions);
+    let answer = answer(&summary, coordinates, far.as_ref());
     drop(task);
     let PlotArgs { file, plot } = &args.output;
     if let Some(path) = &file.out {
@@ -51,19 +53,23 @@ pub(super) fn run(args: &TorqueArgs, mode: OutputMode) -> Result<ExitCode> {
         })?;
     }
     if let Some(first) = predictions.first() {
-        args.output.draw(|| page(coordinates, first, &summary))?;
+        args.output
+            .draw(|| page(coordinates, first, &summary, &answer))?;
     }
     let figures = json!({
         "command": "torque",
+        "answer": answer,
         "model": args.model,
         "files": args.files,
         "out": file.out,
         "plot": plot,
         "estimated": data::estimated_signals(&estimates),
-        "outside": outside(&model, &motions),
+        "outside": far,
         "torque": summary,
     });
-    mode.print(&figures, || as_text(&summary, coordinates))?;
+    mode.print(&figures, || {
+        answer.clone() + "\n" + &as_text(&summary, coordinates)
+    })?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -119,6 +125,30 @@ fn rows(summary: &TorqueSummary) -> Vec<(String, Vec<f64>)> {
     rows
 }
 
+/// How much of the measured torques is explained; without any, whether the states are those that the model knows.
+fn answer(summary: &TorqueSummary, coordinates: &Coordinates, far: Option<&Outside>) -> String {
+    let extrapolated = extrapolation(far);
+    let Some(error) = &summary.error else {
+        let known = extrapolated.map_or("".into(), |own| format!("; {}", own.why));
+        return format!(
+            "No verdict: no torque was measured that the prediction could be compared with{known}."
+        );
+    };
+    let Judgement { grade, why } = error.judged("measured torques", coordinates);
+    match extrapolated.filter(|_| grade != Grade::Good) {
+        Some(far) => Judgement::new(grade, format!("{why}; {}", far.why)).sentence(),
+        None => Judgement::new(grade, why).sentence(),
+    }
+}
+
+/// The name of a coordinate with the unit of its force.
+fn with_unit(coordinate: &Coordinate) -> String {
+    match force_unit(&coordinate.unit) {
+        "" => coordinate.name.clone(),
+        unit => format!("{}, {unit}", coordinate.name),
+    }
+}
+
 /// How good the torque of each coordinate is; none where nothing was measured.
 fn verdicts(summary: &TorqueSummary) -> Option<Vec<String>> {
     let errors = &summary.error.as_ref()?.nmse;
@@ -131,7 +161,7 @@ fn as_text(summary: &TorqueSummary, coordinates: &Coordinates) -> String {
         let cells: String = cells.iter().map(|cell| format!("{cell:>12}")).collect();
         format!("  {name:<12}{cells}\n")
     };
-    let names = coordinates.0.iter().map(|c| c.name.clone()).collect();
+    let names = coordinates.0.iter().map(with_unit).collect();
     let mut text = format!(
         "{} samples; root mean squares, and the squared error as a part of the variance (nMSE)\n",
         summary.samples
@@ -156,22 +186,25 @@ fn page(
     coordinates: &Coordinates,
     prediction: &TorquePrediction,
     summary: &TorqueSummary,
+    answer: &str,
 ) -> Report {
     let cells = |(name, values): (String, Vec<f64>)| -> Vec<String> {
         let values = values.into_iter().map(draw::short);
         std::iter::once(name).chain(values).collect()
     };
+    let names: Vec<String> = coordinates.0.iter().map(with_unit).collect();
     let mut header = vec!["signal"];
-    header.extend(coordinates.0.iter().map(|c| c.name.as_str()));
+    header.extend(names.iter().map(String::as_str));
     let mut lines: Vec<Vec<String>> = rows(summary).into_iter().map(cells).collect();
     lines.extend(verdicts(summary).map(|grades| [vec!["verdict".into()], grades].concat()));
     let table = lagrangian_report::Table::new(
-        "Root mean squares over all samples, N·m or N; nMSE is the squared error over the variance.",
+        "Root mean squares over all samples; nMSE is the squared error over the variance.",
         &header,
         lines,
     );
     Report {
         title: "Torques and their parts".into(),
+        answer: answer.into(),
         subtitle: format!("{} samples; drawn: '{}'", summary.samples, prediction.name),
         figures: (0..coordinates.dof())
             .map(|i| torque_parts(coordinates, i, prediction))

@@ -72,6 +72,18 @@ fn a_worse_model_is_told_from_a_better_one_beyond_the_spread() {
     assert_eq!(difference["finding"], "worse", "{difference}");
     assert!(difference["range"][0].as_f64() > Some(0.0));
     assert_eq!(found["runs"][0]["seen"].as_array().unwrap().len(), 0);
+    // The answer names the better run, with both figures, first of all.
+    let answer = found["answer"].as_str().unwrap();
+    assert!(
+        answer.starts_with("wide is better than hasty: error of accelerations ")
+            && answer.contains(" of the variance against ")
+            && answer.contains(" with 95 % certainty by ")
+            && answer.ends_with(" points."),
+        "{answer}"
+    );
+    assert_eq!(found["winner"], "wide");
+    let text = bench.succeed("compare hasty wide --on other.csv").stdout;
+    assert!(text.starts_with(&format!("{answer}\n")), "{text}");
     let sentence = found["verdict"][0].as_str().unwrap();
     assert!(
         sentence.contains("hasty against wide") && sentence.contains("worse"),
@@ -237,4 +249,22 @@ fn a_score_on_files_of_the_fit_says_so() {
         .succeed("score wide/model.safetensors other.csv --json")
         .json();
     assert_eq!(other["seen"].as_array().unwrap().len(), 0);
+}
+
+/// Motions without recorded forces leave the factor of energies open: nothing that depends on it carries a unit.
+#[test]
+fn energies_and_actions_of_free_motions_have_no_unit() {
+    let bench = with_runs();
+    let line = "action narrow/model.safetensors --from 0.5 --to 0.4 --time 0.3 --plot path.html";
+    let found = bench.succeed(line).stdout;
+    bench.succeed("conserved narrow/model.safetensors data.csv --plot conserved.html");
+    let known = bench.succeed("action pendulum --from 0.5 --to 0.4 --time 0.3");
+    assert!(known.stdout.contains("J·s"), "{}", known.stdout);
+    assert!(!found.contains("J·s"), "{found}");
+    for page in ["narrow/report.html", "path.html", "conserved.html"] {
+        let text = String::from_utf8(bench.read(page)).unwrap();
+        for unit in ["J·s", "(J)", " J.", "\"J\""] {
+            assert!(!text.contains(unit), "{page}: {unit}");
+        }
+    }
 }

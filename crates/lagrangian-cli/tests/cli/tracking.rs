@@ -133,7 +133,12 @@ fn without_a_robot_the_model_itself_is_one_and_that_is_said() {
         "{}",
         outcome.stderr
     );
+    let answer = "No verdict, as the robot is the model itself: the RMSE of q";
+    assert!(outcome.stdout.starts_with(answer), "{}", outcome.stdout);
     assert!(outcome.stdout.contains("RMSE") && outcome.stdout.contains("p99"));
+    bench.succeed(&format!("{TRACK} --plot page.html"));
+    let page = String::from_utf8(bench.read("page.html")).unwrap();
+    assert!(page.contains(answer) && page.contains("Hz; the robot is the model itself"));
     assert!(!outcome.stdout.contains("true model"));
 }
 

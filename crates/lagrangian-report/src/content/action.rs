@@ -46,9 +46,9 @@ pub fn varied_paths(coordinates: &Coordinates, i: usize, path: &VariedPath) -> F
     }
 }
 
-/// S(q + ε η) − S(q), J·s, over ε along several variations.
+/// S(q + ε η) − S(q) in a unit, over ε along several variations.
 #[must_use]
-pub fn action_of_families(series: Vec<Series>) -> Figure {
+pub fn action_of_families(series: Vec<Series>, unit: &str) -> Figure {
     Figure {
         id: "families".into(),
         title: "Action of the varied paths".into(),
@@ -56,7 +56,7 @@ pub fn action_of_families(series: Vec<Series>) -> Figure {
                   minimum; downwards along one, a saddle."
             .into(),
         x: Axis::linear("size of the variation ε", ""),
-        y: Axis::linear("S(ε) − S(0)", "J·s"),
+        y: Axis::linear("S(ε) − S(0)", unit),
         series,
     }
 }

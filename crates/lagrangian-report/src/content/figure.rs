@@ -117,10 +117,23 @@ impl Axis {
         Self::linear(&format!("velocity of {name}"), &Self::rate(unit))
     }
 
-    /// The unit of the rate of a quantity with this unit: rad/s for rad, 1/s where it is not known.
+    /// The unit of the rate of a quantity with this unit: rad/s for rad, none where it is not known.
     #[must_use]
     pub fn rate(unit: &str) -> String {
-        format!("{}/s", if unit.is_empty() { "1" } else { unit })
+        Self::per(unit, "s")
+    }
+
+    /// The unit of the acceleration of a quantity with this unit: rad/s² for rad, none where it is not known.
+    #[must_use]
+    pub fn acceleration(unit: &str) -> String {
+        Self::per(unit, "s²")
+    }
+
+    fn per(unit: &str, time: &str) -> String {
+        match unit {
+            "" => String::new(),
+            unit => format!("{unit}/{time}"),
+        }
     }
 
     /// A logarithmic axis.

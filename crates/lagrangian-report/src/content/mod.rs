@@ -47,6 +47,9 @@ pub struct Report {
     pub title: String,
     /// One line below the title: the system, the data, the date.
     pub subtitle: String,
+    /// The answer to the reader's question, in a sentence with its figure; empty where there is no question.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub answer: String,
     /// The few numbers that answer the reader's question.
     pub headlines: Vec<Headline>,
     /// What follows from them, in sentences.
@@ -55,6 +58,9 @@ pub struct Report {
     pub animations: Vec<Animation>,
     /// Figures.
     pub figures: Vec<Figure>,
+    /// The headings of consecutive figures; figures beyond them are headed "Figures".
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub headings: Vec<Heading>,
     /// Quantities over two axes.
     pub maps: Vec<HeatMap>,
     /// Tables of figures.
@@ -63,6 +69,28 @@ pub struct Report {
     pub settings: Vec<(String, String)>,
     /// The command lines that make this report again.
     pub commands: Vec<Command>,
+}
+
+/// A heading of consecutive figures.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Heading {
+    /// Its words.
+    pub text: String,
+    /// The number of its figures.
+    pub figures: usize,
+}
+
+impl Report {
+    /// Adds figures under a heading of their own.
+    pub fn add_figures(&mut self, heading: &str, figures: impl IntoIterator<Item = Figure>) {
+        let before = self.figures.len();
+        self.figures.extend(figures);
+        self.headings.push(Heading {
+            text: heading.into(),
+            figures: self.figures.len() - before,
+        });
+    }
 }
 
 /// One number that answers a question, ready to be read.

@@ -42,11 +42,13 @@ impl Sweep {
             true => String::new(),
             false => name.to_string(),
         };
+        // Beyond the ends of the axis, which are moved outwards to ticks.
+        let beyond = high - low;
         for (from, to) in self.outside() {
             series.push(Series {
                 kind: Kind::Band,
-                y_low: vec![low; 2],
-                y_high: vec![high; 2],
+                y_low: vec![low - beyond; 2],
+                y_high: vec![high + beyond; 2],
                 ..Series::line(
                     &once(0, "outside of the data"),
                     Role::Truth,
@@ -180,6 +182,9 @@ mod tests {
         assert!(shaded[0].name == "outside of the data" && shaded[1].name.is_empty());
         let (low, high) = figure.y.range.unwrap_or_default();
         assert!(low < 0.0 && high < 1.0, "{low} {high}");
+        // The axis ends at ticks, up to a third of its length further out: the shade reaches as far.
+        let reach = (shaded[0].y_low[0], shaded[0].y_high[0]);
+        assert!(reach.0 < low - 0.5 * (high - low) && reach.1 > high + 0.5 * (high - low));
     }
 
     #[test]

@@ -48,7 +48,10 @@ fn swatch(drawing: &mut Drawing, series: &Series, (x, y): Point) {
                 let shade = ink.with_opacity(series::SHADE);
                 drawing.rectangle((x, y - 5.0), (x + SWATCH, y + 5.0), shade);
             }
-            drawing.stroke(&[(x, y), (x + SWATCH, y)], series::stroke(series.role));
+            // A band without a line has none here either.
+            if series.kind == Kind::Line || series.y.iter().any(|y| y.is_finite()) {
+                drawing.stroke(&[(x, y), (x + SWATCH, y)], series::stroke(series.role));
+            }
         }
     }
 }

@@ -32,6 +32,7 @@ const PLOT: &str = concat!(
     include_str!("page/plot/plot.js"),
     include_str!("page/plot/gestures.js"),
     include_str!("page/plot/keys.js"),
+    include_str!("page/plot/save.js"),
     include_str!("page/plot/legend.js"),
     include_str!("page/plot/start.js"),
     "})();\n",
@@ -46,25 +47,9 @@ pub fn html(report: &Report) -> String {
     let mut body = String::new();
     let mut plots = Plots::for_figures(&report.figures);
     head(&mut body, report);
-    section(&mut body, "In motion", &report.animations, |body, all| {
-        all.iter().for_each(|one| player::player(body, one));
-    });
-    section(&mut body, "Figures", &report.figures, |body, all| {
-        figures::figures(body, all, &mut plots);
-    });
-    section(&mut body, "Maps", &report.maps, |body, all| {
-        figures::maps(body, all, &mut plots);
-    });
-    section(&mut body, "Tables", &report.tables, |body, all| {
-        all.iter().for_each(|one| tables::table(body, one));
-    });
-    section(&mut body, "Settings", &report.settings, tables::settings);
-    section(
-        &mut body,
-        "Make this again",
-        &report.commands,
-        tables::commands,
-    );
+    let sections = sections(report, &mut plots);
+    contents(&mut body, &sections);
+    sections.iter().for_each(|one| one.write(&mut body));
     terms::meanings(&mut body);
     let scripts = scripts(report, &plots);
     format!(
@@ -99,14 +84,98 @@ fn scripts(report: &Report, plots: &Plots) -> String {
     scripts
 }
 
+/// A part of the page that folds.
+struct Section {
+    heading: String,
+    body: String,
+    is_open: bool,
+}
+
+/// Figures beyond which a page shows those of the first section, and folds the others.
+const MOST_SHOWN: usize = 20;
+/// Settings beyond which they are folded.
+const MOST_SETTINGS: usize = 12;
+
+/// The parts of the page that are not empty, in their order.
+fn sections(report: &Report, plots: &mut Plots) -> Vec<Section> {
+    let mut all = Vec::new();
+    all.extend(section("In motion", &report.animations, |body, all| {
+        all.iter().for_each(|one| player::player(body, one));
+    }));
+    let (mut rest, first) = (&report.figures[..], all.len());
+    let headings = report
+        .headings
+        .iter()
+        .map(|own| (own.text.as_str(), own.figures));
+    for (heading, count) in headings.chain([("Figures", usize::MAX)]) {
+        let (own, others) = rest.split_at(count.min(rest.len()));
+        rest = others;
+        let made = section(heading, own, |body, all| figures::figures(body, all, plots));
+        let is_open = all.len() == first || report.figures.len() <= MOST_SHOWN;
+        all.extend(made.map(|own| Section { is_open, ..own }));
+    }
+    all.extend(section("Maps", &report.maps, |body, all| {
+        figures::maps(body, all, plots)
+    }));
+    all.extend(section("Tables", &report.tables, |body, all| {
+        all.iter().for_each(|one| tables::table(body, one));
+    }));
+    let settings = section("Settings", &report.settings, tables::settings);
+    let is_open = report.settings.len() <= MOST_SETTINGS;
+    all.extend(settings.map(|own| Section { is_open, ..own }));
+    all.extend(section(
+        "Make this again",
+        &report.commands,
+        tables::commands,
+    ));
+    all
+}
+
 /// A section with a heading, unless there is nothing in it.
-fn section<T>(body: &mut String, heading: &str, items: &[T], fill: impl FnOnce(&mut String, &[T])) {
-    if items.is_empty() {
+fn section<T>(heading: &str, items: &[T], fill: impl FnOnce(&mut String, &[T])) -> Option<Section> {
+    let mut body = String::new();
+    fill(&mut body, items);
+    (!items.is_empty()).then(|| Section {
+        heading: heading.into(),
+        body,
+        is_open: true,
+    })
+}
+
+impl Section {
+    fn id(&self) -> String {
+        format!("section-{}", self.heading.to_lowercase().replace(' ', "-"))
+    }
+
+    fn write(&self, body: &mut String) {
+        let (id, heading, own) = (escaped(&self.id()), escaped(&self.heading), &self.body);
+        let open = if self.is_open { " open" } else { "" };
+        add(
+            body,
+            format_args!(
+                "<details class=\"section\" id=\"{id}\"{open}><summary><h2>{heading}</h2></summary>\n{own}</details>\n"
+            ),
+        );
+    }
+}
+
+/// Links to the sections, which stay in view, where there are several.
+fn contents(body: &mut String, sections: &[Section]) {
+    if sections.len() < 3 {
         return;
     }
-    add(body, format_args!("<section>\n<h2>{heading}</h2>\n"));
-    fill(body, items);
-    body.push_str("</section>\n");
+    let link = |one: &Section| {
+        format!(
+            "<li><a href=\"#{}\">{}</a></li>",
+            escaped(&one.id()),
+            escaped(&one.heading)
+        )
+    };
+    let links: String = sections.iter().map(link).collect();
+    add(
+        body,
+        format_args!("<nav class=\"contents\" aria-label=\"Contents\"><ul>{links}</ul></nav>\n"),
+    );
 }
 
 fn head(body: &mut String, report: &Report) {
@@ -122,6 +191,10 @@ fn head(body: &mut String, report: &Report) {
             escaped(&report.subtitle),
         ),
     );
+    if !report.answer.is_empty() {
+        let answer = explained(&report.answer);
+        add(body, format_args!("<p class=\"answer\">{answer}</p>\n"));
+    }
     if !report.headlines.is_empty() {
         body.push_str("<ul class=\"cards\">\n");
         report.headlines.iter().for_each(|one| card(body, one));

@@ -10,7 +10,9 @@ use lagrangian::{Signals, Trajectory};
 use lagrangian::score::{Grade, Judgement};
 
 use super::*;
-use crate::{Animation, Axis, Command, Figure, HeatMap, Panel, Report, Role, Series, Table};
+use crate::{
+    Animation, Axis, Command, Figure, Heading, HeatMap, Kind, Panel, Report, Role, Series, Table,
+};
 use demo::{demo, headline, swing};
 
 fn target(name: &str) -> PathBuf {
@@ -122,6 +124,11 @@ fn every_text_of_a_report_is_escaped() {
         }],
         title: words(),
         subtitle: words(),
+        answer: words(),
+        headings: vec![Heading {
+            text: words(),
+            figures: 1,
+        }],
         headlines: vec![headline(evil, evil, evil, evil, None)],
         summary: vec![words()],
         animations: vec![Animation {
@@ -167,6 +174,70 @@ fn every_text_of_a_report_is_escaped() {
     let page = html(&report);
     assert!(!page.contains("<script>alert") && !page.contains("alert('"));
     assert!(!svg(&report.figures[0]).contains("<script"));
+}
+
+#[test]
+fn sections_are_listed_and_fold_and_the_answer_comes_first() {
+    let figure = |k: usize| Figure {
+        id: format!("f{k}"),
+        series: vec![Series::line("a", Role::Lnn, vec![0.0, 1.0], vec![0.0, 1.0])],
+        ..Figure::default()
+    };
+    let mut report = Report {
+        answer: "Good: it is.".into(),
+        headlines: vec![headline("Error", "1", "%", "", None)],
+        tables: [12, 13].map(table_of).to_vec(),
+        ..Report::default()
+    };
+    report.add_figures("Motion", (0..2).map(figure));
+    report.add_figures("Nothing", []);
+    report.add_figures("Training", (2..3).map(figure));
+    report.figures.push(figure(3));
+    let page = html(&report);
+    let at = |words: &str| page.find(words).unwrap_or_else(|| panic!("{words}"));
+    assert!(at("Good: it is.") < at("class=\"cards\""));
+    let links = "<li><a href=\"#section-motion\">Motion</a></li><li><a href=\"#section-training\">Training</a></li>\
+                 <li><a href=\"#section-figures\">Figures</a></li><li><a href=\"#section-tables\">Tables</a></li>";
+    assert!(at(links) < at("id=\"section-motion\" open"));
+    let order = [
+        "section-motion\" open",
+        "figure-f1",
+        "section-training\" open",
+        "figure-f2",
+        "section-figures\" open",
+        "figure-f3",
+    ];
+    assert!(order.windows(2).all(|pair| at(pair[0]) < at(pair[1])));
+    // A table of more than 12 rows is folded.
+    assert!(page.contains("<summary>13 rows</summary>") && !page.contains("12 rows"));
+    // Of many figures the first section is shown.
+    report.add_figures("Many", (4..30).map(figure));
+    let page = html(&report);
+    assert!(
+        page.contains("id=\"section-motion\" open") && page.contains("id=\"section-training\">")
+    );
+}
+
+fn table_of(rows: usize) -> Table {
+    Table::new("t", &["a"], vec![vec!["1".into()]; rows])
+}
+
+#[test]
+fn a_band_without_a_line_has_none_in_the_legend() {
+    let band = |y: f64| Series {
+        kind: Kind::Band,
+        y_low: vec![0.0; 2],
+        y_high: vec![1.0; 2],
+        ..Series::line("band", Role::Truth, vec![0.0, 1.0], vec![y; 2])
+    };
+    let lines = |y: f64| {
+        let figure = Figure {
+            series: vec![band(y)],
+            ..Figure::default()
+        };
+        svg(&figure).matches("<path class=\"l truth\"").count()
+    };
+    assert_eq!((lines(f64::NAN), lines(0.5)), (0, 2));
 }
 
 #[test]

@@ -24,6 +24,47 @@ pub struct Row {
     pub values: Vec<Option<f64>>,
     /// The difference of each model from the first, on the same blocks; none for the first.
     pub differences: Vec<Option<Difference>>,
+    /// The best model beside the next; none where fewer than two have the figure.
+    pub lead: Option<Lead>,
+}
+
+/// The model with the best figure, and how far it leads.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Lead {
+    /// The number of the best model.
+    pub best: usize,
+    /// The number of the next.
+    pub next: usize,
+    /// The difference of the best from the next, on the same blocks.
+    pub difference: Difference,
+}
+
+impl Lead {
+    fn of(each: &[Option<Blocked>], best: Best) -> Option<Self> {
+        let known = each.iter().enumerate();
+        let mut known: Vec<_> = known
+            .filter_map(|(k, own)| Some((k, own.as_ref()?)))
+            .collect();
+        let cost = |own: &Blocked| match best {
+            Best::Least => own.mean(),
+            Best::Most => -own.mean(),
+        };
+        // What is not finite comes last, whatever its sign.
+        let cost = |own: &Blocked| {
+            Some(cost(own))
+                .filter(|x| x.is_finite())
+                .unwrap_or(f64::INFINITY)
+        };
+        known.sort_by(|(_, a), (_, b)| cost(a).total_cmp(&cost(b)));
+        let [(first, leader), (second, next), ..] = known[..] else {
+            return None;
+        };
+        Some(Self {
+            best: first,
+            next: second,
+            difference: Difference::of(next, leader, best),
+        })
+    }
 }
 
 /// What the models predict, and the figures of that.
@@ -183,6 +224,7 @@ impl Row {
             unit: unit.into(),
             values: each.iter().map(|own| Some(own.as_ref()?.mean())).collect(),
             differences: each.iter().enumerate().map(difference).collect(),
+            lead: Lead::of(each, best),
         }
     }
 }

@@ -10,7 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use lagrangian::saved::Preparation;
-use lagrangian::{Learned, Model, Provenance, RolloutOptions, SavedModel, Trajectory};
+use lagrangian::{Coordinate, Learned, Model, Provenance, RolloutOptions, SavedModel, Trajectory};
 use lagrangian_report::Report;
 use serde::Serialize;
 
@@ -21,7 +21,7 @@ use crate::metrics::Metric;
 use crate::record::RunRecord;
 
 pub use difference::{DataUse, Seen, Setting};
-pub use measured::Row;
+pub use measured::{Lead, Row};
 pub use paired::{Difference, Finding};
 
 /// A run that is compared with others.
@@ -153,13 +153,13 @@ impl Runs {
 
 /// Refuses a model of other coordinates: of another number, or of angles where the first has none.
 fn refuse_other_coordinates(first: &Run, other: &Run) -> Result<()> {
-    let kinds = |run: &Run| {
-        let coordinates = run.model.coordinates().0.iter();
-        coordinates
-            .map(|c| (c.topology, c.unit.clone()))
-            .collect::<Vec<_>>()
-    };
-    if kinds(first) == kinds(other) {
+    let [own, others] = [first, other].map(|run| &run.model.coordinates().0);
+    // A robot knows the units of its joints, which the data need not tell other models.
+    let alike = |a: &str, b: &str| a.is_empty() || b.is_empty() || a == b;
+    let mut pairs = own.iter().zip(others);
+    let is_same =
+        |(a, b): (&Coordinate, &Coordinate)| a.topology == b.topology && alike(&a.unit, &b.unit);
+    if own.len() == others.len() && pairs.all(is_same) {
         return Ok(());
     }
     let words = |run: &Run| {
@@ -240,6 +240,10 @@ pub struct About {
 /// Runs side by side.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
+    /// Which of the runs is the best, by how much, and whether that is sure.
+    pub answer: String,
+    /// The name of the best run; none where the data do not tell.
+    pub winner: Option<String>,
     /// What the figures are measured on.
     pub on: String,
     /// The number of motions, and of their samples.
@@ -269,6 +273,8 @@ impl Comparison {
         let all = runs.all();
         let measured = measured::Measured::new(all, &ground.motions, options)?;
         let mut comparison = Self {
+            answer: String::new(),
+            winner: None,
             on: ground.about.clone(),
             motions: ground.motions.len(),
             samples: ground.motions.iter().map(Trajectory::len).sum(),
@@ -283,6 +289,7 @@ impl Comparison {
             verdict: Vec::new(),
         };
         comparison.verdict = page::verdict(&comparison);
+        (comparison.winner, comparison.answer) = page::answer(&comparison);
         let report = page::report(&comparison, all, ground, &measured);
         Ok((comparison, report))
     }

@@ -1,10 +1,9 @@
 //! What a comparison says: its verdict in sentences, and its page.
 
-use lagrangian::score::{Grade, Judgement};
 use lagrangian::{Model, counted};
 
 use lagrangian_report::draw::short;
-use lagrangian_report::{Headline, Report, Role, Table};
+use lagrangian_report::{Figure, Report, Role, Table};
 
 use super::figures;
 use super::measured::Measured;
@@ -47,16 +46,19 @@ impl Row {
     /// A difference with its interval.
     #[must_use]
     pub fn difference(&self, difference: &Difference) -> String {
-        let signed = |x: f64| format!("{}{}", if x > 0.0 { "+" } else { "" }, self.shown(x));
-        let (low, high) = difference.range;
+        let signed = |x: f64| format!("{}{}", if x > 0.0 { "+" } else { "" }, self.points(x));
+        let (mean, (low, high)) = (signed(difference.mean), difference.range);
         match low.is_finite() && high.is_finite() {
-            false => signed(difference.mean),
-            true => format!(
-                "{} ({} … {})",
-                signed(difference.mean),
-                signed(low),
-                signed(high)
-            ),
+            false => mean,
+            true => format!("{mean} ({} … {})", signed(low), signed(high)),
+        }
+    }
+
+    /// A difference with its unit: percentage points where it is one of parts of a variance.
+    fn points(&self, difference: f64) -> String {
+        match self.unit.as_str() {
+            "" => format!("{} points", short(100.0 * difference)),
+            unit => format!("{} {unit}", short(difference)),
         }
     }
 }
@@ -77,7 +79,7 @@ pub(super) fn verdict(comparison: &Comparison) -> Vec<String> {
     let first = &comparison.runs[0];
     for (k, other) in comparison.runs.iter().enumerate().skip(1) {
         let parts: Vec<String> = main_rows(comparison)
-            .filter_map(|row| sentence(row, row.differences.get(k)?.as_ref()?))
+            .filter_map(|row| sentence(row, k))
             .collect();
         let parts = match parts.is_empty() {
             true => "the two have no figure in common".into(),
@@ -111,19 +113,54 @@ fn main_rows(comparison: &Comparison) -> impl Iterator<Item = &Row> {
     comparison.figures.iter().filter(main)
 }
 
-fn sentence(row: &Row, difference: &Difference) -> Option<String> {
-    let found = match difference.finding {
-        Finding::Better => "is better by",
-        Finding::Worse => "is worse by",
-        Finding::Within => {
-            return Some(format!("{}: no difference beyond its spread", row.label()));
-        }
-        Finding::Unknown => {
-            return Some(format!("{}: too little data to say", row.label()));
-        }
+/// What the difference of run `k` from the first says, with both figures.
+fn sentence(row: &Row, k: usize) -> Option<String> {
+    let found = match row.differences.get(k)?.as_ref()?.finding {
+        Finding::Better => "better",
+        Finding::Worse => "worse",
+        Finding::Within => "no difference beyond its spread",
+        Finding::Unknown => "too little data to say",
     };
-    let size = row.shown(difference.mean.abs());
-    Some(format!("{} {found} {size}", row.label()))
+    let [own, first] = [row.values[k]?, row.values[0]?].map(|value| row.shown(value));
+    Some(format!("{}: {found}, {own} against {first}", row.label()))
+}
+
+/// The best run by the first figure that all runs have, else that two of them have, and the sentence that says so.
+pub(super) fn answer(comparison: &Comparison) -> (Option<String>, String) {
+    let whole = |row: &&Row| row.values.iter().all(Option::is_some);
+    let mut rows = main_rows(comparison);
+    let row = rows.find(whole).or_else(|| main_rows(comparison).next());
+    let Some((row, lead)) = row.and_then(|row| Some((row, row.lead.as_ref()?))) else {
+        return (None, "No winner: the runs have no figure in common.".into());
+    };
+    let [best, next] = [lead.best, lead.next].map(|k| &comparison.runs[k].name);
+    let [own, other] =
+        [lead.best, lead.next].map(|k| row.values[k].map_or("–".into(), |x| row.shown(x)));
+    let of = if row.unit.is_empty() {
+        " of the variance"
+    } else {
+        ""
+    };
+    let figures = format!("{} {own}{of} against {other}", row.label());
+    let (low, high) = lead.difference.range;
+    let (low, high) = (low.abs().min(high.abs()), low.abs().max(high.abs()));
+    let winner = lead.difference.finding == Finding::Better;
+    let text = match lead.difference.finding {
+        Finding::Better => format!(
+            "{best} is better than {next}: {figures}; with 95 % certainty by {} to {}.{}",
+            row.points(low),
+            row.points(high),
+            match comparison.runs[lead.best].seen.is_empty() {
+                true => "",
+                false => " But it knows these data from its fit.",
+            }
+        ),
+        Finding::Unknown => format!(
+            "No sure winner: {best} leads {next}, {figures}, but one block of motion does not tell how sure that is."
+        ),
+        _ => format!("No winner: {best} and {next} differ by less than their spread, {figures}."),
+    };
+    (winner.then(|| best.clone()), text)
 }
 
 /// The page of a comparison.
@@ -134,14 +171,14 @@ pub(super) fn report(
     measured: &Measured,
 ) -> Report {
     let names: Vec<&str> = runs.iter().map(|run| run.name.as_str()).collect();
-    let mut drawn = vec![figures::losses(comparison, runs)];
-    drawn.extend(figures::blocks(measured, &names));
+    let mut drawn: Vec<Figure> = figures::blocks(measured, &names).into_iter().collect();
     if let Some(first) = ground.motions.first() {
         let coordinates = runs[0].model.coordinates();
         drawn.extend(figures::motions(first, coordinates, measured, &names));
         drawn.extend(figures::torques(first, coordinates, measured, &names));
     }
-    drawn.retain(|figure| figure.series.iter().any(|series| !series.x.is_empty()));
+    let drawable = |figure: &Figure| figure.series.iter().any(|series| !series.x.is_empty());
+    drawn.retain(drawable);
     let mut tables = vec![
         table(comparison),
         list(comparison),
@@ -149,7 +186,7 @@ pub(super) fn report(
         data(comparison),
     ];
     tables.retain(|table| !table.rows.is_empty());
-    Report {
+    let mut report = Report {
         title: format!("{} side by side", names.join(", ")),
         subtitle: format!(
             "{} · {} · {}",
@@ -157,40 +194,17 @@ pub(super) fn report(
             counted(comparison.motions, "motion"),
             counted(comparison.samples, "sample")
         ),
-        headlines: headlines(comparison),
+        answer: comparison.answer.clone(),
         summary: comparison.verdict.clone(),
-        figures: drawn,
         tables,
         ..Report::default()
-    }
-}
-
-/// The differences of the main figures.
-fn headlines(comparison: &Comparison) -> Vec<Headline> {
-    let mut headlines = Vec::new();
-    for row in main_rows(comparison) {
-        for (k, difference) in row.differences.iter().enumerate() {
-            let Some(difference) = difference else {
-                continue;
-            };
-            let (first, other) = (&comparison.runs[0].name, &comparison.runs[k].name);
-            let value = row.values[k].map_or("–".into(), |value| row.shown(value));
-            let than = row.values[0].map_or("–".into(), |value| row.shown(value));
-            let label = format!("{other}: {}", row.label());
-            let note = format!("{first}: {than}; {}", word(difference.finding));
-            let of_variance = row.values[k].filter(|_| row.unit.is_empty());
-            let judged = of_variance.map(|nmse| Judgement {
-                grade: Grade::of_error(nmse),
-                why: String::new(),
-            });
-            headlines.push(Headline {
-                role: Some(role(k)),
-                judged,
-                ..Headline::new(&label, value, "", note)
-            });
-        }
-    }
-    headlines
+    };
+    report.add_figures("Errors and motions", drawn);
+    report.add_figures(
+        "Training",
+        Some(figures::losses(comparison, runs)).filter(drawable),
+    );
+    report
 }
 
 pub(super) fn role(k: usize) -> Role {
@@ -218,7 +232,7 @@ fn table(comparison: &Comparison) -> Table {
     };
     Table {
         caption: format!(
-            "All models on the same motions ({}). Errors are squared errors over the variance of the signal. In brackets the interval that holds the \
+            "All models on the same motions ({}). Errors are squared errors over the variance of the signal, their differences in percentage points. In brackets the interval that holds the \
              difference with 95 %, from the differences in blocks of the motions.",
             comparison.on
         ),

@@ -238,7 +238,10 @@ fn axis(signal: &str, coordinate: &Coordinate) -> Axis {
     let Coordinate { name, unit, .. } = coordinate;
     match signal {
         "torque" => Axis::linear("force", force_unit(&coordinate.unit)),
-        "acceleration" => Axis::linear(&format!("acceleration of {name}"), &format!("{unit}/s²")),
+        "acceleration" => Axis::linear(
+            &format!("acceleration of {name}"),
+            &Axis::acceleration(unit),
+        ),
         _ => Axis::linear(name, unit),
     }
 }

@@ -3,8 +3,8 @@
 use lagrangian::score::Accelerations;
 use lagrangian::{Coordinate, Model, Rollout, Signal, Trajectory};
 use lagrangian_report::{
-    Figure, Motion, Role, Series, energy_error_over_time, loss_curves, parity, phase_portrait,
-    trajectories,
+    Axis, Figure, Motion, Role, Series, energy_error_over_time, loss_curves, parity,
+    phase_portrait, trajectories,
 };
 
 use super::{Page, learned};
@@ -155,7 +155,7 @@ pub(super) fn parities(page: &Page, accelerations: &[Option<Accelerations>]) -> 
         let model = Series::points("model", page.role(), truth, predicted);
         let figure = parity(
             &format!("acceleration of {name}"),
-            &format!("{unit}/s²"),
+            &Axis::acceleration(unit),
             vec![model],
         );
         if page.evaluation.held_out {

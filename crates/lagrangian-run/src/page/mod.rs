@@ -18,7 +18,7 @@ use lagrangian::{
     CheckReport, Learned, Model, Prepared, RolloutOptions, Score, Trajectory, counted,
 };
 use lagrangian_report::draw::short;
-use lagrangian_report::{Command, Headline, Report, Role};
+use lagrangian_report::{Command, Figure, Headline, Report, Role};
 
 use crate::ensemble::Measured;
 use crate::error::Result;
@@ -125,31 +125,57 @@ impl Page<'_> {
         let mut tables = tables::of(self, &score, &assessment);
         let parities = figures::parities(self, &predictions.accelerations);
         let followed = Followed::first(self, predictions.rollouts);
-        let mut figures = vec![figures::loss(self.metrics, self.role())];
-        figures.extend(followed.iter().flat_map(|motion| motion.figures(self)));
         let learned = learned::shown(self);
-        figures.extend(learned.figures);
         tables.extend(learned.tables);
-        figures.extend(parities);
+        let mut banded = Vec::new();
         if let Some(own) = ensemble {
             headlines.extend(own.headline);
-            figures.extend(own.figures);
+            banded = own.figures;
             tables.extend(own.tables);
         }
         tables.retain(|table| !table.rows.is_empty());
+        let motions = followed.iter().flat_map(|motion| motion.figures(self));
+        let motions: Vec<Figure> = motions.collect();
         let animation = followed.and_then(|motion| animation::of(self, &motion, links));
-        Report {
+        let mut report = Report {
+            answer: self.answer(&score, &assessment),
             title: format!("{}, learned from recordings", self.model.description().what),
             subtitle: self.subtitle(),
             headlines,
             summary: self.summary(&score, &assessment),
             animations: animation.into_iter().collect(),
             maps: learned.maps,
-            figures,
             tables,
             settings: tables::settings(self.record),
             commands: self.skin.commands(self.folder, self.record),
-        }
+            ..Report::default()
+        };
+        report.add_figures("Predicted motion", motions);
+        report.add_figures("Accelerations", parities);
+        report.add_figures("What was learned", learned.figures);
+        report.add_figures("Ensemble", banded);
+        report.add_figures("Training", [figures::loss(self.metrics, self.role())]);
+        report
+    }
+
+    /// How much of the torques is explained, or of the accelerations where no torque is predicted.
+    fn answer(&self, score: &Score, assessment: &Assessment) -> String {
+        let coordinates = self.model.coordinates();
+        let signals = [
+            ("torques", &score.torque),
+            ("accelerations", &score.acceleration),
+        ];
+        let mut known = signals
+            .iter()
+            .filter_map(|(name, error)| Some((name, error.as_ref()?)));
+        let of = match self.evaluation.held_out {
+            true => "of motions that were held back from training",
+            false => "of the training data themselves",
+        };
+        let why = known.next().map_or(String::new(), |(name, error)| {
+            error.judged(&format!("{name} {of}"), coordinates).why
+        });
+        Judgement::new(assessment.verdict, why).sentence()
     }
 
     fn role(&self) -> Role {
@@ -196,10 +222,10 @@ impl Page<'_> {
             judged: Some(verdict),
             ..Headline::new("Verdict", word.into(), "", note)
         }];
-        let acceleration = |i: usize| score.judged_acceleration(i, assessment);
-        let torque = |i: usize| score.judged_torque(i, assessment);
-        headlines.extend(self.error("Error of accelerations", &score.acceleration, &acceleration));
-        headlines.extend(self.error("Error of torques", &score.torque, &torque));
+        let joints = &assessment.joints;
+        let predictable = |i: usize| joints.get(i).is_none_or(|joint| joint.predictable);
+        headlines.extend(self.error("Error of accelerations", &score.acceleration, predictable));
+        headlines.extend(self.error("Error of torques", &score.torque, |_| true));
         if let Some(first) = score.rollouts.first() {
             let bound = if first.exceeded { "" } else { "≥ " };
             let value = format!("{bound}{:.2}", first.valid_seconds);
@@ -223,23 +249,27 @@ impl Page<'_> {
         headlines
     }
 
-    /// The error of the worst coordinate, with its verdict.
+    /// An error over the coordinates that are known, with its verdict.
     fn error(
         &self,
         label: &str,
         error: &Option<SignalError>,
-        judged: &dyn Fn(usize) -> Option<Judgement>,
+        is_known: impl Fn(usize) -> bool,
     ) -> Option<Headline> {
-        let (worst, value) = worst(error.as_ref()?)?;
-        let name = &self.model.coordinates().0[worst].name;
-        let note = match self.model.coordinates().dof() {
+        let error = error.as_ref()?;
+        let n = error.nmse.len();
+        let known: Vec<usize> = (0..n)
+            .filter(|&i| is_known(i) && !error.nmse[i].is_nan())
+            .collect();
+        let left = error.of(&known).unexplained();
+        let note = match n {
             1 => "of their variance".into(),
-            _ => format!("of the variance, worst coordinate: {name}"),
+            _ => format!("of the variance, over {} of {n} coordinates", known.len()),
         };
-        Some(Headline {
+        (!known.is_empty()).then(|| Headline {
             role: Some(self.role()),
-            judged: judged(worst),
-            ..Headline::new(label, short(100.0 * value), "%", note)
+            judged: Some(Judgement::new(Grade::of_error(left), "")),
+            ..Headline::new(label, short(100.0 * left), "%", note)
         })
     }
 
@@ -276,13 +306,6 @@ impl Page<'_> {
 #[must_use]
 pub fn grade_name(grade: Grade) -> &'static str {
     grade.name()
-}
-
-/// The worst coordinate, and its error over the variance of the signal.
-fn worst(error: &SignalError) -> Option<(usize, f64)> {
-    let known = error.nmse.iter().copied().enumerate();
-    let known = known.filter(|(_, nmse)| !nmse.is_nan());
-    known.max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// The last part of a path; the command line of the run has the whole.

@@ -3,8 +3,8 @@
 use lagrangian::score::{Assessment, Forward, RolloutScore, SignalError};
 use lagrangian::train::{Choice, Contestant, Parameter};
 use lagrangian::{Coordinate, Item, Model, Outcome, Score, Trajectory, Verdict};
-use lagrangian_report::Table;
 use lagrangian_report::draw::short;
+use lagrangian_report::{Axis, Table};
 
 use super::Page;
 use crate::record::RunRecord;
@@ -68,12 +68,12 @@ fn forwards(assessment: &Assessment) -> Table {
 }
 
 fn errors(page: &Page, score: &Score, assessment: &Assessment) -> Table {
-    let of = |name, unit, error: &Option<SignalError>| {
+    let of = |name, unit: fn(&str) -> String, error: &Option<SignalError>| {
         let rows = error.iter().flat_map(|error| rows(page, name, unit, error));
         rows.collect::<Vec<_>>()
     };
-    let accelerations = of("acceleration", "/s²", &score.acceleration);
-    let torques = of("torque", "", &score.torque);
+    let accelerations = of("acceleration", Axis::acceleration, &score.acceleration);
+    let torques = of("torque", |unit| force_unit(unit).into(), &score.torque);
     let judged = (0..accelerations.len()).map(|i| score.judged_acceleration(i, assessment));
     let judged = judged.chain((0..torques.len()).map(|i| score.judged_torque(i, assessment)));
     let judged = judged.collect();
@@ -85,14 +85,15 @@ fn errors(page: &Page, score: &Score, assessment: &Assessment) -> Table {
     .judged(judged)
 }
 
-fn rows(page: &Page, name: &str, per: &str, error: &SignalError) -> Vec<Vec<String>> {
+fn rows(
+    page: &Page,
+    name: &str,
+    unit: fn(&str) -> String,
+    error: &SignalError,
+) -> Vec<Vec<String>> {
     let errors = error.mse.iter().zip(&error.nmse);
     let row = |(coordinate, (mse, nmse)): (&Coordinate, (&f64, &f64))| {
-        let unit = match per {
-            "" => force_unit(&coordinate.unit).to_string(),
-            per => format!("{}{per}", coordinate.unit),
-        };
-        let rms = format!("{} {unit}", short(mse.sqrt()));
+        let rms = format!("{} {}", short(mse.sqrt()), unit(&coordinate.unit));
         let percent = format!("{} %", short(100.0 * nmse));
         vec![name.into(), coordinate.name.clone(), rms, percent]
     };

@@ -54,7 +54,7 @@ fn files(run: &Run) -> Vec<PathBuf> {
 }
 
 fn as_text(comparison: &Comparison) -> String {
-    let mut text = format!("on {}\n", comparison.on);
+    let mut text = format!("{}\non {}\n", comparison.answer, comparison.on);
     for row in &comparison.figures {
         text += &format!("  {}\n", row.label());
         text += &each(comparison, row);

@@ -57,6 +57,7 @@ pub(super) fn run(args: &ConservedArgs, mode: OutputMode) -> Result<ExitCode> {
     let judged: Vec<_> = found.quantities.iter().map(Quantity::judged).collect();
     let figures = json!({
         "command": "conserved",
+        "answer": page::answer(&found),
         "subject": args.subject.subject,
         "files": args.files,
         "motions": motions.len(),

@@ -1,5 +1,6 @@
 //! What is conserved, as text and as a page.
 
+use lagrangian::score::Judgement;
 use lagrangian_analysis::conserved::{Change, Conserved, Drift, Quantity};
 use lagrangian_report::draw::short;
 use lagrangian_report::{
@@ -12,7 +13,8 @@ use crate::law_args::ConservedArgs;
 pub(super) fn text(found: &Conserved) -> String {
     let widths = found.quantities.iter().map(|q| q.name.chars().count());
     let width = widths.max().unwrap_or(0);
-    let mut text = format!(
+    let mut text = answer(found) + "\n";
+    text += &format!(
         "{} states\n  {:width$}  {:<13}{:>9}{:>12}{:>12}  verdict\n",
         found.states, "", "", "r", "drift, data", "own"
     );
@@ -21,6 +23,32 @@ pub(super) fn text(found: &Conserved) -> String {
     }
     text += &generators(found).join("\n");
     text + "\n"
+}
+
+/// What the model conserves, and how far the motions bear it out.
+pub(super) fn answer(found: &Conserved) -> String {
+    let kept: Vec<&Quantity> = found
+        .quantities
+        .iter()
+        .filter(|own| own.symmetric)
+        .collect();
+    let names: Vec<&str> = kept.iter().map(|own| own.name.as_str()).collect();
+    let drifts = kept.iter().map(|own| own.data.relative);
+    // NaN where the motions leave the domain of the model: then it is the largest.
+    let largest = drifts.max_by(f64::total_cmp).unwrap_or(f64::NAN);
+    let judged = kept
+        .iter()
+        .filter_map(|own| own.judged())
+        .map(|own| own.grade);
+    let Some(grade) = judged.max() else {
+        return "The model conserves none of the quantities that were looked at.".into();
+    };
+    let why = format!(
+        "the model conserves {}; along the motions, the work of forces taken off, the largest drift is {} % of the size",
+        names.join(", "),
+        short(100.0 * largest)
+    );
+    Judgement::new(grade, why).sentence()
 }
 
 /// What the search for linear symmetries found, in lines.
@@ -82,6 +110,7 @@ pub(super) fn page(args: &ConservedArgs, found: &Conserved) -> Report {
             "Symmetries measured at {} states; a force along the direction of at most {} of the inertial forces counts as none",
             found.states, args.tolerance
         ),
+        answer: answer(found),
         headlines: conserved().map(|(_, own)| headline(own)).collect(),
         summary: generators(found),
         figures: conserved().map(|(k, own)| figure(k, own)).collect(),

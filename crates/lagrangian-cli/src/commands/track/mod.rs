@@ -67,6 +67,10 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<ExitCode> {
         output::write_trajectories(path, file.existing(), motion, model.coordinates())?;
     }
     let report = page::TrackingReport {
+        plant: match &args.truth.robot {
+            Some(robot) => format!("'{}'", robot.display()),
+            None => "the model itself".into(),
+        },
         coordinates: model.coordinates(),
         reference: &reference,
         rate: control.rate,
@@ -75,9 +79,11 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<ExitCode> {
     args.output.draw(|| report.page())?;
     let figures = json!({
             "command": "track",
+            "answer": report.answer(),
             "model": args.model,
             "reference": args.reference,
             "robot": args.truth.robot,
+            "plant": report.plant,
             "payload": args.truth.payload,
             "control": args.control,
             "gains": gains.own,

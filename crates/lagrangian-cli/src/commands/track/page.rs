@@ -14,6 +14,8 @@ use crate::command_line::command_line;
 
 /// The results of tracking.
 pub(super) struct TrackingReport<'a> {
+    /// The robot that moves, in words.
+    pub(super) plant: String,
     pub(super) coordinates: &'a Coordinates,
     pub(super) reference: &'a Reference,
     pub(super) rate: f64,
@@ -60,10 +62,12 @@ impl TrackingReport<'_> {
             let cells: String = cells.iter().map(|cell| format!("{cell:>12}")).collect();
             format!("  {name:<14}{whose:<16}{cells}\n")
         };
-        let mut text = format!(
-            "{} s at {} Hz; errors in the units of the coordinates, and the part of the ticks at the torque limit\n",
+        let mut text = self.answer() + "\n";
+        text += &format!(
+            "{} s at {} Hz; the robot is {}; errors in the units of the coordinates, and the part of the ticks at the torque limit\n",
             short(self.reference.end() - self.reference.start()),
-            self.rate
+            self.rate,
+            self.plant
         );
         text += &line("", "", self.names().map(String::from).collect());
         for (name, values) in SIGNALS {
@@ -114,21 +118,47 @@ impl TrackingReport<'_> {
         Some((0..self.coordinates.dof()).map(judged).collect())
     }
 
+    /// The joint that is followed worst, with the verdict on it.
+    pub(super) fn answer(&self) -> String {
+        let judged = self.judged();
+        let cost = |i: &usize| judged.as_ref().map(|all| all[*i].grade);
+        let worst = (0..self.coordinates.dof()).max_by_key(cost).unwrap_or(0);
+        let Coordinate { name, unit, .. } = &self.coordinates.0[worst];
+        let error = |run: &Run| {
+            let rmse = short(run.followed.following.rmse[worst]);
+            format!(
+                "{} with {}",
+                [rmse.as_str(), unit].join(" ").trim_end(),
+                run.name
+            )
+        };
+        let errors = self.runs.iter().map(error).collect::<Vec<_>>().join(", ");
+        let errors = format!("the RMSE of {name} is {errors}");
+        match &judged {
+            Some(all) => {
+                let Judgement { grade, why } = &all[worst];
+                Judgement::new(*grade, format!("{errors}; {why}")).sentence()
+            }
+            None => format!("No verdict, as the robot is {}: {errors}.", self.plant),
+        }
+    }
+
     /// The error of each joint with this model, with its verdict.
     fn headlines(&self) -> Vec<Headline> {
-        let (Some(model), Some(judged)) = (self.run("model"), self.judged()) else {
+        let Some(model) = self.run("model") else {
             return Vec::new();
         };
-        let headline = |(i, own): (usize, Judgement)| {
+        let judged = self.judged();
+        let headline = |i: usize| {
             let Coordinate { name, unit, .. } = &self.coordinates.0[i];
             let value = short(model.followed.following.rmse[i]);
             Headline {
                 role: Some(Role::Lnn),
-                judged: Some(own),
+                judged: judged.as_ref().map(|all| all[i].clone()),
                 ..Headline::new(&format!("RMSE of {name}"), value, unit, "with this model")
             }
         };
-        judged.into_iter().enumerate().map(headline).collect()
+        (0..self.coordinates.dof()).map(headline).collect()
     }
 
     fn followers(&self) -> Vec<Follower<'_>> {
@@ -183,7 +213,13 @@ impl TrackingReport<'_> {
     pub(super) fn page(&self) -> Report {
         Report {
             title: "Tracking of a reference".into(),
-            subtitle: format!("'{}', {} Hz", self.reference.samples().name, self.rate),
+            subtitle: format!(
+                "'{}', {} Hz; the robot is {}",
+                self.reference.samples().name,
+                self.rate,
+                self.plant
+            ),
+            answer: self.answer(),
             headlines: self.headlines(),
             figures: self.figures(),
             tables: vec![self.errors(), self.times()],

@@ -31,7 +31,8 @@ pub(super) fn player(body: &mut String, animation: &Animation) {
     add(
         body,
         format_args!(
-            "<div class=\"card player\">\n<h3>{title}</h3>\n<p class=\"caption\">{caption}</p>\n<div class=\"panels\">\n"
+            "<div class=\"card player\">\n<h3>{title}</h3>\n<p class=\"caption\">{caption}</p>\n\
+             <noscript><p>Scripts are off: the motion is not shown.</p></noscript>\n<div class=\"panels\">\n"
         ),
     );
     for panel in &clip.panels {

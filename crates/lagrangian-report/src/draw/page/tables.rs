@@ -7,7 +7,10 @@ use super::terms::explained;
 use crate::draw::escaped;
 use crate::{Command, Table};
 
-/// A table that scrolls where it is wider than the page.
+/// Rows beyond which a table is folded.
+const FOLDED: usize = 12;
+
+/// A table that scrolls where it is wider than the page, and that is folded where it is long.
 pub(super) fn table(body: &mut String, table: &Table) {
     // A column without a name has no heading.
     let heading = |cell: &String| match cell.as_str() {
@@ -19,10 +22,11 @@ pub(super) fn table(body: &mut String, table: &Table) {
     let header = table.header.iter().map(heading).chain(verdict);
     let header: String = header.collect();
     let caption = escaped(&table.caption);
+    let [fold, end] = fold(table.rows.len());
     add(
         body,
         format_args!(
-            "<div class=\"card table\"><p class=\"caption\">{}</p>\
+            "<div class=\"card table\"><p class=\"caption\">{}</p>{fold}\
              <div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{caption}\"><table>\
              <thead><tr>{header}</tr></thead><tbody>\n",
             explained(&table.caption)
@@ -42,7 +46,18 @@ pub(super) fn table(body: &mut String, table: &Table) {
             format_args!("<tr>{}</tr>\n", cells.collect::<String>()),
         );
     }
-    body.push_str("</tbody></table></div></div>\n");
+    add(body, format_args!("</tbody></table></div>{end}</div>\n"));
+}
+
+/// Around the rows of a table: nothing, or what folds them.
+fn fold(rows: usize) -> [String; 2] {
+    match rows {
+        0..=FOLDED => Default::default(),
+        _ => [
+            format!("<details class=\"rows\"><summary>{rows} rows</summary>"),
+            "</details>".into(),
+        ],
+    }
 }
 
 /// A cell that may be broken where it does not fit: between its parts, `a / b` or `a; b`, and before the range of a

@@ -13,7 +13,21 @@
   apply(wanted());
   addEventListener("hashchange", () => apply(wanted()));
   system.addEventListener("change", () => apply(null));
+  // What is folded is printed all the same.
+  let folded = [];
+  addEventListener("beforeprint", () => {
+    folded = [...document.querySelectorAll("details:not([open], .save)")];
+    for (const one of folded) one.open = true;
+  });
+  addEventListener("afterprint", () => { for (const one of folded) one.open = false; });
   addEventListener("DOMContentLoaded", () => {
+    // A section that is asked for is unfolded.
+    const unfold = () => { const section = document.getElementById(location.hash.slice(1)); if (section?.matches("details")) section.open = true; };
+    addEventListener("hashchange", unfold);
+    unfold();
+    for (const link of document.querySelectorAll(".contents a")) {
+      link.addEventListener("click", () => { document.getElementById(link.hash.slice(1)).open = true; });
+    }
     document.querySelector(".theme").addEventListener("click", () => {
       const dark = root.dataset.theme ? root.dataset.theme === "dark" : system.matches;
       apply(dark ? "light" : "dark");

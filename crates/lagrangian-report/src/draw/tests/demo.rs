@@ -71,6 +71,8 @@ pub(super) fn demo() -> Report {
         )
     };
     Report {
+        answer: String::new(),
+        headings: Vec::new(),
         maps: Vec::new(),
         title: "A double pendulum and what two networks made of it".into(),
         subtitle: "100 000 samples, one minute of training each, 40 starts of 100 s".into(),

@@ -53,7 +53,7 @@ fn figure(subject: &Subject, i: usize) -> Option<Figure> {
     let coordinate = &subject.coordinates.0[i];
     let axes = [
         Axis::velocity(&coordinate.name, &coordinate.unit),
-        Axis::linear("friction", force_unit(&coordinate.unit)),
+        Axis::linear("friction", subject.unit(force_unit(&coordinate.unit))),
     ];
     let title = format!("Friction of {}", coordinate.name);
     let figure = sweep.figure(&format!("learned-friction-{}", i + 1), title, axes);

@@ -61,7 +61,10 @@ fn entries(subject: &Subject) -> Option<Figure> {
         data,
     };
     let name = &subject.coordinates.0[i].name;
-    let axes = [subject.axis(i), Axis::linear("inertia", unit(subject))];
+    let axes = [
+        subject.axis(i),
+        Axis::linear("inertia", subject.unit(unit(subject))),
+    ];
     let figure = sweep.figure("learned-inertia", format!("Inertia along {name}"), axes);
     Some(Figure {
         caption: format!(
@@ -100,7 +103,7 @@ fn unit(subject: &Subject) -> &'static str {
         (Some("rad"), true) => "kg·m²",
         (Some("m"), true) => "kg",
         (Some(""), _) => "",
-        _ => "SI",
+        _ => "SI units",
     }
 }
 

@@ -10,8 +10,8 @@ mod truth;
 
 use std::f64::consts::{PI, TAU};
 
-use lagrangian::trajectory::Axis as Visited;
-use lagrangian::{Coordinates, Learned, Model, Trajectory};
+use lagrangian::trajectory::Axis as Range;
+use lagrangian::{Coordinates, Learned, Model, Trajectory, Visited};
 use lagrangian_report::{Axis, Figure, HeatMap, Table};
 
 use super::Page;
@@ -42,7 +42,7 @@ struct Subject<'a> {
     members: &'a [Learned],
     truth: Option<Truth>,
     /// What the data visited of each coordinate and each velocity, `[2n]`.
-    visited: Vec<Option<Visited>>,
+    visited: Vec<Option<Range>>,
     /// The coordinates that move, the one with the largest range first.
     moved: Vec<usize>,
     /// The median of each coordinate, `[n]`.
@@ -148,14 +148,24 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// What the truth is aligned by, for a caption.
+    /// Whether no force was recorded.
+    fn is_free(&self) -> bool {
+        self.model.visited().is_some_and(Visited::is_free)
+    }
+
+    /// The unit of an energy, an inertia or a force: none where no force was recorded, since no motion tells it.
+    fn unit<'u>(&self, unit: &'u str) -> &'u str {
+        if self.is_free() { "" } else { unit }
+    }
+
+    /// What motions without forces leave open, and what the truth is aligned by, for a caption.
     fn aligned(&self) -> &'static str {
         match &self.truth {
             Some(truth) if truth.is_scaled => {
-                " No force was recorded, so that energies and inertias are known up to one factor: they are scaled to the true inertia."
+                " No force was recorded: energies and inertias have no unit, as motions leave their factor open and, for some systems, their shape. They are scaled to the true inertia."
             }
-            None if self.model.visited().is_some_and(|own| own.is_free()) => {
-                " No force was recorded, so that energies and inertias are known up to one factor."
+            None if self.is_free() => {
+                " No force was recorded: energies and inertias have no unit, as motions leave their factor open and, for some systems, their shape."
             }
             _ => "",
         }

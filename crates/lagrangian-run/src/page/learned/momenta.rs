@@ -68,7 +68,7 @@ fn momentum(subject: &Subject, i: usize) -> Option<Figure> {
             subject.aligned()
         ),
         x: Axis::linear("time", "s"),
-        y: Axis::linear("momentum", unit(coordinate)),
+        y: Axis::linear("momentum", subject.unit(unit(coordinate))),
         series,
     })
 }
@@ -130,8 +130,12 @@ fn gyroscopic(subject: &Subject) -> Option<Figure> {
         data,
     };
     let [on, of] = [i, j].map(|k| &subject.coordinates.0[k]);
-    let label = format!("{}·s/{}", force_unit(&on.unit), of.unit);
-    let axes = [subject.axis(i), Axis::linear("force by velocity", &label)];
+    let label = match (force_unit(&on.unit), of.unit.as_str()) {
+        ("", _) | (_, "") => String::new(),
+        (force, velocity) => format!("{force}·s/{velocity}"),
+    };
+    let label = subject.unit(&label);
+    let axes = [subject.axis(i), Axis::linear("force by velocity", label)];
     let title = format!(
         "Gyroscopic force on {} by the velocity of {}",
         on.name, of.name

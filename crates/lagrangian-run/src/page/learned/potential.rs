@@ -57,7 +57,10 @@ fn curve(subject: &Subject) -> Option<Figure> {
         data,
     };
     let name = &subject.coordinates.0[i].name;
-    let axes = [subject.axis(i), Axis::linear("energy at rest", "J")];
+    let axes = [
+        subject.axis(i),
+        Axis::linear("energy at rest", subject.unit("J")),
+    ];
     let figure = sweep.figure(
         "learned-potential",
         format!("Energy at rest along {name}"),
@@ -138,8 +141,8 @@ fn caption(subject: &Subject, limit: f64, error: Option<f64>) -> String {
         )
     });
     format!(
-        "H(q, 0) less its value at the median of the data: orange above it, blue below, full colour at {} J. Cells that the data did not come near are left blank.{error}{}",
-        short(limit),
+        "H(q, 0) less its value at the median of the data: orange above it, blue below, full colour at {}. Cells that the data did not come near are left blank.{error}{}",
+        [&short(limit), subject.unit("J")].join(" ").trim_end(),
         subject.aligned()
     )
 }

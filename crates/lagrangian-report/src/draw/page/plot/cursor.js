@@ -13,7 +13,7 @@
     if (!(px >= frame.left - 1 && px <= frame.right + 1)) return null;
     const rows = [], dots = [];
     for (const one of plot.shown) {
-      if (!one.name && plot.shown.length > 1) continue;
+      if ((!one.name && plot.shown.length > 1) || shade(one)) continue;
       const between = bracket(one, cursor.x), read = (values) => plot.y.outer(at(values, between, plot.y));
       const value = between ? read(one.y) : NaN;
       rows.push({ name: one.name || plot.y.label, value: written(plot, one, value, read), ink: one.ink, kind: swatchKind(one) });
@@ -48,7 +48,9 @@
 
   const significant = (value) => (value === 0 ? "0" : decimal(value, 10 ** (Math.floor(Math.log10(Math.abs(value))) - 2)));
   const withUnit = (axis, value) => [axis.write(value), axis.unit].filter(Boolean).join(" ");
-  const swatchKind = (one) => (one.dash ? "line dash" : one.kind);
+  // Whether it is a band without a line.
+  const shade = (one) => one.kind === "band" && !one.y.some(Number.isFinite);
+  const swatchKind = (one) => (one.dash ? "line dash" : shade(one) ? "band shade" : one.kind);
 
   // A value with its unit, and its band.
   function written(plot, one, value, read) {

@@ -37,7 +37,7 @@
     return list;
   }
 
-  // The buttons of a plot: its scale, where it can be another one, and the way back.
+  // The buttons of a plot: its scale, where it can be another one, the initial view, and files.
   function tools(plot) {
     const bar = element("div", "tools"), reset = element("button", "reset", "Reset"), scale = element("button", "scale", "Log");
     reset.type = scale.type = "button";
@@ -52,7 +52,7 @@
       reset.hidden = !plot.zoomed;
       scale.setAttribute("aria-pressed", plot.y.log);
     };
-    bar.append(reset, scale);
+    bar.append(reset, scale, saving(plot));
     return bar;
   }
 

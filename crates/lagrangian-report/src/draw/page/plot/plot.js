@@ -23,6 +23,7 @@
       this.cursor = null; // where values are read: { x } of a sweep, { one, k } of a point, { column, row } of a cell
       this.near = false; // whether it is in sight, or almost
       this.stale = true;
+      this.canBeLog = this.y.log || this.positive;
       this.settle();
       this.build(spec.words);
     }
@@ -63,11 +64,11 @@
       this.y.settle(whole ? this.asDrawn.ends : atTicks(ys, 6, this.y.log), ys);
     }
 
-    // Whether the ordinate can be logarithmic: it has positive values and no negative ones.
-    get canBeLog() {
+    // Whether the ordinate can be logarithmic: it is, or all its values are positive.
+    get positive() {
       if (this.map || this.y.names) return false;
-      const [low, high] = span(this.series.flatMap((one) => [one.y, one.low, one.high]));
-      return high > 0 && (low >= 0 || this.y.log) && high > 3 * low;
+      const [low, high] = span(this.series.filter((one) => !shade(one)).flatMap((one) => [one.y, one.low, one.high]));
+      return low > 0 && high > 3 * low;
     }
 
     toggleLog() {
