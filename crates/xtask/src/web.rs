@@ -154,7 +154,8 @@ impl Toolchain {
 fn library(root: &Path, toolchain: Toolchain) -> Result<PathBuf, String> {
     let folder = target().join("web");
     let mut cargo = toolchain.cargo();
-    cargo.arg("build").args(toolchain.standard_library());
+    // Were it a library of Rust as well, every dependency would be compiled twice: as machine code, and to be optimised with it.
+    cargo.arg("rustc").args(toolchain.standard_library());
     cargo.args([
         "--target",
         TRIPLE,
@@ -163,6 +164,8 @@ fn library(root: &Path, toolchain: Toolchain) -> Result<PathBuf, String> {
         "--package",
         "lagrangian-web",
         "--lib",
+        "--crate-type",
+        "cdylib",
     ]);
     let flags = ["-Ctarget-feature=+simd128,+relaxed-simd"]
         .into_iter()
