@@ -14,7 +14,7 @@ pub mod mutate;
 mod targets;
 
 pub use targets::{
-    checkpoint, csv, dataset, db3, layout, mcap, model, npy, npz, parquet, resumed, settings,
+    checkpoint, csv, dataset, db3, fits, layout, mcap, model, npy, npz, parquet, resumed, settings,
     table, urdf,
 };
 
@@ -37,7 +37,7 @@ const fn target(name: &'static str, text: bool, run: fn(&[u8]) -> Outcome) -> Ta
 }
 
 /// All targets.
-pub const TARGETS: [Target; 12] = [
+pub const TARGETS: [Target; 13] = [
     target("csv", true, csv),
     target("table", true, table),
     target("npz", false, npz),
@@ -50,6 +50,7 @@ pub const TARGETS: [Target; 12] = [
     target("urdf", true, urdf),
     target("model", false, model),
     target("checkpoint", false, checkpoint),
+    target("fits", false, fits),
 ];
 
 /// The longest message: a file of any length is refused in a few lines.

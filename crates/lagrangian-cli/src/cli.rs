@@ -20,7 +20,7 @@ use crate::law_args::{ActionArgs, ConservedArgs};
 use crate::out_args::{OutArgs, PlotArgs};
 use crate::track_args::TrackArgs;
 use crate::values::{
-    Rows, assignment, finite, links, method, name, non_negative, positive, rows, seed,
+    Rows, assignment, finite, links, method, name, non_negative, positive, rows, seed, tolerance,
 };
 
 const STYLES: Styles = Styles::styled()
@@ -170,6 +170,11 @@ pub(crate) struct DataArgs {
     #[serde(default)]
     pub(crate) parameters: Vec<String>,
 
+    /// The delays of the forces of the data that the model was fitted to, s, where none are given here.
+    #[arg(skip)]
+    #[serde(skip)]
+    pub(crate) fitted_delay: Vec<f64>,
+
     /// The layout of the data that the model was fitted to, for what is not given here or beside the data.
     #[arg(skip)]
     #[serde(skip)]
@@ -178,6 +183,16 @@ pub(crate) struct DataArgs {
 
 /// The most rows that are used by default: a sample of a longer log is enough and bounds memory (ADR 0049).
 const ROWS: usize = 1 << 20;
+
+/// Flags that change nothing where no recording is read.
+pub(crate) const OF_RECORDINGS: [&str; 6] = [
+    "smooth",
+    "low_pass",
+    "delay",
+    "every",
+    "topic",
+    "trajectory",
+];
 
 /// How much of long recordings is used.
 #[derive(Debug, Clone, Default, Args, serde::Serialize, serde::Deserialize)]
@@ -285,16 +300,16 @@ pub(crate) struct SimulateArgs {
     pub(crate) parameters: Vec<(String, f64)>,
 
     /// Number of trajectories, from random initial states
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(crate) trajectories: u32,
 
     /// Where random initial states come from
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_enum, default_value_t, conflicts_with = "q0")]
     pub(crate) starts: Starts,
 
-    /// Seed of the initial states and of the noise
-    #[arg(long, default_value_t = 0, value_parser = seed)]
-    pub(crate) seed: u64,
+    /// Seed of the initial states, of the drive and of the noise [default: 0]
+    #[arg(long, value_parser = seed)]
+    pub(crate) seed: Option<u64>,
 
     /// Write the momenta p = ∂L/∂q̇ too
     #[arg(long)]
@@ -353,6 +368,7 @@ pub(crate) struct MotionArgs {
         value_name = "VALUES",
         value_delimiter = ',',
         allow_hyphen_values = true,
+        value_parser = finite,
         requires = "qd0"
     )]
     pub(crate) q0: Vec<f64>,
@@ -363,6 +379,7 @@ pub(crate) struct MotionArgs {
         value_name = "VALUES",
         value_delimiter = ',',
         allow_hyphen_values = true,
+        value_parser = finite,
         requires = "q0"
     )]
     pub(crate) qd0: Vec<f64>,
@@ -379,9 +396,9 @@ pub(crate) struct MotionArgs {
     #[arg(long, value_parser = method(), default_value = Method::default().name())]
     pub(crate) method: Method,
 
-    /// Tolerance of the adaptive methods, relative and absolute
-    #[arg(long, default_value_t = 1e-10, allow_hyphen_values = true, value_parser = positive)]
-    pub(crate) tolerance: f64,
+    /// Tolerance of the adaptive methods, relative and absolute [default: 1e-10]
+    #[arg(long, allow_hyphen_values = true, value_parser = tolerance)]
+    pub(crate) tolerance: Option<f64>,
 }
 
 #[derive(Debug, Args)]
@@ -477,6 +494,11 @@ Examples:
   lagrangian rollout run/model.safetensors --q0 1.5,0 --qd0 0,0 --duration 100 --out motion.csv
   lagrangian rollout run/model.safetensors --follow test.csv    from its first state, under its torques")]
 #[command(mut_arg("out", |arg| arg.help("File for the trajectory, .csv, .npz or .parquet [default: CSV on standard output]")))]
+#[command(mut_arg("duration", |arg| arg.conflicts_with("follow")))]
+#[command(mut_args(|arg| match OF_RECORDINGS.contains(&arg.get_id().as_str()) {
+    true => arg.requires("follow"),
+    false => arg,
+}))]
 pub(crate) struct RolloutArgs {
     /// A saved model
     pub(crate) model: PathBuf,

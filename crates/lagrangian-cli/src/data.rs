@@ -148,7 +148,17 @@ pub(crate) fn read_sample(
             "note: {kept} of {rows} rows are used, a sample of short stretches (--rows N for another number, --rows all for all of them)"
         );
     }
-    let recordings = delayed(recordings, &args.delays())?;
+    let shifted = |recording: Recording| recording.delayed(&args.fitted_delay);
+    let recordings = match args.fitted_delay.is_empty() {
+        true => delayed(recordings, &args.delays())?,
+        false => {
+            let shifted: lagrangian::Result<_> = recordings.into_iter().map(shifted).collect();
+            shifted.advise(
+                "cannot shift the forces as those of the fit",
+                "give --delay",
+            )?
+        }
+    };
     let Some(first) = recordings.first() else {
         return Err(mistake(
             "there is no recording in the files",

@@ -28,7 +28,7 @@ pub(crate) struct ExportArgs {
     pub(crate) fmu: Option<PathBuf>,
 
     /// Version of FMI
-    #[arg(long, value_name = "VERSION", default_value_t = 3, value_parser = clap::value_parser!(u8).range(2..=3))]
+    #[arg(long, value_name = "VERSION", default_value_t = 3, requires = "fmu", value_parser = clap::value_parser!(u8).range(2..=3))]
     pub(crate) fmi: u8,
 
     /// Prefix of all names in C [default: from the name of the file or the run]

@@ -32,25 +32,30 @@ impl Fitted {
         estimate: &EstimateArgs,
     ) -> Result<(DataArgs, EstimateOptions)> {
         let (own, mut data) = (&self.preparation, self.completed(data)?);
-        let mut told = Vec::new();
-        let is_given = estimate.smooth || estimate.low_pass.is_some();
-        let options = match is_given {
-            true => estimate.options(),
-            false => {
-                told.extend(own.smooth.then(|| "--smooth".to_string()));
-                told.extend(own.low_pass.map(|hertz| format!("--low-pass {hertz}")));
-                own.estimates()
-            }
-        };
+        let options = self.estimates(estimate);
         if data.delay.is_empty() && !own.delay.is_empty() {
-            data.delay = own.delay.iter().map(|seconds| 1e3 * seconds).collect();
-            let words: Vec<String> = data.delay.iter().map(f64::to_string).collect();
-            told.push(format!("--delay {}", words.join(",")));
-        }
-        if !told.is_empty() {
-            tell!("note: as for the fit of the model: {}", told.join(" "));
+            data.fitted_delay.clone_from(&own.delay);
+            let words: Vec<String> = own.delay.iter().map(|s| (1e3 * s).to_string()).collect();
+            tell!(
+                "note: as for the fit of the model: --delay {}",
+                words.join(",")
+            );
         }
         Ok((data, options))
+    }
+
+    /// How signals are estimated: as the flags say, else as for the fit of the model, which is told.
+    pub(crate) fn estimates(&self, estimate: &EstimateArgs) -> EstimateOptions {
+        if estimate.smooth || estimate.low_pass.is_some() {
+            return estimate.options();
+        }
+        let own = &self.preparation;
+        let smooth = own.smooth.then(|| "--smooth".to_string());
+        let told = smooth.or_else(|| own.low_pass.map(|hertz| format!("--low-pass {hertz}")));
+        if let Some(told) = told {
+            tell!("note: as for the fit of the model: {told}");
+        }
+        own.estimates()
     }
 }
 

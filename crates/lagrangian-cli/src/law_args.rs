@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::cli::{DataArgs, EstimateArgs};
+use crate::cli::{DataArgs, EstimateArgs, OF_RECORDINGS};
 use crate::out_args::PlotArgs;
 use crate::subject::SubjectArgs;
-use crate::values::{finite, positive, seed};
+use crate::values::{count, finite, positive, seed};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -45,11 +45,11 @@ pub(crate) struct ActionArgs {
     pub(crate) turns: Vec<i32>,
 
     /// Steps of the path, an even number
-    #[arg(long, value_name = "N", default_value_t = 200)]
+    #[arg(long, value_name = "N", default_value = "200", value_parser = count)]
     pub(crate) steps: usize,
 
     /// Initial paths of the search: the straight one, and others with random bulges
-    #[arg(long, value_name = "N", default_value_t = 16)]
+    #[arg(long, value_name = "N", default_value = "16", value_parser = count)]
     pub(crate) guesses: usize,
 
     /// Seed of the bulges
@@ -71,6 +71,10 @@ Examples:
   lagrangian conserved n-body --points x1:y1,x2:y2,x3:y3 --json
   lagrangian conserved kepler --points q1:q2 --plot kepler.html
   lagrangian conserved furuta-pendulum")]
+#[command(mut_args(|arg| match OF_RECORDINGS.contains(&arg.get_id().as_str()) {
+    true => arg.requires("files"),
+    false => arg,
+}))]
 pub(crate) struct ConservedArgs {
     #[command(flatten)]
     pub(crate) subject: SubjectArgs,
@@ -86,16 +90,16 @@ pub(crate) struct ConservedArgs {
     #[arg(long, value_name = "R", default_value_t = 0.01, value_parser = positive)]
     pub(crate) tolerance: f64,
 
-    /// Rollouts of the model's own, from the first states of so many recordings
-    #[arg(long, value_name = "N", default_value_t = 10)]
+    /// Number of recordings from whose first states the model is rolled out
+    #[arg(long, value_name = "N", default_value = "10", value_parser = count)]
     pub(crate) rollouts: usize,
 
     /// Seed of the random states
-    #[arg(long, default_value_t = 0, value_parser = seed)]
+    #[arg(long, default_value_t = 0, value_parser = seed, conflicts_with = "files")]
     pub(crate) seed: u64,
 
     /// How long a system is rolled out, s
-    #[arg(long, value_name = "SECONDS", default_value_t = 5.0, value_parser = positive)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 5.0, value_parser = positive, conflicts_with = "files")]
     pub(crate) duration: f64,
 
     #[command(flatten)]

@@ -1,10 +1,12 @@
 //! From the flags of a motion to what the library takes.
 
+use anyhow::Result;
 use lagrangian::score::{Outside, outside};
 use lagrangian::trajectory::Beyond;
-use lagrangian::{Model, Outcome, RolloutOptions, Score, State, Trajectory};
+use lagrangian::{Method, Model, Outcome, RolloutOptions, Score, State, Trajectory};
 
 use crate::cli::MotionArgs;
+use crate::failure::mistake;
 use crate::interrupt;
 
 /// How to integrate where a prediction is compared with a recording.
@@ -37,7 +39,25 @@ pub(crate) fn note_stopped(score: &Score) {
     }
 }
 
+/// The tolerance of the adaptive methods.
+const TOLERANCE: f64 = 1e-10;
+
 impl MotionArgs {
+    /// Refuses a tolerance that the method does not have.
+    pub(crate) fn refuse_idle(&self) -> Result<()> {
+        let adaptive = matches!(self.method, Method::Dop853 | Method::Dopri5);
+        if adaptive || self.tolerance.is_none() {
+            return Ok(());
+        }
+        Err(mistake(
+            format!(
+                "--tolerance changes nothing: {} has a fixed step",
+                self.method.name()
+            ),
+            "omit it, or take --method dop853 or dopri5; --step is the step",
+        ))
+    }
+
     /// The initial state that was given.
     pub(crate) fn start(&self) -> State {
         State::new(self.q0.clone(), self.qd0.clone())
@@ -48,8 +68,8 @@ impl MotionArgs {
         RolloutOptions {
             method: self.method,
             step: self.step,
-            rtol: self.tolerance,
-            atol: self.tolerance,
+            rtol: self.tolerance.unwrap_or(TOLERANCE),
+            atol: self.tolerance.unwrap_or(TOLERANCE),
             stop: interrupt::stop(),
             ..RolloutOptions::default()
         }

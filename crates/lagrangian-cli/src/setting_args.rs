@@ -12,7 +12,7 @@ use lagrangian::train::{ROLLOUT_SETTINGS, SETTINGS};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::values::{fraction, non_negative, positive};
+use crate::values::within;
 
 /// A table of settings, and the heading under which `--help` shows it.
 pub(crate) trait Table: Debug + Clone + Default {
@@ -142,7 +142,12 @@ fn argument(offered: &Offered, names: &[&str]) -> Option<Arg> {
     let list = |flag: Arg| flag.action(ArgAction::Append).value_delimiter(',');
     Some(match setting.kind {
         Kind::Robot => return None,
-        Kind::Flag => flag.action(ArgAction::SetTrue),
+        Kind::Flag => flag
+            .value_parser(clap::value_parser!(bool))
+            .value_name("BOOL")
+            .num_args(0..=1)
+            .require_equals(true)
+            .default_missing_value("true"),
         Kind::Choice(values) => flag.value_parser(one_of(values)),
         Kind::Choices(values) => list(flag).value_parser(one_of(values)),
         Kind::Integer { min, max } => flag.value_parser(clap::value_parser!(u64).range(min..=max)),
@@ -193,11 +198,7 @@ pub(crate) fn sentence(text: &str) -> String {
 }
 
 fn number(range: Range) -> ValueParser {
-    match range {
-        Range::Positive => ValueParser::new(positive),
-        Range::NonNegative => ValueParser::new(non_negative),
-        Range::Fraction => ValueParser::new(fraction),
-    }
+    ValueParser::new(move |text: &str| within(text, range))
 }
 
 /// The value that was given for a setting.
@@ -208,7 +209,7 @@ fn given(setting: &Setting, matches: &ArgMatches) -> Option<Value> {
     }
     match setting.kind {
         Kind::Robot => None,
-        Kind::Flag => Some(Value::Bool(matches.get_flag(name))),
+        Kind::Flag => one::<bool>(matches, name),
         Kind::Choice(_) => one::<String>(matches, name),
         Kind::Choices(_) => all::<String>(matches, name),
         Kind::Integer { .. } => one::<u64>(matches, name),

@@ -105,7 +105,7 @@ pub(crate) struct ControlArgs {
     pub(crate) delay: usize,
 
     /// Seed of the noise
-    #[arg(long, default_value_t = 0, value_parser = seed)]
+    #[arg(long, default_value_t = 0, value_parser = seed, requires = "noise")]
     pub(crate) seed: u64,
 }
 

@@ -2,6 +2,7 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use lagrangian::Method;
+use lagrangian::settings::Range;
 use lagrangian_run::Links;
 use serde::{Deserialize, Serialize};
 
@@ -58,36 +59,54 @@ pub(crate) fn name(text: &str) -> Result<String, String> {
     }
 }
 
+/// The largest number of steps.
+const MAX_STEPS: u64 = 1_000_000_000;
+
 /// A number of steps, at least one.
 pub(crate) fn steps(text: &str) -> Result<u64, String> {
-    let steps = text.trim().parse().ok().filter(|s| *s > 0);
-    steps.ok_or_else(|| "it must be a whole number, 1 or above".into())
+    let steps = text.trim().parse().ok();
+    let steps = steps.filter(|s| (1..=MAX_STEPS).contains(s));
+    steps.ok_or_else(|| format!("it must be a whole number, 1 or above, at most {MAX_STEPS}"))
 }
 
-/// A finite number above 0.
+/// The largest count.
+const MAX_COUNT: usize = 1_000_000;
+
+/// A count, which may be 0.
+pub(crate) fn count(text: &str) -> Result<usize, String> {
+    let count = text.trim().parse().ok().filter(|n| *n <= MAX_COUNT);
+    count.ok_or_else(|| format!("it must be a whole number, 0 or above, at most {MAX_COUNT}"))
+}
+
+/// A number within bounds, which the message names.
+pub(crate) fn within(text: &str, range: Range) -> Result<f64, String> {
+    let found = number(text).filter(|x| range.contains(*x));
+    found.ok_or_else(|| format!("it must be a number {}", range.words()))
+}
+
+/// A number above 0.
 pub(crate) fn positive(text: &str) -> Result<f64, String> {
-    number(text)
-        .filter(|x| *x > 0.0)
-        .ok_or_else(|| "it must be a number above 0".into())
+    within(text, Range::POSITIVE)
 }
 
-/// A finite number, 0 or above.
+/// A number, 0 or above.
 pub(crate) fn non_negative(text: &str) -> Result<f64, String> {
-    number(text)
-        .filter(|x| *x >= 0.0)
-        .ok_or_else(|| "it must be a number, 0 or above".into())
+    within(text, Range::NON_NEGATIVE)
 }
 
-/// A finite number of any sign.
+/// A tolerance that an adaptive method can hold.
+pub(crate) fn tolerance(text: &str) -> Result<f64, String> {
+    within(text, Range::new(1e-15, 1.0))
+}
+
+/// A number of any sign.
 pub(crate) fn finite(text: &str) -> Result<f64, String> {
-    number(text).ok_or_else(|| "it must be a number".into())
+    within(text, Range::new(-1e12, 1e12))
 }
 
-/// A number in [0, 1).
+/// A part of something that is not all of it.
 pub(crate) fn fraction(text: &str) -> Result<f64, String> {
-    number(text)
-        .filter(|x| (0.0..1.0).contains(x))
-        .ok_or_else(|| "it must be a number from 0 to below 1".into())
+    within(text, Range::new(0.0, 0.99))
 }
 
 /// The methods of integration by their names.
@@ -106,7 +125,7 @@ pub(crate) fn links() -> impl TypedValueParser<Value = Links> {
 pub(crate) fn assignment(text: &str) -> Result<(String, f64), String> {
     let example = "write it as name=value, e.g. length=2";
     let (name, value) = text.split_once('=').ok_or(example)?;
-    let value = number(value).ok_or_else(|| format!("'{value}' is not a number: {example}"))?;
+    let value = finite(value).map_err(|why| format!("'{value}': {why}: {example}"))?;
     Ok((name.trim().into(), value))
 }
 

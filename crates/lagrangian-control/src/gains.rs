@@ -105,6 +105,27 @@ pub fn inertia_along(model: &dyn Model, reference: &Reference) -> Result<Vec<f64
     Ok(inertia)
 }
 
+/// The largest torque of each coordinate, N·m (N), with which a model moves along the samples of a reference; a torque that is not
+/// finite is omitted.
+#[must_use]
+pub fn largest_torques(model: &dyn Model, reference: &Reference) -> Vec<f64> {
+    let (n, mut evaluator, mut desired) = (
+        reference.dof(),
+        model.evaluator(),
+        Desired::new(reference.dof()),
+    );
+    let (mut tau, mut largest) = (vec![0.0; n], vec![0.0; n]);
+    for &t in &reference.samples().t {
+        reference.at(t, &mut desired);
+        let outcome = evaluator.inverse_dynamics(&desired.q, &desired.qd, &desired.qdd, &mut tau);
+        if outcome.is_finite() {
+            let pairs = largest.iter_mut().zip(&tau);
+            pairs.for_each(|(most, tau): (&mut f64, &f64)| *most = most.max(tau.abs()));
+        }
+    }
+    largest
+}
+
 /// Checks that a model has `n` degrees of freedom.
 pub(super) fn same_dof(model: &dyn Model, n: usize) -> Result<()> {
     let found = model.coordinates().dof();

@@ -71,7 +71,7 @@ mod simulation;
 pub use computed_torque::ComputedTorque;
 pub use feed_forward::FeedForward;
 pub use following::{ControlLaw, Followed, Following, follow};
-pub use gains::{Gains, inertia_along};
+pub use gains::{Gains, inertia_along, largest_torques};
 pub use gravity_compensation::GravityCompensation;
 pub use latency::{Latency, LatencyBin, Quantiles};
 pub use loop_config::LoopConfig;

@@ -6,7 +6,7 @@ use lagrangian::{Layout, Readings, Recording};
 use serde::Serialize;
 
 use crate::bag_folder::refuse_unfinished;
-use crate::error::{Advise, Result};
+use crate::error::{Advise, Error, Result};
 use crate::files::format_named;
 use crate::hashed::{FileHash, Hashed};
 
@@ -114,6 +114,16 @@ pub fn delayed(recordings: Vec<Recording>, seconds: &[f64]) -> Result<Vec<Record
         let shifted = recording.delayed(seconds);
         shifted.advise(shown, "correct `delay`")
     };
+    if let Some(free) = recordings
+        .iter()
+        .find(|r| !seconds.is_empty() && r.tau.is_empty())
+    {
+        let finding = format!("`delay` shifts forces, and '{}' has none", free.name);
+        return Err(Error::new(
+            finding,
+            "omit `delay`, or name the columns of the forces (`tau`)",
+        ));
+    }
     match seconds.is_empty() {
         true => Ok(recordings),
         false => recordings.into_iter().map(shifted).collect(),

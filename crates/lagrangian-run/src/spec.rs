@@ -2,7 +2,7 @@
 
 use lagrangian::models::{Entry, FAMILIES};
 use lagrangian::saved::Preparation;
-use lagrangian::settings::{Kind, Setting, Values};
+use lagrangian::settings::{Kind, Range, Setting, Values};
 use lagrangian::train::{ROLLOUT_SETTINGS, Request, SETTINGS};
 use lagrangian::{Budget, PrepareOptions, Provenance, RobotConfig, rigid};
 use serde::{Deserialize, Serialize};
@@ -86,6 +86,38 @@ const OWN: [&str; 12] = [
     "joints",
 ];
 
+/// The numbers among them.
+const NUMBERS: &[Setting] = &[
+    Setting::new(
+        "steps",
+        Kind::Integer {
+            min: 1,
+            max: 1_000_000_000,
+        },
+        "",
+    ),
+    Setting::new("seconds", Kind::Number(Range::POSITIVE), ""),
+    Setting::new(
+        "seed",
+        Kind::Integer {
+            min: 0,
+            max: i64::MAX as u64,
+        },
+        "",
+    ),
+    Setting::new("low_pass", Kind::Number(Range::NON_NEGATIVE), ""),
+    Setting::new(
+        "baseline",
+        Kind::Integer {
+            min: 1,
+            max: 10_000,
+        },
+        "",
+    ),
+    Setting::new("validate_fraction", Kind::Number(Range::new(0.0, 0.99)), ""),
+    Setting::new("delay", Kind::Numbers(Range::new(-1e6, 1e6)), ""),
+];
+
 impl Specification {
     /// The specification that these settings make, by the names of the flags of a fit (`model` is the family); each is checked against
     /// the tables of the library.
@@ -120,35 +152,27 @@ impl Specification {
         Ok(made.normal())
     }
 
-    /// Refuses numbers outside their ranges.
+    /// Refuses numbers outside their ranges, wherever they come from.
     fn bounded(&self) -> Result<()> {
-        let refused = |name: &str, must: &str| {
-            let finding = format!("the setting '{name}' has a value that it does not take");
-            Err(Error::new(finding, format!("it must be {must}")))
-        };
-        let positive = |x: f64| x.is_finite() && x > 0.0;
         if self.steps.is_some() && self.seconds.is_some() {
             return Err(Error::new(
                 "both 'steps' and 'seconds' end a fit",
                 "give one of them",
             ));
         }
-        if self.steps == Some(0) {
-            return refused("steps", "a whole number, 1 or above");
+        let values = serde_json::to_value(self).map_err(|e| refused(&e))?;
+        let value = |row: &Setting| &values[row.name];
+        let mut given = NUMBERS.iter().filter(|row| !value(row).is_null());
+        match given.find(|row| row.check(value(row)).is_err()) {
+            None => Ok(()),
+            Some(row) => Err(Error::new(
+                format!(
+                    "the setting '{}' has a value that it does not take",
+                    row.name
+                ),
+                format!("it must be {}", row.kind.wanted()),
+            )),
         }
-        if self.seconds.is_some_and(|s| !positive(s)) {
-            return refused("seconds", "a number above 0");
-        }
-        if self.low_pass.is_some_and(|f| !(positive(f) || f == 0.0)) {
-            return refused("low_pass", "a number, 0 or above");
-        }
-        if !(0.0..1.0).contains(&self.validate_fraction) {
-            return refused("validate_fraction", "a number from 0 to below 1");
-        }
-        if self.baseline == 0 {
-            return refused("baseline", "a whole number, 1 or above");
-        }
-        Ok(())
     }
 
     /// The same specification in its one form: numbers of settings that are no whole ones with a point, and nothing that was not given.
@@ -173,6 +197,7 @@ impl Specification {
     /// # Errors
     /// As [`RobotConfig::new`] and [`Entry::taking_a_robot`].
     pub fn request(&self) -> Result<Request> {
+        self.bounded()?;
         let seconds = self.seconds.map(Budget::Seconds);
         let mut request = Request {
             family: self.family.clone(),
@@ -303,10 +328,10 @@ mod tests {
         for (values, words) in [
             (json!({ "widht": 3 }), "did you mean 'width'?"),
             (json!({ "zzzzzzzzz": 3 }), "choose from"),
-            (json!({ "steps": 0 }), "1 or above"),
+            (json!({ "steps": 0 }), "from 1 to 1000000000"),
             (json!({ "steps": 3, "seconds": 1.0 }), "one of them"),
             (json!({ "steps": "many" }), "without quotes"),
-            (json!({ "validate_fraction": 1.0 }), "below 1"),
+            (json!({ "validate_fraction": 1.0 }), "at most 0.99"),
         ] {
             let error = of(values.clone()).unwrap_err();
             assert!(error.remedy().contains(words), "{values}: {error}");

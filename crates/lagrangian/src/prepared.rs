@@ -103,7 +103,12 @@ impl Request {
     /// # Errors
     /// [`Error::Setting`] for a setting that does not belong to the fit, so that none is ignored; [`Error::UnknownName`].
     pub fn needs(&self) -> Result<Needs> {
-        let config = self.choose(&Known::default())?.config;
+        let mut asked = self.clone();
+        if self.is_open() {
+            // Whatever is tried learns from single samples, and has its own settings.
+            asked.settings.retain(|name, _| name == "robot");
+        }
+        let config = asked.complete(&Known::default())?.config;
         let rolls_out = config.loss == Loss::ROLLOUT;
         Ok(Needs {
             momenta: config.family.momenta() == Some(&Momenta::Recorded),

@@ -24,6 +24,17 @@ pub struct Setting {
     pub default: &'static str,
     /// The placeholder of its value in a synopsis; empty for its name.
     pub placeholder: &'static str,
+    /// The setting without which it changes nothing, where there is one.
+    pub needs: Option<Need>,
+}
+
+/// A setting that another one needs, so that it changes a fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Need {
+    /// The name of the setting.
+    pub setting: &'static str,
+    /// Its values under which the other one has an effect; any where there are none.
+    pub values: &'static [&'static str],
 }
 
 /// The values that a setting takes.
@@ -59,15 +70,13 @@ pub struct Named {
     pub help: &'static str,
 }
 
-/// A range of numbers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Range {
-    /// Above 0.
-    Positive,
-    /// 0 or above.
-    NonNegative,
-    /// From 0 to below 1.
-    Fraction,
+/// A range of numbers, both ends included.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Range {
+    /// The least.
+    pub min: f64,
+    /// The largest.
+    pub max: f64,
 }
 
 impl Setting {
@@ -80,6 +89,7 @@ impl Setting {
             kind,
             default: "",
             placeholder: "",
+            needs: None,
         }
     }
 
@@ -87,6 +97,15 @@ impl Setting {
     #[must_use]
     pub const fn or(self, default: &'static str) -> Self {
         Self { default, ..self }
+    }
+
+    /// The same setting, which changes nothing without these values of another one; without any value of it where there are none.
+    #[must_use]
+    pub const fn needing(self, setting: &'static str, values: &'static [&'static str]) -> Self {
+        Self {
+            needs: Some(Need { setting, values }),
+            ..self
+        }
     }
 
     /// The same setting with this placeholder.
@@ -132,7 +151,8 @@ impl Setting {
 
 impl Kind {
     /// What a value must be, in words.
-    fn wanted(&self) -> String {
+    #[must_use]
+    pub fn wanted(&self) -> String {
         let names = |values: &[Named]| {
             let names: Vec<&str> = values.iter().map(|value| value.name).collect();
             names.join(", ")
@@ -141,9 +161,6 @@ impl Kind {
             Self::Choice(values) => format!("one of {}", names(values)),
             Self::Choices(values) => format!("a list of some of {}", names(values)),
             Self::Flag => "true or false".into(),
-            Self::Integer { min, max } if *max >= u64::from(u32::MAX) => {
-                format!("a whole number from {min}")
-            }
             Self::Integer { min, max } => format!("a whole number from {min} to {max}"),
             Self::Number(range) => format!("a number {}", range.words()),
             Self::Numbers(range) => format!("a list of numbers {}", range.words()),
@@ -153,25 +170,55 @@ impl Kind {
 }
 
 impl Range {
+    /// What no quantity in SI units exceeds, and what only a slip falls below.
+    pub const POSITIVE: Self = Self::new(1e-12, 1e12);
+    /// The same with 0.
+    pub const NON_NEGATIVE: Self = Self::new(0.0, 1e12);
+
+    /// The range between two numbers.
+    #[must_use]
+    pub const fn new(min: f64, max: f64) -> Self {
+        Self { min, max }
+    }
+
     /// Whether a number lies in it.
     #[must_use]
     pub fn contains(self, x: f64) -> bool {
-        x.is_finite()
-            && match self {
-                Self::Positive => x > 0.0,
-                Self::NonNegative => x >= 0.0,
-                Self::Fraction => (0.0..1.0).contains(&x),
-            }
+        (self.min..=self.max).contains(&x)
     }
 
     /// The range in words, after "a number".
     #[must_use]
-    pub fn words(self) -> &'static str {
-        match self {
-            Self::Positive => "above 0",
-            Self::NonNegative => "not below 0",
-            Self::Fraction => "from 0 to below 1",
+    pub fn words(self) -> String {
+        let Self { min, max } = self;
+        match min {
+            x if x > 0.0 => format!("above 0, from {} to {}", shown(min), shown(max)),
+            0.0 => format!("0 or above, at most {}", shown(max)),
+            _ => format!("from {} to {}", shown(min), shown(max)),
         }
+    }
+}
+
+impl Need {
+    /// The other setting with the values that it must have, in words.
+    #[must_use]
+    pub fn words(self) -> String {
+        let words = format!("`{}` {}", self.setting, self.values.join(" or "));
+        words.trim_end().into()
+    }
+
+    /// Whether the other setting has such a value.
+    pub(crate) fn is_met(self, value: Option<&Value>) -> bool {
+        let named = |value: &Value| value.as_str().is_some_and(|x| self.values.contains(&x));
+        value.is_some_and(|value| self.values.is_empty() || named(value))
+    }
+}
+
+/// A bound as a person writes it.
+fn shown(x: f64) -> String {
+    match x.abs() {
+        size if size == 0.0 || (1e-3..1e6).contains(&size) => x.to_string(),
+        _ => format!("{x:e}"),
     }
 }
 
@@ -242,7 +289,7 @@ mod tests {
 
     #[test]
     fn a_value_of_another_kind_is_refused_with_its_setting_and_what_it_must_be() {
-        let number = Setting::new("rate", Kind::Number(Range::Positive), "");
+        let number = Setting::new("rate", Kind::Number(Range::new(1e-3, 1e6)), "");
         let list = Setting::new(
             "terms",
             Kind::Choices(const { &[named("a", ""), named("b", "")] }),
@@ -254,7 +301,7 @@ mod tests {
                 &number,
                 json!(0.5),
                 json!(0),
-                "`rate` is 0: it must be a number above 0",
+                "`rate` is 0: it must be a number above 0, from 0.001 to 1e6",
             ),
             (
                 &list,

@@ -1,10 +1,12 @@
 //! The targets, by what they read.
 
+mod fits;
 mod recordings;
 mod robots;
 mod saved;
 mod settings;
 
+pub use fits::fits;
 pub use recordings::{csv, db3, layout, mcap, npy, npz, parquet, table};
 pub use robots::urdf;
 pub use saved::{checkpoint, model, resumed};

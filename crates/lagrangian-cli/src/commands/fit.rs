@@ -208,6 +208,16 @@ fn ready(args: &FitArgs, inputs: &[PathBuf], mode: OutputMode) -> Result<Ready> 
     let mut ready = ready.map_err(failure::of_data)?;
     tell_prepared(&mut ready.prepared);
     tell_candidates(&ready.candidates);
+    let timed = [
+        args.training.steps.map(|_| "--steps"),
+        args.training.seconds.map(|_| "--seconds"),
+    ];
+    if let ([only], Some(flag)) = (&ready.candidates[..], timed.into_iter().flatten().next())
+        && only.config.family.abilities().solved
+    {
+        let name = only.config.family.name();
+        tell!("note: {flag} changes nothing: {name} is solved for at once");
+    }
     ready.validate().map_err(of_fit)?;
     Ok(ready)
 }
@@ -276,6 +286,13 @@ fn tell_candidates(candidates: &[Chosen]) {
         && let Some(choice) = chosen.choices.iter().find(adam)
     {
         tell!("note: {} (--optimizer overrides it)", choice.reason);
+    }
+    let mut all = candidates.iter().flat_map(|chosen| &chosen.choices);
+    if let Some(choice) = all.find(|choice| choice.setting == "dissipation") {
+        tell!(
+            "note: friction is identified: {}",
+            failure::with_flags(&choice.reason)
+        );
     }
     if candidates.len() > 1 {
         let names = candidates.iter().map(|c| c.config.family.name());

@@ -20,6 +20,7 @@ use crate::task::{Size, Task};
 
 pub(super) fn run(args: &RolloutArgs, mode: OutputMode) -> Result<ExitCode> {
     let output = &args.output;
+    args.motion.refuse_idle()?;
     let followed: Vec<PathBuf> = args.follow.iter().cloned().collect();
     let mut inputs = args.data.inputs(&followed)?;
     inputs.push(args.model.clone());

@@ -23,6 +23,7 @@ pub(super) fn run(args: &SimulateArgs, mode: OutputMode) -> Result<ExitCode> {
     if args.system.as_deref() == Some("list") {
         return list(mode);
     }
+    args.motion.refuse_idle()?;
     let robots: Vec<_> = args.urdf.iter().cloned().collect();
     args.output.refuse_inputs_of_motions(&robots)?;
     args.output.refuse_unwritable()?;
@@ -67,7 +68,7 @@ pub(super) fn run(args: &SimulateArgs, mode: OutputMode) -> Result<ExitCode> {
             "system": system.name(),
             "parameters": parameters(args),
             "coordinates": system.coordinates(),
-            "seed": args.seed,
+            "seed": args.seed.unwrap_or(0),
             "drive": args.drive,
             "friction": args.friction,
             "motion": args.motion,
@@ -114,6 +115,12 @@ fn simulation(args: &SimulateArgs) -> Result<Simulation> {
             "omit one of the two: several trajectories begin at random states",
         ));
     }
+    if given && args.drive.is_none() && args.noise.is_none() && args.seed.is_some() {
+        return Err(mistake(
+            "--seed changes nothing: the initial state is given, and there is neither noise nor drive",
+            "omit it, or omit --q0 and --qd0 for a random start",
+        ));
+    }
     Ok(Simulation {
         starts: given.then(|| args.motion.start()).into_iter().collect(),
         test_starts: args.starts == Starts::Test,
@@ -124,7 +131,7 @@ fn simulation(args: &SimulateArgs) -> Result<Simulation> {
         friction: args.friction,
         momenta: args.momenta,
         noise: args.noise,
-        seed: args.seed,
+        seed: args.seed.unwrap_or(0),
     })
 }
 

@@ -109,7 +109,7 @@ fn what_cannot_be_identified_or_written_is_refused_with_a_hint() {
         ),
         (
             "data.csv --urdf arm.urdf --hold-out 1 --out a.urdf",
-            "from 0 to below 1",
+            "at most 0.99",
         ),
         (
             "free.csv --urdf two_link_arm --joints elbow --out a.urdf",

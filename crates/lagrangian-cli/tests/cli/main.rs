@@ -9,6 +9,7 @@ mod ensembles;
 mod excited;
 mod exported;
 mod identified;
+mod idle;
 mod inputs;
 mod instructions;
 mod interrupted;

@@ -193,6 +193,68 @@ fn a_log_is_fitted_by_several_models_and_the_kept_one_has_a_verdict() {
 }
 
 #[test]
+fn settings_go_to_the_models_that_have_them_where_several_are_tried() {
+    let bench = with_arm();
+    let fit = "fit data.npz --urdf arm.urdf --steps 40 --out";
+    let tried = bench
+        .run(&format!("{fit} run --width 16 --optimizer adam --json"))
+        .json();
+    let names: Vec<&str> = tried["tried"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(|t| t["family"].as_str())
+        .collect();
+    assert_eq!(names, ["rigid", "chain", "delan"]);
+    assert!(
+        tried["tried"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .all(|t| t["failure"].is_null()),
+        "{tried}"
+    );
+    let message = bench.refuse(&format!("{fit} other --form convex"));
+    assert!(
+        message.contains("rigid, chain, delan") && message.contains("--model lnn"),
+        "{message}"
+    );
+}
+
+#[test]
+fn real_robots_are_fitted_with_their_descriptions() {
+    let data = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
+    if !data.exists() {
+        eprintln!("skipped: there are no reference data in {}", data.display());
+        return;
+    }
+    let (bench, data) = (Workbench::new(), data.display());
+    for robot in ["ur10", "panda"] {
+        let joints: Vec<String> = (1..=7).map(|k| format!("panda_joint{k}")).collect();
+        let joints = if robot == "panda" {
+            format!("--joints {}", joints.join(","))
+        } else {
+            String::new()
+        };
+        let files = format!(
+            "{data}/{robot}_real/{robot}.csv --angle all --urdf {data}/{robot}_real/{robot}.urdf {joints}"
+        );
+        let of = |flags: &str| {
+            bench
+                .run(&format!(
+                    "fit {files} --low-pass 5 {flags} --force --json --out {robot}"
+                ))
+                .json()
+        };
+        let open = of("--steps 2");
+        assert_ne!(open["verdict"], "poor", "{open}");
+        assert_eq!(open["tried"][0]["family"], "rigid");
+        // Without friction most joints are lost: a joint that gravity explains does not hide that.
+        assert_eq!(of("--model rigid --dissipation=false")["verdict"], "poor");
+    }
+}
+
+#[test]
 fn no_model_of_data_in_doubt_is_called_good_and_none_is_validated_on_what_it_is_fitted_to() {
     let bench = with_arm();
     let fit = bench.run("fit data.npz data.npz --steps 20 --out twice --json");

@@ -204,6 +204,66 @@ fn loops_that_make_no_sense_are_refused_with_a_hint() {
 }
 
 #[test]
+fn a_reference_is_prepared_as_the_data_of_the_fit_and_followed_between_gaps() {
+    let bench = with_arm();
+    let line = "--angle all --robot two-link-arm --json";
+    let track = |file: &str| format!("track run/model.safetensors --reference {file} {line}");
+    let gap: String = waves(2)
+        .lines()
+        .enumerate()
+        .filter(|(k, _)| !(50..62).contains(k))
+        .map(|(_, l)| format!("{l}\n"))
+        .collect();
+    bench.write("gap.csv", &gap);
+    let found = bench.succeed(&track("gap.csv"));
+    assert!(
+        found.stderr.contains("gaps in time") && found.stderr.contains("longest piece"),
+        "{}",
+        found.stderr
+    );
+    assert!(rmse(&found.json(), "perfect") < 1e-3);
+    bench.run(
+        "fit arm.csv --model delan --loss torque --steps 20 --width 16 --low-pass 4 --out filtered",
+    );
+    let found = bench.run(&format!(
+        "track filtered/model.safetensors --reference slow.csv {line}"
+    ));
+    assert!(
+        found
+            .stderr
+            .contains("as for the fit of the model: --low-pass 4"),
+        "{}",
+        found.stderr
+    );
+}
+
+#[test]
+fn a_loop_that_is_lost_ends_with_a_failure() {
+    let bench = with_arm();
+    // Positions that jump, with velocities that know nothing of it.
+    let torn: String = waves(2)
+        .lines()
+        .enumerate()
+        .map(|(k, line)| match line.split_once(',') {
+            Some((t, rest)) if k > 0 && k % 7 == 0 => {
+                let (q, others) = rest.split_once(',').unwrap();
+                format!("{t},{},{others}\n", q.parse::<f64>().unwrap() + 0.5)
+            }
+            _ => format!("{line}\n"),
+        })
+        .collect();
+    bench.write("torn.csv", &torn);
+    let outcome = bench
+        .run("track run/model.safetensors --reference torn.csv --angle all --robot two-link-arm");
+    assert_eq!(outcome.code, 1, "{}", outcome.stderr);
+    assert!(
+        outcome.stderr.contains("error:") && outcome.stderr.contains("--low-pass"),
+        "{}",
+        outcome.stderr
+    );
+}
+
+#[test]
 fn networks_without_torques_or_without_motion_are_refused_where_these_are_needed() {
     let bench = with_arm();
     for fit in [

@@ -301,6 +301,17 @@ impl Entry {
 }
 
 impl Entry {
+    /// Whether the family has a setting of this name.
+    #[must_use]
+    pub fn has(&self, name: &str) -> bool {
+        self.settings.iter().any(|setting| setting.name == name)
+    }
+
+    /// The first family that takes a robot.
+    pub(crate) fn by_robot() -> Option<&'static Self> {
+        FAMILIES.iter().find(|entry| entry.robot().is_some())
+    }
+
     /// The setting of this family that is a robot, where it has one.
     fn robot(&self) -> Option<&'static Setting> {
         self.settings.iter().find(|s| s.kind == Kind::Robot)
@@ -318,7 +329,7 @@ impl Entry {
         };
         let found = match family {
             Some(family) => Self::by_name(family)?.robot(),
-            None => all().next().map(|(_, setting)| setting),
+            None => Self::by_robot().and_then(Self::robot),
         };
         found.ok_or_else(|| {
             let others: Vec<&str> = all().map(|(name, _)| name).collect();
@@ -349,7 +360,10 @@ pub(crate) fn default<F: Family + Default>() -> Box<dyn Family> {
     Box::new(F::default())
 }
 
-/// Refuses a limit of speed that the data break, or that a rollout has no gradient through.
+/// A limit of speed is at most so many times the fastest velocity of the data.
+const FARTHEST: f64 = 1e3;
+
+/// Refuses a limit of speed that the data break or do not show, or that a rollout has no gradient through.
 pub(crate) fn check_speed_limit(
     limit: Option<f64>,
     dataset: &Dataset,
@@ -365,6 +379,10 @@ pub(crate) fn check_speed_limit(
             let value = dataset.fastest().to_string();
             let must = "below the speed limit";
             argument("fastest velocity of the data", value, must)
+        }
+        Some(limit) if limit > FARTHEST * dataset.fastest() => {
+            let must = "at most 1000 times the fastest velocity of the data: they say nothing of a limit that is farther, omit it";
+            argument("speed limit", limit.to_string(), must)
         }
         _ => Ok(()),
     }

@@ -32,7 +32,7 @@ const ACTIVATIONS: &[Named] = &[
 /// A speed that nothing reaches.
 pub(crate) const SPEED_LIMIT: Setting = Setting::new(
     "speed_limit",
-    Kind::Number(Range::Positive),
+    Kind::Number(Range::POSITIVE),
     "A speed that no coordinate reaches, in their unit a second: the network of a Lagrangian then sees artanh(q̇/c) in \
      place of q̇ (see `speed_chart`), that of a Hamiltonian arsinh(p/s), s the median |p|",
 )

@@ -3,8 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::inertia::{Forward, Spectrum, forwards, spectrum};
+use super::judgement::PASSIVE;
 use super::speed::weakened;
-use super::{Errors, Score, add_torques};
+use super::{Errors, Score, SignalError, add_torques};
 use crate::check::CheckReport;
 use crate::stop::Stop;
 use crate::train::Contestant;
@@ -62,7 +63,7 @@ impl Assessment {
         let inertia = spectrum(model, motions);
         let joints = forwards(model, motions, score);
         let mut reasons = Vec::new();
-        reasons.extend(of_torques(score, model.coordinates()));
+        reasons.extend(of_torques(score, model.coordinates(), &joints));
         reasons.extend(of_nominal(model, motions, score));
         reasons.extend(of_accelerations(score, &joints));
         reasons.extend(of_speed(model, motions, score));
@@ -149,11 +150,15 @@ const MODEL: &str =
     "check the data (signs, units and order of the torques), or choose another model";
 
 /// Torques of a model that has inverse dynamics.
-fn of_torques(score: &Score, coordinates: &Coordinates) -> Vec<Reason> {
+fn of_torques(score: &Score, coordinates: &Coordinates, joints: &[Forward]) -> Vec<Reason> {
     let Some(error) = &score.torque else {
         return Vec::new();
     };
-    let mean = error.unexplained();
+    let mean = match joints.is_empty() {
+        // Nothing tells a joint without a drive, whose noise is no reason against a model: all squares count alike.
+        true => error.unexplained(),
+        false => driven(error, joints),
+    };
     let mut reasons = Vec::new();
     if mean.is_nan() || mean >= 1.0 {
         let finding = format!("it predicts torques no better than their mean (nMSE {mean:.3})");
@@ -197,6 +202,16 @@ fn of_nominal(model: &dyn Model, motions: &[Trajectory], score: &Score) -> Optio
     );
     let remedy = "use the description itself, or record motions like these and fit again";
     (own > WORSE * alone).then(|| Reason::new(Grade::Poor, finding, remedy))
+}
+
+/// The mean of the errors of all joints; that of a joint without a drive counts beside the torques that cancel there.
+fn driven(error: &SignalError, joints: &[Forward]) -> f64 {
+    let beside = |(nmse, joint): (&f64, &Forward)| match joint.inertial_share {
+        share if share > PASSIVE && share.is_finite() => nmse / share,
+        share if share > PASSIVE => 0.0,
+        _ => *nmse,
+    };
+    error.nmse.iter().zip(joints).map(beside).sum::<f64>() / joints.len() as f64
 }
 
 /// Accelerations: of free motions by their error, of a driven machine where they can be predicted.

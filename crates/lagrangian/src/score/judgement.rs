@@ -9,7 +9,7 @@ use crate::Coordinates;
 
 /// A joint is passive, or nearly, whose inertial torque has more than this multiple of the variance of its force: inertia and gravity
 /// cancel there, and what is recorded is their small remainder and noise.
-const PASSIVE: f64 = 10.0;
+pub(super) const PASSIVE: f64 = 10.0;
 
 /// A change of what should be constant, or an error of what is solved for, is good up to this part of the size of a quantity, and fair up
 /// to the other.

@@ -1,12 +1,16 @@
 //! Checks of the settings of a fit against its data and its family.
 
+use serde_json::Value;
+
 use super::fit::{Budget, FitConfig, Optimizer, Precision};
 use super::forces::Input;
 use super::loss::Loss;
 use super::nominal;
+use super::settings::SETTINGS;
 use crate::dataset::Dataset;
-use crate::models::{Abilities, Plan, Training};
+use crate::models::{Abilities, Entry, Plan, Training};
 use crate::rigid::RigidBodies;
+use crate::settings::{Kind, Values};
 use crate::{Error, Result};
 
 /// The largest number of parameters: some ten arrays of that length take a few gigabytes.
@@ -53,7 +57,8 @@ impl FitConfig {
         self.check_sizes(dataset)?;
         self.budget.check(self.validate_every)?;
         self.check_loss(dataset)?;
-        self.check_combinations()?;
+        self.check_combinations(dataset)?;
+        self.check_bounds()?;
         self.family.check(dataset, self)?;
         if let Some(nominal) = self
             .nominal(dataset)?
@@ -132,8 +137,40 @@ impl FitConfig {
         Ok(())
     }
 
+    /// Refuses numbers outside the bounds of the tables of settings, also where no request gave them.
+    fn check_bounds(&self) -> Result<()> {
+        let mut values = match self.family.settings()? {
+            Value::Object(values) => values,
+            _ => Values::new(),
+        };
+        let rate = match &self.optimizer {
+            Optimizer::Natural(natural) => natural.rate,
+            Optimizer::Adam(adam) => {
+                values.insert("weight_decay".into(), adam.decay.into());
+                adam.rate
+            }
+        };
+        values.insert("learning_rate".into(), rate.into());
+        values.insert("forward".into(), self.forward.into());
+        values.insert("patience".into(), self.patience.into());
+        let own = Entry::by_name(self.family.name()).map_or(&[][..], |entry| entry.settings);
+        let numbers = own
+            .iter()
+            .chain(SETTINGS)
+            .filter(|row| matches!(row.kind, Kind::Integer { .. } | Kind::Number(_)));
+        let mut given = numbers.filter_map(|row| Some((row, values.get(row.name)?)));
+        given.try_for_each(|(row, value)| match value {
+            Value::Null => Ok(()),
+            value => row.check(value),
+        })
+    }
+
     /// Refuses settings that exclude each other.
-    fn check_combinations(&self) -> Result<()> {
+    fn check_combinations(&self, dataset: &Dataset) -> Result<()> {
+        if !dataset.forced && self.forces.of_recorded() {
+            let must = "others than load, gains and input-matrix: the data hold no force τ";
+            return refuse("forces", "of recorded forces", must);
+        }
         let able = self.family.abilities();
         let rollout = self.loss == Loss::ROLLOUT;
         if self.batch_first.is_some() && rollout {

@@ -134,6 +134,11 @@ impl ForceTerms {
         *self == Self::default()
     }
 
+    /// Whether a term depends on recorded forces alone.
+    pub(super) fn of_recorded(&self) -> bool {
+        self.load || self.input != Input::Torque
+    }
+
     /// With the terms that these take with them.
     fn complete(mut self) -> Self {
         self.directional |= self.quadratic;

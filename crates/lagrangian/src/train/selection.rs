@@ -2,14 +2,15 @@
 
 use nets::Instant;
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::checkpoint::Checkpoint;
-use super::choice::{Choice, Chosen, Known, Request};
+use super::choice::{Choice, Chosen, Known, Request, foreign, present};
 use super::fit::{Budget, Fit, FitConfig, SECONDS, fit};
 use super::loss::Loss;
 use super::observer::{Ending, Observer};
 use crate::dataset::Dataset;
+use crate::models::Entry;
 use crate::rigid::MAX_JOINTS;
 use crate::score::torque_error;
 use crate::train::Samples;
@@ -61,70 +62,89 @@ impl FitConfig {
         request: &Request,
     ) -> Result<Vec<Chosen>> {
         let known = Known::of(dataset, estimates);
-        let requests = request.candidates(dataset);
+        let requests = request.candidates(dataset)?;
         requests.iter().map(|r| r.choose(&known)).collect()
     }
 }
 
 impl Request {
-    /// Whether nothing says which family is fitted.
-    fn is_open(&self) -> bool {
-        let only_robot = self
-            .settings
-            .iter()
-            .all(|(name, value)| name == "robot" || value.is_null());
-        let loss = self
-            .training
-            .get("loss")
-            .is_some_and(|loss| !loss.is_null());
-        self.family.is_none() && only_robot && !loss && self.nominal.is_none()
-    }
-
-    fn candidates(&self, dataset: &Dataset) -> Vec<Self> {
-        let positions_alone = !dataset.train.steps.is_empty();
-        if self.is_open() && !dataset.forced && !dataset.train.goal.is_empty() {
-            return vec![Self {
-                family: Some("servo".into()),
-                ..self.clone()
-            }];
-        }
-        if !self.is_open() || !dataset.forced || positions_alone {
-            return vec![self.clone()];
-        }
-        let with = |family: &str, settings: Value| {
-            let mut request = self.clone();
-            request.family = Some(family.into());
-            if family != "rigid" {
-                request.settings.remove("robot");
-            }
-            let settings = settings.as_object().cloned().unwrap_or_default();
-            request.settings.extend(settings);
-            request
-        };
-        let mut all = Vec::new();
-        if self
-            .settings
+    /// Whether a robot is given, whose parameters are identified.
+    pub(crate) fn has_robot(&self) -> bool {
+        self.settings
             .get("robot")
             .is_some_and(|robot| !robot.is_null())
+    }
+
+    /// Whether several families may be tried: nothing says which one is fitted, or a robot is among them.
+    pub(crate) fn is_open(&self) -> bool {
+        let silent = || present(&self.settings).is_empty() && !self.training.contains_key("loss");
+        self.family.is_none() && self.nominal.is_none() && (self.has_robot() || silent())
+    }
+
+    fn candidates(&self, dataset: &Dataset) -> Result<Vec<Self>> {
+        let positions_alone = !dataset.train.steps.is_empty();
+        if self.is_open() && !dataset.forced && !dataset.train.goal.is_empty() && !self.has_robot()
         {
-            all.push(with("rigid", json!({ "dissipation": true })));
+            return Ok(vec![Self {
+                family: Some("servo".into()),
+                ..self.clone()
+            }]);
+        }
+        if !self.is_open() || !dataset.forced || positions_alone {
+            return Ok(vec![self.clone()]);
+        }
+        let mut families = Vec::new();
+        if self.has_robot() {
+            families.push("rigid");
         }
         let coordinates = &dataset.coordinates;
         if coordinates.dof() <= MAX_JOINTS && coordinates.parameters().next().is_none() {
-            all.push(with("chain", json!({})));
+            families.push("chain");
         }
-        let mut network = with("delan", json!({ "forces": FORCES }));
-        network
+        families.push("delan");
+        let entries = families.iter().map(|name| Entry::by_name(name));
+        let entries = entries.collect::<Result<Vec<_>>>()?;
+        let given = present(&self.settings);
+        let tried = |name: &str| entries.iter().any(|entry| entry.has(name));
+        if let Some(name) = given.keys().find(|name| !tried(name)) {
+            return Err(foreign(
+                name,
+                &format!("the models that are tried ({})", families.join(", ")),
+            ));
+        }
+        Ok(entries
+            .into_iter()
+            .map(|entry| self.of_candidate(entry))
+            .collect())
+    }
+
+    /// The request for one of several families, with the settings that it has.
+    fn of_candidate(&self, entry: &Entry) -> Self {
+        let mut request = self.clone();
+        request.family = Some(entry.name.into());
+        request.settings.retain(|name, _| entry.has(name));
+        if (entry.default)().abilities().solved {
+            request.training.retain(|name, _| name == "forward");
+            return request;
+        }
+        let friction = ["forces", "dissipation"];
+        if !friction
+            .iter()
+            .any(|name| request.settings.contains_key(*name))
+        {
+            request.settings.insert("forces".into(), json!(FORCES));
+        }
+        request
             .training
-            .insert("loss".into(), json!(Loss::TORQUE.name()));
+            .entry("loss")
+            .or_insert(json!(Loss::TORQUE.name()));
         // Half of the time is for what is solved at once.
-        network.budget = match self.budget {
+        request.budget = match self.budget {
             None => Some(Budget::Seconds(0.5 * SECONDS)),
             Some(Budget::Seconds(seconds)) => Some(Budget::Seconds(0.5 * seconds)),
             steps => steps,
         };
-        all.push(network);
-        all
+        request
     }
 }
 

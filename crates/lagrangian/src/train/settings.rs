@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 use super::loss::Loss;
 use crate::settings::{Kind, Named, Range, Setting, named};
 
-const MOST: u64 = u32::MAX as u64;
+/// The optimisers: what a family that is solved for at once has none of.
+const ANY: &[&str] = &["natural", "adam"];
 
 /// Settings of the training.
 pub const SETTINGS: &[Setting] = &[
@@ -27,15 +28,17 @@ pub const SETTINGS: &[Setting] = &[
     .or("natural; adam where the data are noisy and accelerations or torques compared"),
     Setting::new(
         "batch",
-        Kind::Integer { min: 1, max: MOST },
+        Kind::Integer { min: 1, max: 1 << 20 },
         "Samples in a batch",
     )
+    .needing("optimizer", ANY)
     .or("natural gradient 128 by time and 256 by steps, Adam 512"),
     Setting::new(
         "batch_first",
-        Kind::Integer { min: 1, max: MOST },
+        Kind::Integer { min: 1, max: 1 << 20 },
         "Samples of the first batch, growing to `batch`: for the shortest fits",
     )
+    .needing("optimizer", ANY)
     .or("as many as later")
     .shown_as("SAMPLES"),
     Setting::new(
@@ -50,38 +53,43 @@ pub const SETTINGS: &[Setting] = &[
         ]),
         "How the damping of the natural gradient falls",
     )
+    .needing("optimizer", &["natural"])
     .or("loss for a fit by time, schedule for one by steps or under the loss rollout"),
     Setting::new(
         "learning_rate",
-        Kind::Number(Range::Positive),
+        Kind::Number(Range::new(1e-12, 1e3)),
         "Learning rate at the start",
     )
+    .needing("optimizer", ANY)
     .or("by the optimiser"),
     Setting::new(
         "weight_decay",
-        Kind::Number(Range::NonNegative),
+        Kind::Number(Range::new(0.0, 1e3)),
         "Weight decay of Adam",
     )
+    .needing("optimizer", &["adam"])
     .or("0"),
     Setting::new(
         "forward",
-        Kind::Number(Range::NonNegative),
-        "Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques \
-         and so many times that of all accelerations; 0 adds none",
+        Kind::Number(Range::new(0.0, 1e6)),
+        "Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the sum of the nMSE of all \
+         torques and that of all accelerations times this weight; 0 adds none",
     )
+    .needing("loss", &["torque", "torque-l1"])
     .or("0.0002"),
     Setting::new(
         "patience",
-        Kind::Integer { min: 1, max: MOST },
-        "Stop after so many validations without improvement (one every 25 steps)",
-    ),
+        Kind::Integer { min: 1, max: 1_000_000 },
+        "Number of validations without improvement, one every 25 steps, after which the fit ends",
+    )
+    .needing("optimizer", ANY),
 ];
 
 /// Settings of the rollout loss.
 pub const ROLLOUT_SETTINGS: &[Setting] = &[
     Setting::new(
         "horizon",
-        Kind::Integer { min: 1, max: MOST },
+        Kind::Integer { min: 1, max: 4096 },
         "Samples that are predicted from each start",
     )
     .or("5")
@@ -126,14 +134,14 @@ pub const ROLLOUT_SETTINGS: &[Setting] = &[
     .or("recorded"),
     Setting::new(
         "growth",
-        Kind::Number(Range::Fraction),
+        Kind::Number(Range::new(0.0, 0.9)),
         "Part of the fit in which the horizon grows from 1",
     )
     .or("0.5")
     .shown_as("PART"),
     Setting::new(
         "warm_start",
-        Kind::Number(Range::Fraction),
+        Kind::Number(Range::new(0.0, 0.9)),
         "Part of the fit in which accelerations are fitted first",
     )
     .or("0")

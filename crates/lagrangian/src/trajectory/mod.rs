@@ -138,6 +138,16 @@ impl Trajectory {
         }
     }
 
+    /// The samples of the longest piece between gaps: steps of more than five times the median one, as of [`EstimateOptions`].
+    #[must_use]
+    pub fn longest_piece(&self) -> Range<usize> {
+        let pieces = local_polynomial::segments(&self.t, EstimateOptions::default().gap);
+        pieces
+            .into_iter()
+            .max_by_key(Range::len)
+            .unwrap_or_default()
+    }
+
     /// The samples after the first `skipped`.
     #[must_use]
     pub fn after(&self, skipped: usize) -> Self {

@@ -6,17 +6,18 @@ mod truth;
 use std::process::ExitCode;
 
 use anyhow::Result;
-use lagrangian::{Learned, Model};
+use lagrangian::{Model, Trajectory};
 use lagrangian_control::{
-    ControlLaw, Followed, Gains, LoopConfig, LoopOutcome, Reference, Sensors, follow, inertia_along,
+    ControlLaw, Driven, Followed, Gains, LoopConfig, LoopOutcome, Reference, Sensors, follow,
+    inertia_along, largest_torques,
 };
 use serde_json::json;
 
 use super::OutputMode;
 use crate::cli::DataArgs;
 use crate::data;
-use crate::failure::{Advise, mistake};
-use crate::fitted;
+use crate::failure::{self, Advise, FAILED, mistake};
+use crate::fitted::{self, Fitted};
 use crate::out_args::PlotArgs;
 use crate::output;
 use crate::task::{Size, Task};
@@ -36,13 +37,15 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<ExitCode> {
         lagrangian_run::refuse_existing(&path.with_extension("toml"), file.existing())?;
     }
     let task = Task::start("track", mode.quiet, Size::of_files(&inputs))?;
-    let model = fitted::model(&args.model)?;
-    let reference = reference(args, &model)?;
+    let fitted = fitted::fitted(&args.model)?;
+    let reference = reference(args, &fitted)?;
+    let model = fitted.model;
     let truth = truth::read(&args.truth, &model, reference.samples())?;
     let robot: &dyn Model = truth.as_deref().unwrap_or(&model);
     let n = model.coordinates().dof();
     let control = loop_config(&args.control, n)?;
     let gains = all_gains(&args.control, robot, &reference)?;
+    let needed = largest_torques(robot, &reference);
     if truth.is_none() {
         tell!("note: the model itself is the robot, and right about it; --robot names another");
     }
@@ -95,7 +98,13 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<ExitCode> {
             "judged": report.judged(),
     });
     mode.print(&figures, || report.text())?;
-    Ok(ExitCode::SUCCESS)
+    let lost = runs.first().and_then(|first| first.lost(&needed));
+    let Some(lost) = lost else {
+        return Ok(ExitCode::SUCCESS);
+    };
+    let remedy = "see what `lagrangian check` says of the reference, pass it through a --low-pass, lower the gains, or raise --rate";
+    tell!("{}", failure::describe(&mistake(lost, remedy)));
+    Ok(ExitCode::from(FAILED))
 }
 
 fn tracking(runs: &[Run]) -> serde_json::Map<String, serde_json::Value> {
@@ -103,20 +112,20 @@ fn tracking(runs: &[Run]) -> serde_json::Map<String, serde_json::Value> {
     runs.iter().map(entry).collect()
 }
 
-fn reference(args: &TrackArgs, model: &Learned) -> Result<Reference> {
+fn reference(args: &TrackArgs, fitted: &Fitted) -> Result<Reference> {
     let files = std::slice::from_ref(&args.reference);
     let columns = DataArgs {
         file: args.columns.clone(),
         ..DataArgs::default()
     };
-    let recordings = data::read(files, &columns)?;
-    fitted::require_dof(&recordings, model.coordinates())?;
+    let recordings = data::read(files, &fitted.completed(&columns)?)?;
+    fitted::require_dof(&recordings, fitted.model.coordinates())?;
     let others = recordings.len() - 1;
     if others > 0 {
         tell!("note: the first trajectory is followed; {others} others are omitted");
     }
     let first = recordings.into_iter().take(1).collect();
-    let (trajectories, _) = data::trajectories(first, &args.estimate.options())?;
+    let (trajectories, _) = data::trajectories(first, &fitted.estimates(&args.estimate))?;
     let unusable = || {
         mistake(
             "there is no motion in the reference",
@@ -124,10 +133,27 @@ fn reference(args: &TrackArgs, model: &Learned) -> Result<Reference> {
         )
     };
     let trajectory = trajectories.into_iter().next().ok_or_else(unusable)?;
-    Ok(Reference::new(trajectory).advise(
+    Ok(Reference::new(without_gaps(trajectory)).advise(
         format!("cannot follow '{}'", args.reference.display()),
         "`lagrangian check` shows what is wrong with the data",
     )?)
+}
+
+/// The longest piece of a reference that has gaps: nothing says how it moves across them.
+fn without_gaps(trajectory: Trajectory) -> Trajectory {
+    let piece = trajectory.longest_piece();
+    if piece.len() == trajectory.len() {
+        return trajectory;
+    }
+    let part = trajectory.part(piece);
+    let (from, to) = (
+        part.t.first().unwrap_or(&0.0),
+        part.t.last().unwrap_or(&0.0),
+    );
+    tell!(
+        "note: the reference has gaps in time, across which it is not followed: its longest piece without one, from {from} s to {to} s, is"
+    );
+    part
 }
 
 /// One value for all joints, or what was given.
@@ -233,7 +259,31 @@ struct Run {
     followed: Followed,
 }
 
+/// No drive gives so many times the largest torque that a motion needs.
+const BEYOND: f64 = 20.0;
+
 impl Run {
+    /// Why the motion was not followed at all, of a robot that needs these torques for it.
+    fn lost(&self, needed: &[f64]) -> Option<String> {
+        let Driven {
+            trajectory,
+            outcome,
+            ..
+        } = &self.followed.driven;
+        let largest = |torques: &[f64]| torques.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let (asked, needed) = (largest(&trajectory.tau), largest(needed));
+        let name = self.name;
+        match outcome {
+            LoopOutcome::Diverged { t } => {
+                Some(format!("with {name} the robot diverged after {t} s"))
+            }
+            LoopOutcome::Finished if asked > BEYOND * needed => Some(format!(
+                "with {name} the drives would give up to {asked:.3e} N·m (N), where the motion needs {needed:.3e}"
+            )),
+            LoopOutcome::Finished => None,
+        }
+    }
+
     /// Notes what went wrong.
     fn warn(&self) {
         let driven = &self.followed.driven;

@@ -38,7 +38,7 @@ const SETTINGS: &[Setting] = &[
     shared::ACTIVATION,
     Setting::new(
         "spread",
-        Kind::Number(Range::Positive),
+        Kind::Number(Range::new(1e-6, 1e6)),
         "The standard deviation of the random weights, for inputs of order one: larger for Lagrangians with more detail",
     )
     .or("0.05"),

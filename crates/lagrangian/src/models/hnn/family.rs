@@ -67,7 +67,7 @@ const SETTINGS: &[Setting] = &[
     .or("recorded, or p = m q̇ with masses"),
     Setting::new(
         MASSES,
-        Kind::Numbers(Range::Positive),
+        Kind::Numbers(Range::new(1e-9, 1e9)),
         "Masses m of p = m q̇, one for each coordinate",
     )
     .shown_as("LIST"),

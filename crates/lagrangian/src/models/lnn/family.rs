@@ -53,7 +53,8 @@ const SETTINGS: &[Setting] = &[
         "What the network sees of q̇ below `speed_limit`: artanh(q̇/c), for Lagrangians that grow without bound towards \
          c, or arcsin(q̇/c), for those that stay finite there",
     )
-    .or("artanh"),
+    .or("artanh")
+    .needing("speed_limit", &[]),
     Setting::new(
         "exponential",
         Kind::Flag,
@@ -69,12 +70,6 @@ const SETTINGS: &[Setting] = &[
 /// Beyond noisy data only a convex Lagrangian stays physical; on exact data a free one is more accurate (ADR 0005).
 fn choose(known: &Known, request: &Request) -> Result<Vec<Choice>> {
     let given = &request.settings;
-    if given.contains_key("speed_chart") && !given.contains_key("speed_limit") {
-        return Err(Error::setting(
-            "`speed_chart` belongs to a limit of speed, and none is given",
-            "give `speed_limit` too, or omit it",
-        ));
-    }
     let form = if request.nominal.is_some() {
         let reason = "with a nominal model the network must be able to take inertia away";
         Choice::new("form", "free", reason)

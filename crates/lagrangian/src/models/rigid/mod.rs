@@ -9,14 +9,15 @@ mod least_squares;
 pub(crate) mod robot;
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use super::family::{self, Abilities, Entry, Family, Plan};
 use super::settings as shared;
-use crate::Result;
 use crate::dataset::Dataset;
 use crate::rigid::RobotConfig;
 use crate::settings::{Kind, Setting};
-use crate::train::{FitConfig, Loss};
+use crate::train::{Choice, FitConfig, Known, Loss, Request};
+use crate::{Error, Result};
 
 pub use chain::{Angles, RigidChain};
 
@@ -26,7 +27,7 @@ pub(crate) const ENTRY: Entry = Entry {
     about: "rigid bodies, identified by least squares from torques: a planar chain, or the robot of a description",
     default: family::default::<RigidConfig>,
     settings: SETTINGS,
-    choose: family::no_choice,
+    choose,
     read: family::read::<RigidConfig>,
     saved_as: &[chain::SAVED_AS, robot::SAVED_AS],
     load: |saved| match saved.header.family.as_str() {
@@ -48,6 +49,23 @@ const SETTINGS: &[Setting] = &[
 
 /// The name of the family.
 pub(crate) const NAME: &str = "rigid";
+
+/// Machines whose forces are recorded have friction.
+fn choose(_: &Known, request: &Request) -> Result<Vec<Choice>> {
+    let Some(forces) = request.settings.get("forces").and_then(Value::as_array) else {
+        let reason =
+            "forces are recorded, and real machines have friction (`dissipation`=false for none)";
+        return Ok(vec![Choice::new("dissipation", true, reason)]);
+    };
+    let friction = ["viscous", "coulomb"];
+    match forces.len() == 2 && friction.iter().all(|name| forces.contains(&(*name).into())) {
+        true => Ok(Vec::new()),
+        false => Err(Error::setting(
+            "rigid bodies are identified with the `forces` viscous and coulomb together, and with no others",
+            "omit `forces`, which gives these, or give `dissipation`=false for none",
+        )),
+    }
+}
 
 /// The knowledge of rigid bodies before their identification.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]

@@ -53,7 +53,7 @@ const SETTINGS: &[Setting] = &[
     .or("by held-out motions"),
     Setting::new(
         "weight",
-        Kind::Number(Range::Positive),
+        Kind::Number(Range::new(1e-9, 1e9)),
         "The moment m g l of the first link's weight, N·m: without a torque only ratios to it are learned",
     )
     .or("1"),

@@ -21,7 +21,7 @@ use super::settings::{ROLLOUT_SETTINGS, SETTINGS, TrainingSettings};
 use crate::dataset::Dataset;
 use crate::models::{Entry, FAMILIES, Family};
 use crate::rigid::RobotConfig;
-use crate::settings::{Setting, Values, is_absent};
+use crate::settings::{Need, Setting, Values, is_absent};
 use crate::trajectory::Estimate;
 use crate::{Error, Result};
 
@@ -118,7 +118,7 @@ impl Request {
     /// # Errors
     /// As [`Request::choose`].
     pub fn family(&self) -> Result<Box<dyn Family>> {
-        Ok(self.choose(&Known::default())?.config.family)
+        Ok(self.complete(&Known::default())?.config.family)
     }
 
     /// The loss of a fit to such data.
@@ -126,16 +126,37 @@ impl Request {
     /// # Errors
     /// As [`Request::choose`].
     pub fn loss(&self, known: &Known) -> Result<Loss> {
-        Ok(self.choose(known)?.config.loss)
+        Ok(self.complete(known)?.config.loss)
     }
 
     /// All settings of a fit to data with these properties.
     ///
     /// # Errors
-    /// [`Error::Setting`] for a setting that does not belong to the fit, [`Error::UnknownName`] for an unknown family.
+    /// [`Error::Setting`] for a setting that does not belong to the fit or changes nothing of it, [`Error::UnknownName`] for an
+    /// unknown family.
     pub fn choose(&self, known: &Known) -> Result<Chosen> {
-        let family = self.family.as_deref();
-        let entry = Entry::by_name(family.unwrap_or(FAMILIES[0].name))?;
+        let chosen = self.complete(known)?;
+        self.refuse_idle(&chosen, known)?;
+        Ok(chosen)
+    }
+
+    /// The family that is fitted where one is.
+    fn entry(&self) -> Result<&'static Entry> {
+        let first = match self.has_robot() {
+            true => Entry::by_robot(),
+            false => FAMILIES.first(),
+        };
+        Entry::by_name(
+            self.family
+                .as_deref()
+                .or(first.map(|f| f.name))
+                .unwrap_or_default(),
+        )
+    }
+
+    /// All settings of a fit to data with these properties, also where some change nothing.
+    pub(crate) fn complete(&self, known: &Known) -> Result<Chosen> {
+        let entry = self.entry()?;
         self.refuse_foreign(entry)?;
         refuse_misfits(&self.settings, entry.settings)?;
         let training: TrainingSettings = read("the training", &self.training, SETTINGS)?;
@@ -145,14 +166,14 @@ impl Request {
         };
         let mut choices = (entry.choose)(known, &given)?;
         let mut settings = given.settings;
-        let forces = ForceTerms::take(&mut settings)?;
         choices.retain(|choice| match choice.setting.as_str() {
             LOSS => training.loss.is_none(),
-            setting => !settings.contains_key(setting),
+            setting => self.settings.get(setting).is_none_or(Value::is_null),
         });
         for choice in choices.iter().filter(|choice| choice.setting != LOSS) {
             settings.insert(choice.setting.clone(), choice.value.clone());
         }
+        let forces = ForceTerms::take(&mut settings)?;
         let loss = loss(&training, &mut choices)?;
         let family = (entry.read)(Value::Object(settings)).map_err(|e| setting_error(&e))?;
         let rollout = self.rollout(loss)?;
@@ -187,28 +208,50 @@ impl Request {
             },
             choices: choices
                 .into_iter()
-                .filter(|choice| !(solved && is_of_descent(choice)))
+                .filter(|choice| !(solved && DESCENT.contains(&choice.setting.as_str())))
                 .collect(),
         })
     }
 
     /// Refuses settings that the family does not have.
     fn refuse_foreign(&self, entry: &Entry) -> Result<()> {
-        let own = |entry: &Entry, name: &str| entry.settings.iter().any(|s| s.name == name);
         let given = present(&self.settings);
-        let Some(name) = given.keys().find(|name| !own(entry, name)) else {
-            return Ok(());
+        match given.keys().find(|name| !entry.has(name)) {
+            Some(name) => Err(foreign(name, entry.name)),
+            None => Ok(()),
+        }
+    }
+
+    /// Refuses settings that change nothing of the fit.
+    fn refuse_idle(&self, chosen: &Chosen, known: &Known) -> Result<()> {
+        let mut given = present(&self.settings);
+        given.extend(present(&self.training));
+        let value = |name: &str| {
+            let choice = || chosen.choices.iter().find(|choice| choice.setting == name);
+            given.get(name).or_else(|| Some(&choice()?.value))
         };
-        let others = FAMILIES.iter().filter(|other| own(other, name));
-        let others: Vec<&str> = others.map(|other| other.name).collect();
-        let remedy = match others.is_empty() {
-            true => "omit it".into(),
-            false => format!("omit it, or take `family` {}", others.join(" or ")),
-        };
-        Err(Error::setting(
-            format!("`{name}` is no setting of {}", entry.name),
-            remedy,
-        ))
+        let family = chosen.config.family.name();
+        let solved = chosen.config.family.abilities().solved;
+        let rows = self.entry()?.settings.iter().chain(SETTINGS);
+        for Setting { name, needs, .. } in rows.filter(|row| given.contains_key(row.name)) {
+            let of_descent =
+                DESCENT.contains(name) || needs.is_some_and(|n| n.setting == OPTIMIZER);
+            if solved && of_descent {
+                return Err(Error::setting(
+                    format!("`{name}` changes nothing: {family} is solved for at once"),
+                    "omit it, or take another `family`",
+                ));
+            }
+            // Drives are added to bodies that were solved for from torques too.
+            let met = |need: &Need| (solved && known.forced) || need.is_met(value(need.setting));
+            if let Some(need) = needs.filter(|need| !met(need)) {
+                return Err(Error::setting(
+                    format!("`{name}` changes nothing without {}", need.words()),
+                    format!("omit it, or give {}", need.words()),
+                ));
+            }
+        }
+        Ok(())
     }
 
     /// The settings of the rollout loss; refuses them under any other loss.
@@ -225,7 +268,7 @@ impl Request {
 }
 
 /// The values that were given.
-fn present(values: &Values) -> Values {
+pub(super) fn present(values: &Values) -> Values {
     let given = values.iter().filter(|(_, value)| !is_absent(value));
     given.map(|(k, v)| (k.clone(), v.clone())).collect()
 }
@@ -272,7 +315,18 @@ fn loss(training: &TrainingSettings, choices: &mut Vec<Choice>) -> Result<Loss> 
     Ok(Loss::ACCELERATION)
 }
 
-/// Whether the choice is of no use to a family with a closed form.
-fn is_of_descent(choice: &Choice) -> bool {
-    [LOSS, "optimizer", "damping", "batch", "seconds"].contains(&choice.setting.as_str())
+/// An error that names the families that have a setting, for one that does not.
+pub(super) fn foreign(name: &str, family: &str) -> Error {
+    let others = FAMILIES.iter().filter(|other| other.has(name));
+    let others: Vec<&str> = others.map(|other| other.name).collect();
+    let remedy = match others.is_empty() {
+        true => "omit it".into(),
+        false => format!("omit it, or take `family` {}", others.join(" or ")),
+    };
+    Error::setting(format!("`{name}` is no setting of {family}"), remedy)
 }
+
+const OPTIMIZER: &str = "optimizer";
+
+/// What a family with a closed form has no use for.
+const DESCENT: &[&str] = &[LOSS, OPTIMIZER, "damping", "batch", "seconds"];

@@ -63,12 +63,6 @@ impl TrainingChoices {
                 Ok(Optimizer::Natural(NaturalConfig { rate, ..default }))
             }
             OptimizerName::Adam => {
-                if self.asked.damping.is_some() {
-                    return Err(Error::setting(
-                        "`damping` is a setting of the natural gradient, and this fit is one by Adam",
-                        "omit it, or take `optimizer` natural",
-                    ));
-                }
                 let default = AdamConfig::default();
                 Ok(Optimizer::Adam(AdamConfig {
                     rate: self.asked.learning_rate.unwrap_or(default.rate),

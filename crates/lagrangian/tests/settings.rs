@@ -1,0 +1,277 @@
+//! The tables of settings: what is given changes a fit, or is refused.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::collections::BTreeMap;
+
+use lagrangian::models::FAMILIES;
+use lagrangian::settings::{Kind, Setting, Values};
+use lagrangian::train::{Known, ROLLOUT_SETTINGS, Request, SETTINGS};
+use lagrangian::{
+    Budget, Coordinates, Dataset, FitConfig, LnnConfig, Optimizer, Provenance, Signals, Trajectory,
+    fit,
+};
+use serde_json::{Value, json};
+
+/// Two coordinates that swing, free or under forces, with momenta and with goals where there are forces.
+fn dataset(forced: bool, positions: bool) -> Dataset {
+    let (n, len) = (2, 40);
+    let wave = |phase: f64| -> Vec<f64> {
+        let at = |k: usize| (k / n) as f64 * 0.1 * (1.0 + 0.7 * (k % n) as f64) + phase;
+        (0..len * n).map(|k| at(k).sin()).collect()
+    };
+    let motion = |phase: f64| {
+        let signals = Signals {
+            q: wave(phase),
+            qd: wave(phase + 1.5),
+            qdd: wave(phase + 3.1),
+            p: wave(phase + 1.4),
+            pd: wave(phase + 2.9),
+            tau: if forced {
+                wave(phase + 0.7)
+            } else {
+                Vec::new()
+            },
+            goal: wave(phase + 0.3),
+            kp: vec![2.0; len * n],
+            kd: vec![0.1; len * n],
+            ..Signals::default()
+        };
+        let t = (0..len).map(|k| 0.1 * k as f64).collect();
+        Trajectory::new("waves", t, signals)
+    };
+    let (train, held) = ([motion(0.0), motion(0.8)], [motion(1.9)]);
+    match positions {
+        true => Dataset::of_positions(Coordinates::angles(n), &train, &held, 1).unwrap(),
+        false => Dataset::new(Coordinates::angles(n), &train, &held).unwrap(),
+    }
+}
+
+/// Data and settings that a setting is added to.
+struct Context {
+    forced: bool,
+    positions: bool,
+    settings: Value,
+    training: Value,
+}
+
+fn contexts(family: &str) -> Vec<Context> {
+    let small = FAMILIES
+        .iter()
+        .any(|entry| entry.name == family && entry.has("width"));
+    let settings = if small {
+        json!({ "width": 16 })
+    } else {
+        json!({})
+    };
+    let of = |forced, positions, training| Context {
+        forced,
+        positions,
+        settings: settings.clone(),
+        training,
+    };
+    let mut all = vec![
+        of(false, false, json!({})),
+        of(true, false, json!({})),
+        of(false, true, json!({ "loss": "positions" })),
+        of(true, false, json!({ "loss": "torque" })),
+        of(false, false, json!({ "loss": "rollout" })),
+        of(
+            false,
+            false,
+            json!({ "loss": "acceleration", "optimizer": "adam" }),
+        ),
+        of(
+            false,
+            false,
+            json!({ "loss": "rollout", "optimizer": "adam" }),
+        ),
+    ];
+    let limited = json!({ "speed_limit": 9.0 });
+    if FAMILIES
+        .iter()
+        .any(|entry| entry.name == family && entry.has("speed_limit"))
+    {
+        let mut limit = of(false, false, json!({}));
+        limit
+            .settings
+            .as_object_mut()
+            .unwrap()
+            .extend(limited.as_object().unwrap().clone());
+        all.push(limit);
+    }
+    all
+}
+
+/// The bits of all numbers of a fit; none where it is refused.
+fn bits(family: &str, context: &Context, added: (&str, &str, &Value)) -> Option<Vec<u8>> {
+    let values = |table: &str, given: &Value| -> Values {
+        let mut values = given.as_object().unwrap().clone();
+        if table == added.0 {
+            values.insert(added.1.into(), added.2.clone());
+        }
+        values
+    };
+    let request = Request {
+        family: Some(family.into()),
+        settings: values("family", &context.settings),
+        training: values("training", &context.training),
+        rollout: values("rollout", &json!({})),
+        budget: Some(Budget::Steps(5)),
+        ..Request::default()
+    };
+    let dataset = dataset(context.forced, context.positions);
+    let chosen = FitConfig::for_data(&dataset, &[], &request).ok()?;
+    let fit = fit(&dataset, &chosen.config, None, &mut ()).ok()?;
+    let saved = fit.model.save(Provenance::default()).unwrap();
+    let tensors: BTreeMap<_, _> = saved.tensors.iter().collect();
+    Some(
+        tensors
+            .values()
+            .flat_map(|tensor| tensor.data())
+            .flat_map(|x| x.to_le_bytes())
+            .collect(),
+    )
+}
+
+/// Values of a setting of which at most one is the default.
+fn values(setting: &Setting) -> Vec<Value> {
+    match setting.kind {
+        Kind::Flag => vec![json!(true)],
+        Kind::Choice(names) => names.iter().map(|named| json!(named.name)).collect(),
+        Kind::Choices(names) => names.iter().map(|named| json!([named.name])).collect(),
+        Kind::Integer { min, .. } if setting.name == "width" => {
+            vec![json!(min + 15), json!(min + 31)]
+        }
+        Kind::Integer { min, .. } => vec![json!(min + 1), json!(min + 2)],
+        Kind::Number(range) if range.max < 1.0 => vec![json!(0.2), json!(0.7)],
+        Kind::Number(_) => vec![json!(3.5), json!(7.5)],
+        Kind::Numbers(_) => vec![json!([1.5, 0.5]), json!([2.5, 1.0])],
+        Kind::Robot => Vec::new(),
+    }
+}
+
+/// What has an effect that five steps of a fit do not show, with the reason.
+fn unseen(family: &str, setting: &str) -> bool {
+    match (family, setting) {
+        // A fit ends early after 25 steps at the earliest.
+        (_, "patience") => true,
+        // Another number of searches finds the same joints of these waves.
+        ("chain", "searches") => true,
+        _ => false,
+    }
+}
+
+#[test]
+fn every_setting_changes_the_bits_of_a_fit_or_is_refused() {
+    let nothing = ("", "", &Value::Null);
+    let mut idle = Vec::new();
+    for entry in FAMILIES {
+        for context in contexts(entry.name) {
+            let Some(base) = bits(entry.name, &context, nothing) else {
+                continue;
+            };
+            let tables = [
+                ("family", entry.settings),
+                ("training", SETTINGS),
+                ("rollout", ROLLOUT_SETTINGS),
+            ];
+            for (table, setting) in tables
+                .iter()
+                .flat_map(|(t, all)| all.iter().map(move |s| (*t, s)))
+            {
+                let given = [&context.settings, &context.training];
+                let is_given = given.iter().any(|own| own.get(setting.name).is_some());
+                if unseen(entry.name, setting.name) || is_given && setting.name != "width" {
+                    continue;
+                }
+                let found = values(setting).into_iter();
+                let found: Vec<_> = found
+                    .filter_map(|v| {
+                        Some((bits(entry.name, &context, (table, setting.name, &v))?, v))
+                    })
+                    .collect();
+                let as_base = found.iter().filter(|(bits, _)| *bits == base);
+                let idle_values: Vec<String> = as_base.map(|(_, v)| v.to_string()).collect();
+                let of_names = matches!(setting.kind, Kind::Choice(_));
+                if idle_values.len() > usize::from(of_names) {
+                    idle.push(format!(
+                        "{} {} = {} (forced {}, positions {}, {} {})",
+                        entry.name,
+                        setting.name,
+                        idle_values.join(", "),
+                        context.forced,
+                        context.positions,
+                        context.settings,
+                        context.training
+                    ));
+                }
+            }
+        }
+    }
+    assert!(
+        idle.is_empty(),
+        "{} settings change nothing:\n{}",
+        idle.len(),
+        idle.join("\n")
+    );
+}
+
+#[test]
+fn numbers_outside_their_bounds_are_refused_with_the_bounds() {
+    for entry in FAMILIES {
+        let tables = [
+            ("family", entry.settings),
+            ("training", SETTINGS),
+            ("rollout", ROLLOUT_SETTINGS),
+        ];
+        for (table, setting) in tables
+            .iter()
+            .flat_map(|(t, all)| all.iter().map(move |s| (*t, s)))
+        {
+            let (beyond, bound) = match setting.kind {
+                Kind::Integer { max, .. } => (json!(max + 1), max.to_string()),
+                Kind::Number(range) => (json!(1e20), range.words()),
+                Kind::Numbers(range) => (json!([1e20]), range.words()),
+                _ => continue,
+            };
+            let mut request = Request::of(entry.name);
+            let values = match table {
+                "family" => &mut request.settings,
+                "training" => &mut request.training,
+                _ => {
+                    request.training.insert("loss".into(), json!("rollout"));
+                    &mut request.rollout
+                }
+            };
+            values.insert(setting.name.into(), beyond);
+            let refused = request.choose(&Known::default()).unwrap_err().to_string();
+            let is_named = refused.contains(setting.name) && refused.contains(&bound);
+            assert!(is_named, "{} {}: {refused}", entry.name, setting.name);
+        }
+    }
+}
+
+#[test]
+fn bounds_hold_for_settings_that_no_request_gave() {
+    let config = FitConfig {
+        family: LnnConfig {
+            speed_limit: Some(1e20),
+            ..LnnConfig::default()
+        }
+        .into(),
+        ..FitConfig::default()
+    };
+    let refused = config
+        .validate(&dataset(false, false))
+        .unwrap_err()
+        .to_string();
+    assert!(
+        refused.contains("speed_limit") && refused.contains("1e12"),
+        "{refused}"
+    );
+    let mut config = FitConfig::default();
+    if let Optimizer::Natural(natural) = &mut config.optimizer {
+        natural.rate = 1e20;
+    }
+    assert!(config.validate(&dataset(false, false)).is_err());
+}

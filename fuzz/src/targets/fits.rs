@@ -1,0 +1,205 @@
+//! Whole fits of a few steps with random settings: every table, at, within and beyond its bounds.
+
+use lagrangian::models::{Entry, FAMILIES};
+use lagrangian::rigid;
+use lagrangian::settings::{Kind, Range, Setting, Values};
+use lagrangian::train::{Known, ROLLOUT_SETTINGS, Request, SETTINGS};
+use lagrangian::{
+    Budget, Coordinates, Dataset, Fit, FitConfig, Model, Provenance, RobotConfig, Signals,
+    Trajectory, fit,
+};
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde_json::{Value, json};
+
+use crate::{Outcome, refused};
+
+/// Steps of a fit.
+const STEPS: usize = 5;
+/// Samples of a motion.
+const SAMPLES: usize = 24;
+/// Settings whose work grows with them, and the largest value that is fitted: what is slow or large is no fault.
+const COSTLY: [(&str, u64); 6] = [
+    ("width", 48),
+    ("layers", 4),
+    ("searches", 1),
+    ("horizon", 12),
+    ("substeps", 8),
+    ("batch", 64),
+];
+
+/// The seed of the settings, from the bytes.
+pub fn fits(bytes: &[u8]) -> Outcome {
+    let rng = &mut ChaCha8Rng::seed_from_u64(crc32fast::hash(bytes).into());
+    let dataset = dataset(rng);
+    let request = request(rng, dataset.coordinates.dof());
+    // The settings of a request are refused with words, or make a fit.
+    let candidates = FitConfig::candidates(&dataset, &[], &request).map_err(refused)?;
+    let mut outcome = Ok(());
+    for chosen in candidates {
+        match fit(&dataset, &chosen.config, None, &mut ()) {
+            Ok(fit) => holds(&fit, &dataset),
+            Err(why) => outcome = Err(refused(why)),
+        }
+    }
+    outcome
+}
+
+/// What must hold of a fit, whatever its settings: it is saved, and is evaluated without a panic.
+fn holds(fit: &Fit, dataset: &Dataset) {
+    let saved = fit
+        .model
+        .save(Provenance::default())
+        .expect("a fitted model is saved");
+    saved.to_bytes().expect("a saved model has bytes");
+    let (n, train) = (dataset.coordinates.dof(), &dataset.train);
+    let (mut energy, mut tau) = ([0.0], vec![0.0; n]);
+    let (q, qd, qdd) = (&train.q[..n], &train.qd[..n], &train.qdd[..n]);
+    let mut evaluator = fit.model.evaluator();
+    // Whether they are supported and finite they say themselves.
+    let _ = evaluator.energy(q, qd, &mut energy);
+    let _ = evaluator.inverse_dynamics(q, qd, qdd, &mut tau);
+}
+
+/// Waves of one to three coordinates, of very different sizes, free or forced, with goals or as positions alone.
+fn dataset(rng: &mut impl Rng) -> Dataset {
+    let n = rng.random_range(1..=3_usize);
+    let (size, rate) = (
+        10f64.powi(rng.random_range(-3..=3)),
+        10f64.powi(rng.random_range(-1..=2)),
+    );
+    let (forced, goals) = (rng.random_bool(0.6), rng.random_bool(0.1));
+    let step = 0.1 / rate;
+    let wave = |scale: f64, phase: f64| -> Vec<f64> {
+        let at = |k: usize| (k / n) as f64 * 0.1 * (1.0 + 0.7 * (k % n) as f64) + phase;
+        (0..SAMPLES * n).map(|k| scale * at(k).sin()).collect()
+    };
+    let given = |is: bool, values: Vec<f64>| if is { values } else { Vec::new() };
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let motion = |name: &str, phase: f64| {
+        let signals = Signals {
+            q: wave(size, phase),
+            qd: wave(size * rate, phase + quarter),
+            qdd: wave(size * rate * rate, phase + 2.0 * quarter),
+            tau: given(forced, wave(size * rate, phase + 1.0)),
+            goal: given(goals, wave(size, phase + 0.2)),
+            kp: given(goals, vec![1.0; SAMPLES * n]),
+            kd: given(goals, vec![0.0; SAMPLES * n]),
+            ..Signals::default()
+        };
+        let t = (0..SAMPLES).map(|k| k as f64 * step).collect();
+        Trajectory::new(name, t, signals)
+    };
+    let (train, held) = (
+        [motion("train", 0.0), motion("more", 0.9)],
+        [motion("held", 1.7)],
+    );
+    let coordinates = match rng.random_bool(0.5) {
+        true => Coordinates::angles(n),
+        false => Coordinates::lines(n),
+    };
+    let made = match rng.random_bool(0.2) {
+        true => Dataset::of_positions(coordinates, &train, &held, 1),
+        false => Dataset::new(coordinates, &train, &held),
+    };
+    made.expect("the motions are complete")
+}
+
+fn request(rng: &mut impl Rng, n: usize) -> Request {
+    let entry = match rng.random_bool(0.9) {
+        true => Some(&FAMILIES[rng.random_range(0..FAMILIES.len())]),
+        false => None,
+    };
+    let all = FAMILIES.iter().flat_map(|entry| entry.settings);
+    let family: Vec<&Setting> =
+        entry.map_or_else(|| all.collect(), |e| e.settings.iter().collect());
+    let mut request = Request {
+        family: entry.map(|entry: &Entry| entry.name.into()),
+        settings: drawn(rng, family, 0.3),
+        training: drawn(rng, SETTINGS, 0.3),
+        budget: Some(Budget::Steps(STEPS)),
+        seed: rng.random(),
+        ..Request::default()
+    };
+    if rng.random_bool(0.2) {
+        request.training.insert("loss".into(), "rollout".into());
+    }
+    // Most other losses have none of these settings.
+    let loss = request.loss(&Known::default()).map(|loss| loss.name());
+    if loss.is_ok_and(|name| name == "rollout") || rng.random_bool(0.02) {
+        request.rollout = drawn(rng, ROLLOUT_SETTINGS, 0.4);
+    }
+    if rng.random_bool(0.05) {
+        request.nominal = robot(n);
+    }
+    request
+}
+
+/// Some settings of a table, each with this probability.
+fn drawn<'a>(
+    rng: &mut impl Rng,
+    table: impl IntoIterator<Item = &'a Setting>,
+    share: f64,
+) -> Values {
+    let mut values = Values::new();
+    for setting in table {
+        if rng.random_bool(share) {
+            values.insert(setting.name.into(), value(rng, setting));
+        }
+    }
+    values
+}
+
+/// A value of a setting: within its bounds, at one of them, beyond, or of another kind.
+fn value(rng: &mut impl Rng, setting: &Setting) -> Value {
+    if rng.random_bool(0.01) {
+        return json!("of another kind");
+    }
+    match setting.kind {
+        Kind::Flag => json!(rng.random_bool(0.8)),
+        Kind::Choice(names) => json!(names[rng.random_range(0..names.len())].name),
+        Kind::Choices(names) => {
+            let chosen = names.iter().filter(|_| rng.random_bool(0.3));
+            json!(chosen.map(|named| named.name).collect::<Vec<_>>())
+        }
+        Kind::Integer { min, max } => {
+            let costly = COSTLY.iter().find(|(name, _)| *name == setting.name);
+            let most = costly.map_or(max, |(_, most)| max.min(*most));
+            match rng.random_range(0..40) {
+                0 => json!(min.saturating_sub(1)),
+                1 => json!(max.saturating_add(1)),
+                2 => json!(u64::MAX),
+                3..10 => json!(min),
+                10..16 => json!(most),
+                _ => json!(rng.random_range(min..=most.min(min.saturating_add(40)))),
+            }
+        }
+        Kind::Number(range) => json!(number(rng, range)),
+        Kind::Numbers(range) => {
+            let count = rng.random_range(1..=3);
+            json!((0..count).map(|_| number(rng, range)).collect::<Vec<_>>())
+        }
+        Kind::Robot => robot(rng.random_range(1..=3)).map_or(Value::Null, |robot| json!(robot)),
+    }
+}
+
+fn number(rng: &mut impl Rng, Range { min, max }: Range) -> f64 {
+    let least = min.max(1e-9);
+    match rng.random_range(0..40) {
+        0 => min - 1.0,
+        1 => max * 1.01,
+        2 => [1e20, 1e300, -1e300, 5e-324, -0.0][rng.random_range(0..5)],
+        3..10 => min,
+        10..17 => max,
+        _ => least * (max / least).powf(rng.random_range(0.0..1.0)),
+    }
+}
+
+/// An arm of two links, one of which is locked where a single joint moves.
+fn robot(n: usize) -> Option<RobotConfig> {
+    let joints = match n {
+        1 => vec!["shoulder".to_string()],
+        _ => Vec::new(),
+    };
+    RobotConfig::new(rigid::example("two_link_arm")?, joints).ok()
+}
