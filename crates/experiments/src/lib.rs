@@ -9,6 +9,7 @@
 //! ```
 
 mod action;
+mod alarms;
 mod chains;
 mod chart;
 mod data;

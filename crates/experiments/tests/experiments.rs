@@ -74,6 +74,7 @@ fn a_part_that_an_experiment_does_not_have_is_refused_with_those_that_it_has() {
     for (part, named) in [
         ("table --only dellan", "delan"),
         ("table --only lnn:noize", "noise"),
+        ("alarms --only baxter", "real or simulated"),
         ("chains --only 0", "1 to 7"),
         ("chains --only five", "1 to 7"),
         ("hamiltonian --only spring", "mass_spring"),
@@ -115,6 +116,19 @@ fn systems_with_and_without_a_lagrangian_are_told_apart() {
     // Every motion ends in the cycle of van der Pol, at the rate of its Floquet exponent.
     let rate = value(&figures, ["noise_0", "van-der-pol", "divergence"]);
     assert!((-3.2..-1.8).contains(&rate), "{rate}");
+}
+
+#[test]
+fn good_simulated_logs_are_not_accused() {
+    let (figures, _) = figures("alarms --only simulated");
+    let rows = ["robots", "driven systems", "free systems"]
+        .map(|kind| &figures[format!("simulated, {kind}")]);
+    let sum = |key: &str| {
+        rows.iter()
+            .filter_map(|row| row[key][0].as_f64())
+            .sum::<f64>()
+    };
+    assert_eq!((sum("checked"), sum("accused")), (20.0, 0.0), "{figures:#}");
 }
 
 #[test]

@@ -101,7 +101,7 @@ pub mod train;
 pub mod trajectory;
 
 pub use check::{
-    CHECKED, CheckOptions, CheckReport, Item, ShownItem, Verdict, check, check_validation,
+    CHECKED, CheckOptions, CheckReport, Claim, Item, ShownItem, Verdict, check, check_validation,
 };
 pub use dataset::{Dataset, random_starts, random_states, shuffle, split};
 pub use error::{Error, Result, brief, counted};

@@ -142,6 +142,47 @@ fn good_logs_are_not_in_doubt() {
 }
 
 #[test]
+fn what_is_said_of_all_samples_must_hold_in_each_half_of_them() {
+    let scaled = |rows: usize| {
+        let mut log = log(TWO_LINKS, 20.0, 1);
+        column(
+            &mut log,
+            Signal::Qd,
+            1,
+            |k, x| if k < rows { 1.1 * x } else { x },
+        );
+        checked(&[log])
+    };
+    assert_says(&scaled(2000), "velocity", Verdict::Warn, "differs by");
+    let half = scaled(1000);
+    assert!(!half.items.iter().any(Item::accuses), "{half:#?}");
+    assert_says(&half, "velocity", Verdict::Pass, "not in each half");
+}
+
+#[test]
+fn an_arm_that_is_let_down_is_not_said_to_brake() {
+    let robot = example(TWO_LINKS, 2);
+    let (mut t, mut signals) = (Vec::new(), Signals::default());
+    for k in 0..1000 {
+        let at = 0.01 * f64::from(k);
+        let (sin, cos) = (2.0 * at).sin_cos();
+        let (q, qd, qdd) = (
+            [0.3 + 0.25 * at, 0.1 * sin],
+            [0.25, 0.2 * cos],
+            [0.0, -0.4 * sin],
+        );
+        t.push(at);
+        signals.q.extend(q);
+        signals.qd.extend(qd);
+        signals
+            .tau
+            .extend(robot.inverse_dynamics(&q, &qd, &qdd).unwrap());
+    }
+    let report = checked(&[recording("down".into(), Coordinates::angles(2), t, signals)]);
+    assert!(report.items.iter().all(|i| i.name != "work"), "{report:#?}");
+}
+
+#[test]
 fn accelerations_are_compared_with_the_derivatives_of_velocities() {
     let qdd = Signal::Qdd;
     let of = |part, change: &dyn Fn(&mut Recording)| {

@@ -90,6 +90,7 @@ const EXPERIMENTS: &[Experiment] = &[
     crate::ensembles::EXPERIMENT,
     crate::servo::EXPERIMENT,
     crate::mistakes::EXPERIMENT,
+    crate::alarms::EXPERIMENT,
     crate::hamiltonian::EXPERIMENT,
     crate::relativistic::EXPERIMENT,
     crate::magnetic::EXPERIMENT,

@@ -157,6 +157,13 @@ impl Row {
         self
     }
 
+    /// Adds to the one value of a quantity that counts.
+    pub(crate) fn count(&mut self, quantity: &'static str, value: f64) -> &mut Self {
+        let is = |(key, _): &(&str, Vec<f64>)| *key == quantity;
+        entry(&mut self.values, is, || (quantity, vec![0.0])).1[0] += value;
+        self
+    }
+
     /// Adds what is no number, or more than one, for one seed; it is in the JSON alone.
     pub(crate) fn detail(&mut self, name: &str, value: impl Serialize) -> &mut Self {
         let list = self.details.entry(name).or_insert_with(|| json!([]));

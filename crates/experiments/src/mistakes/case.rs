@@ -7,16 +7,16 @@ use lagrangian::rigid::RigidBodies;
 use lagrangian::{Format, Layout, Recording, Result};
 
 /// A signal by joint, then by sample; empty where it was not recorded.
-pub(super) type Columns = Vec<Vec<f64>>;
+pub(crate) type Columns = Vec<Vec<f64>>;
 
 /// One log.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Log {
-    pub(super) t: Vec<f64>,
-    pub(super) q: Columns,
-    pub(super) qd: Columns,
-    pub(super) qdd: Columns,
-    pub(super) tau: Columns,
+pub(crate) struct Log {
+    pub(crate) t: Vec<f64>,
+    pub(crate) q: Columns,
+    pub(crate) qd: Columns,
+    pub(crate) qdd: Columns,
+    pub(crate) tau: Columns,
 }
 
 /// What is given to a fit.
@@ -31,7 +31,7 @@ pub(super) struct Case {
 }
 
 impl Log {
-    pub(super) fn signals(&mut self) -> [&mut Columns; 4] {
+    pub(crate) fn signals(&mut self) -> [&mut Columns; 4] {
         [&mut self.q, &mut self.qd, &mut self.qdd, &mut self.tau]
     }
 
@@ -57,6 +57,16 @@ impl Log {
         let take = |x: &mut Vec<f64>| *x = order.iter().map(|k| x[*k]).collect();
         take(&mut self.t);
         self.each(take);
+    }
+
+    /// The recordings that a program reads from it.
+    pub(crate) fn read(&self, name: &str, angles: &[String]) -> Result<Vec<Recording>> {
+        let layout = Layout {
+            angles: angles.to_vec(),
+            ..Layout::default()
+        };
+        let file = Cursor::new(self.text());
+        Ok(Format::Csv.read(file, name, &layout)?.recordings)
     }
 
     /// The text of a file with these columns.
@@ -104,19 +114,11 @@ impl Case {
 
     /// The recordings that a program reads from these logs.
     pub(super) fn recordings(&self, logs: &[Log]) -> Result<Vec<Recording>> {
-        let layout = Layout {
-            angles: if self.angles {
-                vec!["all".into()]
-            } else {
-                Vec::new()
-            },
-            ..Layout::default()
-        };
+        let angles = self.angles.then(|| "all".to_string());
+        let angles: Vec<String> = angles.into_iter().collect();
         let mut all = Vec::new();
         for (k, log) in logs.iter().enumerate() {
-            let file = Cursor::new(log.text());
-            let read = Format::Csv.read(file, &format!("log {}", k + 1), &layout)?;
-            all.extend(read.recordings);
+            all.extend(log.read(&format!("log {}", k + 1), &angles)?);
         }
         Ok(all)
     }

@@ -1,7 +1,7 @@
 //! Plausible mistakes in otherwise good data, and the stage at which each is found.
 
-mod case;
-mod sources;
+pub(crate) mod case;
+pub(crate) mod sources;
 mod stages;
 mod table;
 

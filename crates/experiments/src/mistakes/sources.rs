@@ -21,15 +21,15 @@ const NOISE: [f64; 3] = [2e-5, 2e-3, 0.1];
 const FRICTION: [f64; 2] = [6.0, 8.0];
 
 /// A normal deviate (the sum of twelve uniform ones).
-pub(super) fn normal(rng: &mut ChaCha8Rng) -> f64 {
+pub(crate) fn normal(rng: &mut ChaCha8Rng) -> f64 {
     (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0
 }
 
 /// Sums of sines: the angle, and its first two derivatives at a time.
-struct Path(Vec<[f64; 3]>);
+pub(crate) struct Path(Vec<[f64; 3]>);
 
 impl Path {
-    fn random(rng: &mut ChaCha8Rng) -> Self {
+    pub(crate) fn random(rng: &mut ChaCha8Rng) -> Self {
         let sine = |k: usize| {
             let hertz = 0.08 + 0.13 * k as f64 + 0.05 * rng.random::<f64>();
             let amplitude = 0.5 / (1.0 + 0.4 * k as f64) * (0.6 + 0.4 * rng.random::<f64>());
@@ -38,7 +38,7 @@ impl Path {
         Self((0..5).map(sine).collect())
     }
 
-    fn at(&self, t: f64) -> [f64; 3] {
+    pub(crate) fn at(&self, t: f64) -> [f64; 3] {
         self.0.iter().fold([0.0; 3], |[q, qd, qdd], [a, w, p]| {
             let (sin, cos) = (w * t + p).sin_cos();
             [q + a * sin, qd + a * w * cos, qdd - a * w * w * sin]
@@ -131,7 +131,7 @@ pub(super) fn pendulum(lab: &Lab) -> Result<Option<Case>> {
 }
 
 /// The columns of a motion.
-pub(super) fn of_motion(motion: &Trajectory, forces: bool) -> Log {
+pub(crate) fn of_motion(motion: &Trajectory, forces: bool) -> Log {
     let n = motion.dof().max(1);
     let columns = |x: &Vec<f64>| -> Columns {
         let column = |i: usize| x.iter().skip(i).step_by(n).copied().collect();

@@ -2,6 +2,7 @@
 
 use super::Item;
 use super::column::{Column, columns};
+use super::pairs::Sums;
 use crate::trajectory::{Recording, Signal};
 
 /// Samples that are compared for a proportion, at most.
@@ -91,60 +92,6 @@ fn coupled(first: &Recording, all: &[Vec<Column<'_>>], a: usize, b: usize) -> Op
     (left < (NOISES * noise).max(EXACT * seen) && seen > 3.0 * noise).then(|| {
         let finding = format!("{} moves with {}, {slope:.4} times as far", y.name, x.name);
         let remedy = "record motions in which they move differently, or omit one with `q`: nothing tells their inertias apart";
-        Item::doubt("coupled", finding, remedy).value("slope", slope)
+        Item::doubt("coupled", finding, remedy).claims(Some(y.coordinate), slope).value("slope", slope)
     })
-}
-
-/// Sums over pairs (x, y).
-#[derive(Default)]
-struct Sums {
-    count: f64,
-    x: f64,
-    y: f64,
-    xx: f64,
-    xy: f64,
-    yy: f64,
-}
-
-impl Sums {
-    fn add(&mut self, x: f64, y: f64) {
-        let own = Self {
-            count: 1.0,
-            x,
-            y,
-            xx: x * x,
-            xy: x * y,
-            yy: y * y,
-        };
-        self.plus(&own);
-    }
-
-    fn plus(&mut self, other: &Self) {
-        self.count += other.count;
-        self.x += other.x;
-        self.y += other.y;
-        self.xx += other.xx;
-        self.xy += other.xy;
-        self.yy += other.yy;
-    }
-
-    /// The sums of the deviations from the means.
-    fn centred(self) -> Self {
-        let (x, y) = (self.x / self.count, self.y / self.count);
-        Self {
-            count: self.count,
-            x: 0.0,
-            y: 0.0,
-            xx: self.xx - self.count * x * x,
-            xy: self.xy - self.count * x * y,
-            yy: self.yy - self.count * y * y,
-        }
-    }
-
-    /// The slope of the line through the origin, and the root mean square of what it leaves.
-    fn line(&self) -> Option<(f64, f64)> {
-        let slope = self.xy / self.xx;
-        let left = ((self.yy - slope * self.xy).max(0.0) / self.count).sqrt();
-        (self.xx > 0.0 && self.yy > 0.0 && slope.is_finite()).then_some((slope, left))
-    }
 }

@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 
 use super::regression::{JointFit, JointFits, Rub, Stranger, Undriven, fit_joints};
-use super::{CheckOptions, Item, range};
+use super::swings::{Swings, swings};
+use super::{CheckOptions, Item, range, swings_of_all};
 use crate::counted;
 use crate::trajectory::{Recording, Topology};
 
@@ -19,8 +20,10 @@ const SAMPLES: f64 = 0.5;
 const GAIN: f64 = 1.15;
 /// Beyond these an inertia is a matter of units, kg m² or kg.
 const INERTIA: (f64, f64) = (1e-6, 1e4);
-/// A drive that does less than this part of its work against the motion is not said to brake.
+/// Drives brake where they do this part of their work against the motion, each and all together: one alone may be moved by the others.
 const BRAKING: f64 = 0.5;
+/// A joint that moves one way gives back what was stored in it; it has moved forth and back with so many swings.
+const FORTH_AND_BACK: usize = 3;
 /// Coordinates are taken for degrees where that leaves less than this part of the unexplained forces.
 const DEGREES: f64 = 0.5;
 /// Forces beyond this, N·m or N, are a matter of units.
@@ -51,18 +54,18 @@ const NOISY_FORCES: f64 = 0.01;
 const GROWTH: f64 = 0.2;
 
 /// Items about forces and motion of all recordings together.
-pub(super) fn items(recordings: &[Recording], options: &CheckOptions, swings: usize) -> Vec<Item> {
+pub(super) fn items(recordings: &[Recording], options: &CheckOptions, errors: f64) -> Vec<Item> {
     let mut items: Vec<Item> = silent(recordings).into_iter().collect();
     let found = fit_joints(recordings, options);
-    items.extend(few_swings(recordings, swings, found.as_ref()));
+    items.extend(few_swings(recordings, found.as_ref()));
     let Some(found) = found else { return items };
     items.extend(works(recordings));
     items.extend(units(recordings, &found));
-    items.extend(frictions(recordings, &found));
+    items.extend(frictions(recordings, &found, errors));
     items.extend(unrecorded(recordings, &found));
-    items.extend(machines(&found));
-    items.extend(delays(recordings, &found));
-    items.extend(inertias(recordings, &found));
+    items.extend(machines(&found, errors));
+    items.extend(delays(recordings, &found, errors));
+    items.extend(inertias(recordings, &found, errors));
     let estimated = recordings.iter().any(|r| r.qdd.is_empty());
     if options.low_pass.is_none() && estimated {
         items.extend(accelerations(recordings, &found));
@@ -83,7 +86,8 @@ fn silent(recordings: &[Recording]) -> Option<Item> {
 }
 
 /// An item where a machine turns back less often than it has parameters, unless its motion explains its forces exactly.
-fn few_swings(recordings: &[Recording], swings: usize, fits: Option<&JointFits>) -> Option<Item> {
+fn few_swings(recordings: &[Recording], fits: Option<&JointFits>) -> Option<Item> {
+    let swings = swings_of_all(recordings);
     let first = recordings.iter().find(|r| !r.tau.is_empty())?;
     let exact = |fits: &JointFits| fits.low_pass.is_some_and(|c| c.explained > EXACT);
     let n = first.dof() - first.coordinates.parameters().count();
@@ -131,7 +135,11 @@ fn units(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
             "read as degrees, the coordinates leave {percent:.0} % of what stays unexplained of the forces in radians"
         );
         let remedy = "declare them: `angles` all and `degrees`, or convert them to radians";
-        items.push(Item::doubt("unit", finding, remedy).value("left", left));
+        items.push(
+            Item::doubt("unit", finding, remedy)
+                .claims(None, 1.0)
+                .value("left", left),
+        );
     }
     let forces = recordings.iter().flat_map(|r| &r.tau);
     let largest = forces.fold(0.0_f64, |most, x| most.max(x.abs()));
@@ -156,15 +164,26 @@ fn works(recordings: &[Recording]) -> Vec<Item> {
             sizes[k % n] += work.abs();
         }
     }
+    if sums.iter().sum::<f64>() > -BRAKING * sizes.iter().sum::<f64>() {
+        return Vec::new();
+    }
+    let swings: Vec<Vec<Swings>> = recordings.iter().map(swings).collect();
+    let turns = |i: usize| {
+        swings
+            .iter()
+            .filter_map(|s| s.get(i))
+            .map(|s| s.count)
+            .sum::<usize>()
+    };
     let part = |i: usize| sums[i] / sizes[i];
     let of_joint = |(i, name): (usize, &str)| {
-        (part(i) < -BRAKING).then(|| {
+        (part(i) < -BRAKING && turns(i) >= FORTH_AND_BACK).then(|| {
             let finding = format!(
                 "{name}: its force takes energy out of the machine ({:.0} % of the work that it does either way), as if it only braked",
                 -100.0 * part(i)
             );
             let remedy = "reverse the sign of that force, or of the coordinate, unless something else moves the machine";
-            Item::doubt("work", finding, remedy).value("part", part(i))
+            Item::doubt("work", finding, remedy).claims(Some(i), 1.0).value("part", part(i))
         })
     };
     names(recordings)
@@ -187,6 +206,7 @@ fn unrecorded(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
         );
         let remedy = "record the force of that drive, or choose its column (`tau`)";
         Item::doubt("forces", finding, remedy)
+            .claims(Some(u.coordinate), 1.0)
             .value("explained", u.explained)
             .value("forces_explained", u.forces_explained)
     };
@@ -194,10 +214,10 @@ fn unrecorded(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
 }
 
 /// Whether a recording is not of the machine of the others.
-fn machines(fits: &JointFits) -> Option<Item> {
+fn machines(fits: &JointFits, errors: f64) -> Option<Item> {
     let certain = |s: &Stranger| {
         s.times > OTHER_MACHINE
-            && s.times.ln() > OTHER_MACHINE_ERRORS * s.error
+            && s.times.ln() > errors * OTHER_MACHINE_ERRORS * s.error
             && s.left > LEFT
             && s.others_agree
     };
@@ -221,9 +241,9 @@ fn machines(fits: &JointFits) -> Option<Item> {
 }
 
 /// Forces that brake the velocity of another joint, or drive their own where friction should brake it.
-fn frictions(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
+fn frictions(recordings: &[Recording], fits: &JointFits, errors: f64) -> Vec<Item> {
     let all: Vec<&str> = names(recordings).map(|(_, name)| name).collect();
-    let certain = |rub: &Rub, sign| rub.is_certain(sign, FRICTION_ERRORS, FRICTION_PART);
+    let certain = |rub: &Rub, sign| rub.is_certain(sign, errors * FRICTION_ERRORS, FRICTION_PART);
     let of_force = |(i, rubs): (usize, &Vec<Rub>)| {
         let own = rubs[i];
         if certain(&own, -1.0) {
@@ -234,7 +254,11 @@ fn frictions(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
                 100.0 * own.error
             );
             let remedy = "reverse the sign of that force, or of the coordinate and its velocity";
-            return Some(Item::doubt("sign", finding, remedy).value("friction", own.size));
+            return Some(
+                Item::doubt("sign", finding, remedy)
+                    .claims(Some(i), 1.0)
+                    .value("friction", own.size),
+            );
         }
         let others = rubs.iter().enumerate().filter(|(j, _)| *j != i);
         let (j, most) = others.max_by(|a, b| a.1.size.total_cmp(&b.1.size))?;
@@ -254,6 +278,7 @@ fn frictions(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
         let remedy = "check the order of the columns of the forces: that of the coordinates";
         Some(
             Item::doubt("order", finding, remedy)
+                .claims(Some(i), 1.0)
                 .value("friction", most.size)
                 .value("own", own.size),
         )
@@ -261,22 +286,30 @@ fn frictions(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
     fits.rubs.iter().enumerate().filter_map(of_force).collect()
 }
 
-fn is_delay(found: &JointFit, step: f64) -> bool {
+fn is_delay(found: &JointFit, step: f64, errors: f64) -> bool {
     let (at_delay, at_none) = (1.0 - found.explained.0, 1.0 - found.explained.1);
     !found.at_end
         && found.explained.0 > WELL_EXPLAINED
-        && found.delay.abs() - ERRORS * found.error > SAMPLES * step
+        && found.delay.abs() - errors * ERRORS * found.error > SAMPLES * step
         && at_none > GAIN * at_delay
 }
 
-fn delays(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
+/// Gives the delays that hold their remedy, which names the shifts of all forces.
+pub(super) fn name_the_shifts(items: &mut [Item], recordings: &[Recording]) {
+    let mut shifts = vec!["0".to_string(); recordings.first().map_or(0, Recording::dof)];
+    let is_delay = |item: &&mut Item| item.name == "delay" && item.accuses();
+    for item in items.iter_mut().filter(is_delay) {
+        if let Some(i) = item.claim.and_then(|claim| claim.coordinate) {
+            shifts[i] = format!("{:.3}", 1e3 * item.values["delay_s"]);
+        }
+    }
+    let remedy = format!("shift the forces: `delay` {}", shifts.join(","));
+    let delays = items.iter_mut().filter(is_delay);
+    delays.for_each(|item| item.remedy = Some(remedy.clone()));
+}
+
+fn delays(recordings: &[Recording], fits: &JointFits, errors: f64) -> Vec<Item> {
     let (step, shaken) = (fits.step, is_shaken(fits));
-    let milliseconds = |found: &Option<JointFit>| match found {
-        Some(f) if !shaken && is_delay(f, step) => format!("{:.3}", 1e3 * f.delay),
-        _ => "0".into(),
-    };
-    let values: Vec<String> = fits.joints.iter().map(milliseconds).collect();
-    let remedy = format!("shift the forces: `delay` {}", values.join(","));
     let item = |(i, name): (usize, &str)| {
         // Where nothing is known there is nothing to say.
         let known = |f: &JointFit| f.explained.0 > WELL_EXPLAINED && !shaken && !f.at_end;
@@ -285,7 +318,7 @@ fn delays(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
         let (samples, error) = (found.delay / step, found.error / step);
         let (ms, ms_error) = (1e3 * found.delay, 1e3 * found.error);
         let size = format!("{samples:.2} ± {error:.2} samples ({ms:.2} ± {ms_error:.2} ms)");
-        let delayed = is_delay(&found, step);
+        let delayed = is_delay(&found, step, errors);
         let finding = if delayed {
             let side = if found.delay > 0.0 { "after" } else { "before" };
             let without = 100.0 * found.explained.1;
@@ -298,7 +331,8 @@ fn delays(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
             format!("{name}: {size}: none that is certain")
         };
         let item = Item::pass("delay", finding)
-            .warn_if(delayed, &remedy)
+            .warn_if(delayed, "shift the forces")
+            .claims(Some(i), found.delay)
             .value("delay_s", found.delay)
             .value("error_s", found.error)
             .value("delay_samples", samples)
@@ -309,7 +343,7 @@ fn delays(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
     names(recordings).filter_map(item).collect()
 }
 
-fn inertias(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
+fn inertias(recordings: &[Recording], fits: &JointFits, errors: f64) -> Vec<Item> {
     let item = |(i, name): (usize, &str)| {
         let found = fits.joints[i].filter(|f| f.explained.0 > EXPLAINED)?;
         let (inertia, error) = found.inertia;
@@ -319,7 +353,8 @@ fn inertias(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
         let circle = recordings[0].coordinates.0[i].topology == Topology::Circle;
         let unit = if circle { "kg m²" } else { "kg or kg m²" };
         let finding = format!("{name}: inertia {inertia:.3e} ± {error:.1e} {unit}");
-        let certain = inertia.abs() > SIGN_ERRORS * error && found.inertial_part > INERTIAL_PART;
+        let certain =
+            inertia.abs() > errors * SIGN_ERRORS * error && found.inertial_part > INERTIAL_PART;
         if !certain {
             return None; // The inertia of one joint alone says nothing of the others.
         }
@@ -334,7 +369,11 @@ fn inertias(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
         } else {
             Item::pass("inertia", finding)
         };
-        Some(item.value("inertia", inertia).value("error", error))
+        Some(
+            item.claims(Some(i), inertia.signum())
+                .value("inertia", inertia)
+                .value("error", error),
+        )
     };
     names(recordings).filter_map(item).collect()
 }

@@ -1,6 +1,7 @@
 //! Goals of position controllers: whether they belong to the positions, and what they are good for where no force was recorded.
 
 use super::Item;
+use super::pairs::Sums;
 use crate::trajectory::Recording;
 
 /// A position follows its goal, or runs against it, beyond this correlation; gravity and stalls leave less of it.
@@ -55,51 +56,27 @@ fn unused(recording: &Recording) -> Option<Item> {
     })
 }
 
-/// Sums over the samples at which a motor is on.
-#[derive(Default)]
-struct Sums {
-    count: f64,
-    goal: f64,
-    position: f64,
-    goal_square: f64,
-    position_square: f64,
-    product: f64,
-}
-
-impl Sums {
-    fn of(recordings: &[Recording], i: usize) -> Self {
-        let mut sums = Self::default();
-        for r in recordings.iter().filter(|r| r.goal.len() == r.q.len()) {
-            let n = r.dof();
-            let on = |k: &usize| r.enabled.get(*k).is_none_or(|x| *x != 0.0);
-            for k in (i..r.q.len()).step_by(n).filter(on) {
-                // Differences from the first goal, so that far goals lose no digits.
-                let (g, q) = (r.goal[k] - r.goal[i], r.q[k] - r.goal[i]);
-                sums.count += 1.0;
-                sums.goal += g;
-                sums.position += q;
-                sums.goal_square += g * g;
-                sums.position_square += q * q;
-                sums.product += g * q;
-            }
+/// Sums over goals and positions at the samples at which a motor is on.
+fn sums(recordings: &[Recording], i: usize) -> Sums {
+    let mut sums = Sums::default();
+    for r in recordings.iter().filter(|r| r.goal.len() == r.q.len()) {
+        let on = |k: &usize| r.enabled.get(*k).is_none_or(|x| *x != 0.0);
+        for k in (i..r.q.len()).step_by(r.dof()).filter(on) {
+            // Differences from the first goal, so that far goals lose no digits.
+            sums.add(r.goal[k] - r.goal[i], r.q[k] - r.goal[i]);
         }
-        sums
     }
-
-    /// The variances of goal and position, and their covariance.
-    fn moments(&self) -> [f64; 3] {
-        let (g, q) = (self.goal / self.count, self.position / self.count);
-        [
-            self.goal_square / self.count - g * g,
-            self.position_square / self.count - q * q,
-            self.product / self.count - g * q,
-        ]
-    }
+    sums
 }
 
 fn of_coordinate(recordings: &[Recording], i: usize) -> Option<Item> {
     let name = &recordings[0].coordinates.0[i].name;
-    let [goal, position, both] = Sums::of(recordings, i).moments();
+    let Sums {
+        xx: goal,
+        yy: position,
+        xy: both,
+        ..
+    } = sums(recordings, i).centred();
     let (correlation, ratio) = (both / (goal * position).sqrt(), (goal / position).sqrt());
     if !correlation.is_finite() {
         return None; // A goal or a position that stands still; other items say so.
@@ -124,5 +101,9 @@ fn of_coordinate(recordings: &[Recording], i: usize) -> Option<Item> {
     } else {
         Item::pass("goal", figures)
     };
-    Some(item.value("correlation", correlation).value("ratio", ratio))
+    Some(
+        item.claims(Some(i), correlation.signum())
+            .value("correlation", correlation)
+            .value("ratio", ratio),
+    )
 }

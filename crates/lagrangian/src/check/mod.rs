@@ -7,9 +7,11 @@ mod column;
 mod copies;
 mod coverage;
 mod drive;
+mod evidence;
 mod frozen;
 mod goals;
 mod joints;
+mod pairs;
 mod rates;
 mod regression;
 mod repeated;
@@ -20,6 +22,7 @@ mod time;
 
 use std::collections::BTreeMap;
 
+pub use evidence::Claim;
 pub use repeated::check_validation;
 use serde::Serialize;
 
@@ -60,9 +63,25 @@ pub struct Item {
     pub values: BTreeMap<String, f64>,
     /// Whether the values themselves are in doubt, so that no model of them can be called good.
     pub doubtful: bool,
+    /// What it claims of all samples: an accusation of this kind must hold in each half of the data.
+    #[serde(skip)]
+    pub claim: Option<Claim>,
 }
 
+/// Findings that say of single samples, or exactly, that values are wrong; others claim it of all samples.
+const OF_SAMPLES: [&str; 10] = [
+    "copy", "forces", "frozen", "goal", "jumps", "machines", "repeated", "repeats", "spikes",
+    "unit",
+];
+
 impl Item {
+    /// Whether it says that values are wrong, and not only few or noisy.
+    #[must_use]
+    pub fn accuses(&self) -> bool {
+        let is_about_values = self.claim.is_some() || OF_SAMPLES.contains(&self.name);
+        self.verdict > Verdict::Pass && is_about_values
+    }
+
     /// The trajectory that it is about.
     fn about(&self) -> Option<&str> {
         self.trajectory.as_deref()
@@ -78,6 +97,7 @@ impl Item {
             remedy: None,
             values: BTreeMap::new(),
             doubtful: false,
+            claim: None,
         }
     }
 
@@ -281,29 +301,51 @@ fn check_all(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
         same_coordinates(recordings),
     ];
     items.extend(signals::excitation(recordings));
-    items.extend(copies::items(recordings));
     items.extend(repeated::items(recordings));
-    items.extend(drive::items(recordings, options, swings));
-    items.extend(goals::items(recordings));
+    let mut shared = of_all(recordings, options, 1.0);
+    let in_half = |half: &[Recording]| of_all(half, options, evidence::OF_HALF);
+    evidence::confirm(&mut shared, recordings, in_half);
+    drive::name_the_shifts(&mut shared, recordings);
+    items.extend(shared);
     for recording in recordings {
-        let mut own: Vec<Item> = shapes(recording).into_iter().collect();
-        let whole = own.is_empty();
-        own.extend(time::sample(recording));
-        own.extend(joints::renamed(recording));
-        own.extend(time::items(recording));
-        own.extend(time::too_short(recording));
-        if whole {
-            own.extend(parameters(recording));
-            own.extend(signals::items(recording));
-            own.extend(signals::passive(recording));
-        }
-        if whole && time::usable(recording) {
-            own.extend(signals::sampled_items(recording));
-            own.extend(rates::items(recording));
-        }
+        let mut own = of_one(recording, 1.0);
+        let in_half = |half: &[Recording]| {
+            half.iter()
+                .flat_map(|r| of_one(r, evidence::OF_HALF))
+                .collect()
+        };
+        evidence::confirm(&mut own, std::slice::from_ref(recording), in_half);
         items.extend(own.into_iter().map(|item| item.of(recording)));
     }
     CheckReport { items }
+}
+
+/// Findings about all recordings together that need `errors` times as many standard errors as usual.
+fn of_all(recordings: &[Recording], options: &CheckOptions, errors: f64) -> Vec<Item> {
+    let mut items = copies::items(recordings);
+    items.extend(drive::items(recordings, options, errors));
+    items.extend(goals::items(recordings));
+    items
+}
+
+/// Findings about one recording that need `errors` times as many standard errors as usual.
+fn of_one(recording: &Recording, errors: f64) -> Vec<Item> {
+    let mut own: Vec<Item> = shapes(recording).into_iter().collect();
+    let whole = own.is_empty();
+    own.extend(time::sample(recording));
+    own.extend(joints::renamed(recording));
+    own.extend(time::items(recording));
+    own.extend(time::too_short(recording));
+    if whole {
+        own.extend(parameters(recording));
+        own.extend(signals::items(recording, errors));
+        own.extend(signals::passive(recording));
+    }
+    if whole && time::usable(recording) {
+        own.extend(signals::sampled_items(recording));
+        own.extend(rates::items(recording, errors));
+    }
+    own
 }
 
 /// Whether there is enough of it.

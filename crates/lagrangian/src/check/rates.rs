@@ -104,18 +104,18 @@ struct Derivatives {
 }
 
 /// One item for each rate that was measured.
-pub(super) fn items(recording: &Recording) -> Vec<Item> {
+pub(super) fn items(recording: &Recording, errors: f64) -> Vec<Item> {
     if recording.values(Signal::Qd).is_none() {
         let finding = "not measured: it will be estimated from q";
         return vec![Item::pass("velocity", finding)];
     }
     [VELOCITY, DERIVATIVE]
         .iter()
-        .flat_map(|pair| of_pair(recording, pair))
+        .flat_map(|pair| of_pair(recording, pair, errors))
         .collect()
 }
 
-fn of_pair(recording: &Recording, pair: &Pair) -> Vec<Item> {
+fn of_pair(recording: &Recording, pair: &Pair, errors: f64) -> Vec<Item> {
     let (Some(rates), Some(values)) = (recording.values(pair.rate), recording.values(pair.of))
     else {
         return Vec::new();
@@ -134,7 +134,7 @@ fn of_pair(recording: &Recording, pair: &Pair) -> Vec<Item> {
             let finding = format!("{name}: {of} hardly changes, so that they cannot be compared");
             return Item::pass(pair.item, finding);
         }
-        finding(recording, pair, i, &measured, &derivatives)
+        finding(recording, pair, i, &measured, &derivatives, errors)
     };
     let compared = |i: &usize| !recording.coordinates.is_parameter(*i);
     (0..n).filter(compared).map(item).collect()
@@ -325,6 +325,7 @@ fn finding(
     i: usize,
     measured: &[f64],
     derivatives: &Derivatives,
+    errors: f64,
 ) -> Item {
     let r = derivatives.relation(i, measured);
     let seconds = r.lag * median_step(&recording.t);
@@ -340,25 +341,34 @@ fn finding(
         .filter(|_| r.correlation.abs() > POOR)
         .find(|(slope, ..)| (r.slope / slope - 1.0).abs() < UNIT);
     let item = if let Some((_, meaning, remedy)) = unit {
-        pass(meaning).with(Verdict::Fail, *remedy)
+        pass(meaning)
+            .with(Verdict::Fail, *remedy)
+            .claims(Some(i), r.slope)
     } else if r.correlation < POOR || !(0.5..2.0).contains(&r.slope) {
         not_the_derivative(recording, pair, derivatives.other(i, measured), &finding)
+            .claims(Some(i), 1.0)
     } else if r.correlation < FAIR && derivatives.certainty[i] > CERTAIN {
         let remedy = format!("omit {rate} and let it be estimated");
         pass(&format!(
             "it is a poor measurement of the derivative of {of}"
         ))
         .with(Verdict::Warn, remedy)
-    } else if r.correlation > FAIR && off > slope_bound(&r, derivatives.certainty[i]) {
+        .claims(Some(i), 1.0)
+    } else if r.correlation > FAIR && off > slope_bound(&r, derivatives.certainty[i], errors) {
         let percent = 100.0 * (r.slope - 1.0);
         let meaning = format!("it differs by {percent:.1} % from the derivative of {of}");
         let remedy =
             format!("check the scales of {rate} and {of}, or omit {rate} and let it be estimated");
-        pass(&meaning).with(Verdict::Warn, remedy).in_doubt()
+        pass(&meaning)
+            .with(Verdict::Warn, remedy)
+            .in_doubt()
+            .claims(Some(i), r.slope - 1.0)
     } else if r.lag.abs() > 1.0 && r.lag_error > LAG_ERROR {
         let remedy =
             format!("it was probably filtered: omit {rate} and let it be estimated, or shift it");
-        pass("it is late or early").with(Verdict::Warn, remedy)
+        pass("it is late or early")
+            .with(Verdict::Warn, remedy)
+            .claims(Some(i), r.lag)
     } else if pair.rate == Signal::Qd && successive_differences(recording, i) {
         pass(DIFFERENCES)
     } else {
@@ -372,8 +382,10 @@ fn finding(
 }
 
 /// The difference from 1 beyond which a slope is wrong: neither chance nor the error of the derivative itself explains it.
-fn slope_bound(r: &Relation, certainty: f64) -> f64 {
-    SLOPE.max(ERRORS * r.slope_error).max(ERRORS / certainty)
+fn slope_bound(r: &Relation, certainty: f64, errors: f64) -> f64 {
+    SLOPE
+        .max(errors * ERRORS * r.slope_error)
+        .max(errors * ERRORS / certainty)
 }
 
 /// A rate that is something else: the derivative of another column, where one is known.

@@ -14,7 +14,7 @@ const MANY_TURNS: f64 = 15.0;
 /// … if it comes so far between two turning points, so often, and its speed does not change with each turn: a pendulum that tumbles
 /// turns on, and gravity is felt in each turn.
 const TURNS_IN_A_SWING: f64 = 5.0;
-const MANY_SWINGS: usize = 4;
+const MANY_SWINGS: f64 = 4.0;
 /// A jump is so many times the usual deviation from the neighbours …
 const JUMP: f64 = 30.0;
 /// … and at least this part of the range.
@@ -71,9 +71,9 @@ pub(super) fn excitation(recordings: &[Recording]) -> Option<Item> {
 }
 
 /// Items that need no usable time stamps.
-pub(super) fn items(recording: &Recording) -> Vec<Item> {
+pub(super) fn items(recording: &Recording, errors: f64) -> Vec<Item> {
     let columns = columns(recording);
-    let mut items = vec![finite(&columns), ranges(recording, &columns)];
+    let mut items = vec![finite(&columns), ranges(recording, &columns, errors)];
     let limited = columns
         .iter()
         .filter(|c| matches!(c.signal, Signal::Q | Signal::Tau));
@@ -137,7 +137,7 @@ fn short(x: f64) -> String {
     }
 }
 
-fn ranges(recording: &Recording, columns: &[Column<'_>]) -> Item {
+fn ranges(recording: &Recording, columns: &[Column<'_>], errors: f64) -> Item {
     let mut texts = Vec::new();
     let mut item = Item::pass("range", "");
     let swings = swings::swings(recording);
@@ -164,8 +164,11 @@ fn ranges(recording: &Recording, columns: &[Column<'_>]) -> Item {
         let changes = speeds.get(c.coordinate).map_or(0, |s| s.count);
         let most = swings.count.max(changes) as f64;
         let wide = swings.travel / TAU > TURNS_IN_A_SWING * most;
-        if is_angle && turns > MANY_TURNS && wide && swings.count >= MANY_SWINGS {
-            item = item.with(Verdict::Warn, remedy).in_doubt();
+        if is_angle && turns > MANY_TURNS && wide && swings.count as f64 >= errors * MANY_SWINGS {
+            item = item
+                .with(Verdict::Warn, remedy)
+                .in_doubt()
+                .claims(Some(c.coordinate), 1.0);
         }
     }
     item.finding = texts.join(", ");
@@ -363,6 +366,8 @@ fn saturation(c: &Column<'_>) -> Option<Item> {
     let (name, percent) = (c.name, 100.0 * part);
     let finding = format!("{name} is at {extreme:.4} for {percent:.1} % of the samples");
     let remedy = "what the limit hides cannot be learned: check that the true value is recorded, or stay below the limit";
-    let item = Item::warn("saturation", finding, remedy).value("fraction", part);
+    let item = Item::warn("saturation", finding, remedy)
+        .claims(Some(c.coordinate), extreme)
+        .value("fraction", part);
     (part > MUCH_SATURATION && !limit_is_rest).then_some(item)
 }

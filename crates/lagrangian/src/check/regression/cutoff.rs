@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use super::super::time;
 use super::Filtered;
 use super::least_squares::Part;
+use super::terms::Rubbing;
 use crate::trajectory::local_polynomial::{median_step, segments};
 use crate::trajectory::{Coordinate, Recording, Signal};
 
@@ -154,7 +155,7 @@ impl Candidate {
             hertz,
             joints: (0..n)
                 .into_par_iter()
-                .map(|i| stretches.parts(i, 1))
+                .map(|i| stretches.parts(i, 1, Rubbing::Neighbours))
                 .collect(),
             speeds: stretches.speeds,
         })

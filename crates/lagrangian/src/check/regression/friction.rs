@@ -41,8 +41,7 @@ pub(super) fn rubs(filtered: &Filtered<'_>) -> Vec<Vec<Rub>> {
 /// The friction in the force of coordinate `i`, with errors from omitting one stretch after another.
 fn of_force(stretches: &Stretches<'_>, i: usize) -> Option<Vec<Rub>> {
     let terms = stretches.terms(Rubbing::All);
-    let signals = stretches.signals.iter();
-    let parts: Vec<Part> = signals.map(|s| Part::of(s, &terms, i, 1)).collect();
+    let parts = stretches.parts(i, 1, Rubbing::All);
     let mut all = Part::sum(&parts)?;
     let deviation = (all.variance() / all.rows()).sqrt();
     let sizes = |sums: &Part| -> Option<Vec<f64>> {

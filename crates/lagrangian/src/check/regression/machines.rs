@@ -35,11 +35,7 @@ pub(super) fn strangers(filtered: &Filtered<'_>) -> Vec<Stranger> {
         return Vec::new();
     };
     let n = stretches.speeds.len();
-    let terms = stretches.terms(Rubbing::Neighbours);
-    let of_joint = |i: usize| -> Vec<Part> {
-        let signals = stretches.signals.iter();
-        signals.map(|s| Part::of(s, &terms, i, 1)).collect()
-    };
+    let of_joint = |i: usize| stretches.parts(i, 1, Rubbing::Neighbours);
     let joints: Vec<Vec<Part>> = (0..n).into_par_iter().map(of_joint).collect();
     let joints: Vec<Vec<&Part>> = joints.iter().map(|parts| parts.iter().collect()).collect();
     let owners: Vec<usize> = stretches.signals.iter().map(|s| s.source).collect();

@@ -184,7 +184,13 @@ fn joints(filtered: &Filtered<'_>, shifts: usize, step: f64) -> Option<Vec<Optio
         .map(|k| (k as f64 - shifts as f64) * step)
         .collect();
     let stretches = filtered.signals(shifts as f64 * step, &delays)?;
-    let joint = |i: usize| estimate(&stretches.parts(i, delays.len()), shifts, step);
+    let joint = |i: usize| {
+        estimate(
+            &stretches.parts(i, delays.len(), Rubbing::Neighbours),
+            shifts,
+            step,
+        )
+    };
     Some((0..n).into_par_iter().map(joint).collect())
 }
 
@@ -241,8 +247,8 @@ struct Stretches<'a> {
 
 impl Stretches<'_> {
     /// The sums of joint `i` over each stretch.
-    fn parts(&self, i: usize, delays: usize) -> Vec<Part> {
-        let (terms, signals) = (self.terms(Rubbing::Neighbours), self.signals.iter());
+    fn parts(&self, i: usize, delays: usize, rubbing: Rubbing) -> Vec<Part> {
+        let (terms, signals) = (self.terms(rubbing), self.signals.iter());
         signals.map(|s| Part::of(s, &terms, i, delays)).collect()
     }
 

@@ -42,14 +42,13 @@ pub(super) fn undriven(filtered: &Filtered<'_>) -> Vec<Undriven> {
     if driven.is_empty() || free.is_empty() {
         return Vec::new();
     }
-    let forces = driven
-        .iter()
-        .filter_map(|i| of_force(&parts(&stretches, *i)));
+    let parts = |i: usize| stretches.parts(i, 1, Rubbing::Neighbours);
+    let forces = driven.iter().filter_map(|i| of_force(&parts(*i)));
     let (sum, count) = forces.fold((0.0, 0.0), |(s, c), x| (s + x, c + 1.0));
     let of_coordinate = |i: usize| {
         Some(Undriven {
             coordinate: i,
-            explained: of_acceleration(&parts(&stretches, i))?,
+            explained: of_acceleration(&parts(i))?,
             forces_explained: sum / count,
         })
     };
@@ -60,12 +59,6 @@ fn is_driven(stretches: &Stretches<'_>, i: usize) -> bool {
     let n = stretches.speeds.len();
     let mut signals = stretches.signals.iter();
     signals.any(|s| s.tau.iter().skip(i).step_by(n).any(|x| *x != 0.0))
-}
-
-fn parts(stretches: &Stretches<'_>, i: usize) -> Vec<Part> {
-    let terms = stretches.terms(Rubbing::Neighbours);
-    let signals = stretches.signals.iter();
-    signals.map(|s| Part::of(s, &terms, i, 1)).collect()
 }
 
 /// The explained part of the variance of a force on omitted stretches.
