@@ -25,6 +25,7 @@ use std::collections::BTreeMap;
 pub use evidence::Claim;
 pub use repeated::check_validation;
 use serde::Serialize;
+pub(crate) use signals::LARGEST;
 
 use crate::counted;
 use crate::trajectory::{Recording, Signal, Topology};

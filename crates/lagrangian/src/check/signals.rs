@@ -109,7 +109,7 @@ pub(super) fn sampled_items(recording: &Recording) -> Vec<Item> {
 }
 
 /// No signal of a machine is larger; its square is still a number.
-const LARGEST: f64 = 1e100;
+pub(crate) const LARGEST: f64 = 1e100;
 
 fn finite(columns: &[Column<'_>]) -> Item {
     let unusable = |x: &f64| x.abs().partial_cmp(&LARGEST).is_none_or(Ordering::is_gt);

@@ -106,8 +106,22 @@ fn rate(t: &[f64]) -> Item {
 fn whole_numbers(t: &[f64]) -> Option<Item> {
     let step = median_step(t);
     let whole = t.iter().all(|t| t.fract().abs() <= 0.0) && step >= 2.0;
-    let finding = format!("time comes in whole numbers, {step} apart: it looks like milliseconds");
-    let remedy = "divide the column of time by 1000 (or by what makes it seconds)";
+    // Motions are sampled some ten to some thousand times a second.
+    let (unit, remedy) = match step {
+        x if x < 500.0 => (
+            "milliseconds",
+            "divide the column of time by 1000 (or by what makes it seconds)",
+        ),
+        x if x < 5e5 => (
+            "microseconds",
+            "divide the column of time by 1e6 (or by what makes it seconds)",
+        ),
+        _ => (
+            "nanoseconds",
+            "divide the column of time by 1e9 (or by what makes it seconds)",
+        ),
+    };
+    let finding = format!("time comes in whole numbers, {step} apart: it looks like {unit}");
     let item = Item::warn("rate", finding, remedy).value("rate_hz", step.recip());
     whole.then_some(item.value("step_s", step))
 }

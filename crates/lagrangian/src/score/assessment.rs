@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 use super::inertia::{Forward, Spectrum, forwards, spectrum};
 use super::judgement::PASSIVE;
 use super::speed::weakened;
-use super::{Errors, Score, SignalError, add_torques};
-use crate::check::CheckReport;
+use super::{Errors, RestartScore, RolloutScore, Score, SignalError, add_torques};
+use crate::check::{CheckReport, LARGEST};
 use crate::stop::Stop;
 use crate::train::Contestant;
 use crate::{Coordinates, Model, Trajectory};
@@ -63,6 +63,7 @@ impl Assessment {
         let inertia = spectrum(model, motions);
         let joints = forwards(model, motions, score);
         let mut reasons = Vec::new();
+        reasons.extend(of_numbers(motions, score));
         reasons.extend(of_torques(score, model.coordinates(), &joints));
         reasons.extend(of_nominal(model, motions, score));
         reasons.extend(of_accelerations(score, &joints));
@@ -148,6 +149,29 @@ impl Reason {
 
 const MODEL: &str =
     "check the data (signs, units and order of the torques), or choose another model";
+
+/// Errors that are no numbers, and values beyond all that is recorded, whatever the other errors are.
+fn of_numbers(motions: &[Trajectory], score: &Score) -> Option<Reason> {
+    let finite = |errors: &[f64]| errors.iter().all(|e| e.is_finite());
+    let signal = |error: &Option<SignalError>| error.as_ref().is_none_or(|e| finite(&e.mse));
+    let motion = |r: &RolloutScore| !r.outcome.is_finished() || finite(&r.q_mean_absolute);
+    let short = |r: &RestartScore| r.unfinished == r.starts || finite(&r.q_rms);
+    let mut recorded = motions.iter().flat_map(|m| m.signals.iter());
+    let known = [
+        (
+            "recorded values",
+            recorded.all(|(_, values)| values.iter().all(|x| x.abs() <= LARGEST)),
+        ),
+        ("errors of torques", signal(&score.torque)),
+        ("errors of accelerations", signal(&score.acceleration)),
+        ("errors of motions", score.rollouts.iter().all(motion)),
+        ("errors over short times", score.restarts.iter().all(short)),
+    ];
+    let lost: Vec<&str> = known.iter().filter(|own| !own.1).map(|own| own.0).collect();
+    let finding = format!("{} are not finite, or above 1e100", lost.join(" and "));
+    let remedy = "remove such values, which `lagrangian check` names; if there are none, the model is damaged: fit it again";
+    (!lost.is_empty()).then(|| Reason::new(Grade::Poor, finding, remedy))
+}
 
 /// Torques of a model that has inverse dynamics.
 fn of_torques(score: &Score, coordinates: &Coordinates, joints: &[Forward]) -> Vec<Reason> {

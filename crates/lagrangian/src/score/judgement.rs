@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::assessment::{FOLLOWED, GOOD, Grade, HALF, LOST};
-use super::{Assessment, Outside, RolloutScore, Score, SignalError};
+use super::{Assessment, Forward, Outside, RolloutScore, Score, SignalError};
 use crate::Coordinates;
 
 /// A joint is passive, or nearly, whose inertial torque has more than this multiple of the variance of its force: inertia and gravity
@@ -189,7 +189,9 @@ impl Score {
             return Some(Judgement::new(grade, ""));
         }
         let joint = assessment.joints.get(i);
-        if let Some(joint) = joint.filter(|joint| joint.inertial_share > PASSIVE) {
+        let is_passive =
+            |joint: &&Forward| joint.inertial_share > PASSIVE && joint.inertial_share.is_finite();
+        if let Some(joint) = joint.filter(is_passive) {
             // Beside the torques that cancel there: what is asked of a joint without a drive.
             let beside = Grade::of_error(nmse / joint.inertial_share).max(Grade::Fair);
             let why = "a passive joint, or nearly: its force is a small remainder of inertia and gravity, which cancel there";
@@ -209,7 +211,7 @@ impl Score {
         if assessment
             .joints
             .get(i)
-            .is_some_and(|joint| !joint.predictable)
+            .is_some_and(|joint| nmse.is_finite() && !joint.predictable)
         {
             let why = "below the noise: inertia is less of the torque than what stays unexplained, so that nobody can predict it";
             return Some(Judgement::new(Grade::Fair, why));
@@ -277,7 +279,6 @@ fn extrapolated(why: &str, outside: Option<&Outside>) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Forward;
     use super::*;
 
     fn score(nmse: &[f64]) -> Score {
@@ -325,6 +326,8 @@ mod tests {
         let passive = [Grade::Good, Grade::Fair, Grade::Fair];
         assert_eq!(grades(&found, &[300.0; 3]), passive);
         assert_eq!(grades(&found, &[12.0; 3]), driven);
+        // Weights of 1e300: forces that are not finite cancel nowhere.
+        assert_eq!(grades(&found, &[f64::INFINITY; 3]), driven);
         let why = found.judged_torque(2, &assessed(&[300.0; 3]));
         assert!(why.is_some_and(|own| own.why.contains("passive")));
         let why = found.judged_torque(2, &assessed(&[0.5; 3]));

@@ -108,16 +108,22 @@ fn windows(t: &Trajectory, seconds: f64) -> Vec<Trajectory> {
         return Vec::new();
     };
     let slack = 1e-9 * seconds;
-    let count = ((last - first + slack) / seconds).floor() as usize;
-    let at = |time: f64| t.t.partition_point(|&s| s < time - slack);
-    let piece = |k: usize| {
-        let begin = at(first + k as f64 * seconds);
+    let part = |time: f64| ((time - first + slack) / seconds).floor();
+    let (mut pieces, mut begin, mut k) = (Vec::new(), 0, 0.0);
+    while begin < t.len() && k < part(*last) {
         let end = t.t.partition_point(|&s| s <= t.t[begin] + seconds + slack);
-        let piece = t.part(begin..end);
-        let gap = piece.t.windows(2).any(|w| w[1] - w[0] > 0.2 * seconds);
-        (piece.len() > 2 && !gap).then_some(piece)
-    };
-    (0..count).filter_map(piece).collect()
+        let gap = t.t[begin..end]
+            .windows(2)
+            .any(|w| w[1] - w[0] > 0.2 * seconds);
+        if end - begin > 2 && !gap {
+            pieces.push(t.part(begin..end));
+        }
+        // However long a gap is, the piece after it begins once.
+        k = f64::max(k, part(t.t[begin])) + 1.0;
+        let next = t.t.partition_point(|&s| s < first + k * seconds - slack);
+        begin = next.max(begin + 1);
+    }
+    pieces
 }
 
 /// Sums of squared errors of q, `[n]`.

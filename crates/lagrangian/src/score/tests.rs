@@ -134,3 +134,68 @@ fn a_trajectory_of_another_system_is_refused() {
     .unwrap();
     assert!(score(&*two, &[swing.trajectory], &options).is_err());
 }
+
+#[test]
+fn errors_that_are_no_numbers_are_poor_whatever_the_others_are() {
+    let model = by_name("pendulum", &[]).unwrap();
+    let motions = damped("pendulum", &[[1.0, 0.0]], 4.0, 0.0);
+    let good = score(&*model, &motions, &RolloutOptions::default()).unwrap();
+    assert_eq!(
+        Assessment::new(&*model, &motions, &good).verdict,
+        Grade::Good
+    );
+    let signal = |mse: f64| Some(SignalError::new(vec![mse], &[1.0]));
+    for lost in [f64::NAN, f64::INFINITY] {
+        let mut short = good.clone();
+        short.restarts[0].q_rms[0] = lost;
+        let mut long = good.clone();
+        long.rollouts[0].q_mean_absolute[0] = lost;
+        let acceleration = Score {
+            acceleration: signal(lost),
+            ..good.clone()
+        };
+        let torque = Score {
+            torque: signal(lost),
+            ..good.clone()
+        };
+        for score in [short, long, acceleration, torque] {
+            let found = Assessment::new(&*model, &motions, &score);
+            let said = found
+                .reasons
+                .iter()
+                .any(|r| r.finding.contains("not finite"));
+            assert!(found.verdict == Grade::Poor && said, "{found:?}");
+        }
+    }
+}
+
+#[test]
+fn a_prediction_that_is_no_number_is_not_valid() {
+    let truth = damped("pendulum", &[[1.0, 0.0]], 2.0, 0.0).remove(0);
+    let coordinates = by_name("pendulum", &[]).unwrap().coordinates().clone();
+    let (mut lost, at) = (truth.clone(), truth.len() / 2);
+    lost.signals.qd[at] = 1e300;
+    let huge = valid_prediction_time(&truth, &lost, &coordinates, THRESHOLD).unwrap();
+    assert!(huge.exceeded && huge.seconds < 1.1, "{huge:?}");
+    let mut wild = truth.clone();
+    wild.signals.qd[at] = f64::MAX;
+    let still = valid_prediction_time(&wild, &wild, &coordinates, THRESHOLD).unwrap();
+    assert!(
+        still.exceeded,
+        "deviations that are not finite tell nothing"
+    );
+}
+
+#[test]
+fn a_gap_is_no_reason_to_count_the_piece_after_it_again() {
+    let model = by_name("pendulum", &[]).unwrap();
+    let mut motion = damped("pendulum", &[[1.0, 0.0]], 4.0, 0.0).remove(0);
+    let options = RolloutOptions::default();
+    let whole = restart(&*model, std::slice::from_ref(&motion), 0.5, &options).unwrap();
+    assert_eq!(whole.starts, 8);
+    // Half of the samples come years later, as in nanoseconds.
+    let half = motion.len() / 2;
+    motion.t[half..].iter_mut().for_each(|t| *t += 1e9);
+    let torn = restart(&*model, &[motion], 0.5, &options).unwrap();
+    assert!((6..=8).contains(&torn.starts), "{}", torn.starts);
+}

@@ -38,9 +38,10 @@ pub fn valid_prediction_time(
     comparable(truth, prediction, coordinates)?;
     let error = NormalisedError::new(truth, coordinates);
     let since = |k: usize| truth.t[k] - truth.t[0];
-    let invalid = |&k: &usize| error.at(truth, prediction, k) > threshold;
+    // An error that is no number is above every threshold.
+    let is_valid = |k: usize| error.at(truth, prediction, k) <= threshold;
     let ended = Some(prediction.len()).filter(|len| *len < truth.len());
-    let bad = (0..prediction.len()).find(invalid).or(ended);
+    let bad = (0..prediction.len()).find(|&k| !is_valid(k)).or(ended);
     Ok(ValidTime {
         seconds: since(bad.unwrap_or(truth.len() - 1)),
         exceeded: bad.is_some(),
