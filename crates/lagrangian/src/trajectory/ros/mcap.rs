@@ -1,6 +1,6 @@
 //! ROS 2 bags in MCAP: chunks of records, one after another. What is compressed is unpacked here, in Rust alone.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::io::{Read, Seek};
 
 use mcap::records::op;
@@ -90,6 +90,8 @@ struct Visit<'a> {
     kinds: HashMap<u16, String>,
     channels: HashMap<u16, Channel>,
     topics: Vec<Topic>,
+    /// The same, to be looked up.
+    known: HashSet<Topic>,
     messages: u64,
     /// How many messages the summary counts, where there is one.
     counted: Option<u64>,
@@ -111,6 +113,7 @@ impl<'a> Visit<'a> {
             kinds: HashMap::new(),
             channels: HashMap::new(),
             topics: Vec::new(),
+            known: HashSet::new(),
             messages: 0,
             counted: None,
         }
@@ -144,7 +147,7 @@ impl<'a> Visit<'a> {
             kind: self.kinds.get(&schema).cloned().unwrap_or_default(),
             encoding: encoding.into(),
         };
-        if !self.topics.contains(&topic) {
+        if self.known.insert(topic.clone()) {
             self.topics.push(topic.clone());
         }
         let wanted = (self.wanted)(&topic);

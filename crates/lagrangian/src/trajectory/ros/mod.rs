@@ -31,7 +31,7 @@ const ENCODING: &str = "cdr";
 const MOST_LISTED: usize = 40;
 
 /// A topic of a bag.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 struct Topic {
     name: String,
     /// The type of its messages.
@@ -182,6 +182,6 @@ fn decoded<'a, B: Bag>(
 }
 
 fn malformed<B: Bag>(topic: &Topic, number: usize, reason: &str) -> Error {
-    let reason = format!("message {number} of '{}': {reason}", topic.name);
+    let reason = format!("message {number} of '{}': {reason}", shortened(&topic.name));
     Error::malformed(B::FORMAT, reason)
 }

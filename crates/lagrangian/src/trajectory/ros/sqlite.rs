@@ -1,5 +1,6 @@
 //! ROS 2 bags in `SQLite` (`.db3`): the tables `topics` and `messages`.
 
+use std::collections::HashMap;
 use std::io::{Cursor, Read, Seek};
 
 use rusqlite::config::DbConfig;
@@ -58,19 +59,26 @@ impl Bag for Database {
         wanted: &dyn Fn(&Topic) -> bool,
         take: &mut dyn FnMut(&Topic, Message<'_>) -> Result<()>,
     ) -> Result<Vec<Topic>> {
-        let order = "SELECT timestamp, data FROM messages WHERE topic_id = ?1 ORDER BY rowid";
+        // All topics in one pass, however many there are.
+        let order = "SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN (SELECT value FROM json_each(?1)) ORDER BY rowid";
         let mut statement = self.connection.prepare(order).map_err(damaged)?;
-        for (id, topic) in self.topics.iter().filter(|(_, topic)| wanted(topic)) {
-            let mut rows = statement.query([id]).map_err(damaged)?;
-            while let Some(row) = rows.next().map_err(damaged)? {
-                let message = Message {
-                    log_time: row.get(0).map_err(damaged)?,
-                    data: row
-                        .get_ref(1)
-                        .map_err(damaged)?
-                        .as_blob()
-                        .map_err(|e| malformed(e.to_string()))?,
-                };
+        let named = self.topics.iter().filter(|(_, topic)| wanted(topic));
+        let topics: HashMap<i64, &Topic> = named.map(|(id, topic)| (*id, topic)).collect();
+        let ids: Vec<String> = topics.keys().map(i64::to_string).collect();
+        let mut rows = statement
+            .query([format!("[{}]", ids.join(","))])
+            .map_err(damaged)?;
+        while let Some(row) = rows.next().map_err(damaged)? {
+            let id: i64 = row.get(0).map_err(damaged)?;
+            let message = Message {
+                log_time: row.get(1).map_err(damaged)?,
+                data: row
+                    .get_ref(2)
+                    .map_err(damaged)?
+                    .as_blob()
+                    .map_err(|e| malformed(e.to_string()))?,
+            };
+            if let Some(topic) = topics.get(&id) {
                 take(topic, message)?;
             }
         }
