@@ -156,3 +156,85 @@ fn a_footer_longer_than_the_file_or_than_any_is_refused() {
         assert!(message.contains("footer claims"), "{message}");
     }
 }
+
+/// A field of a structure, `skipped` places after the last one: its type and its bytes.
+fn after(skipped: u8, kind: u8, bytes: impl AsRef<[u8]>) -> Vec<u8> {
+    [&[skipped << 4 | kind], bytes.as_ref()].concat()
+}
+
+fn text(text: &str) -> Vec<u8> {
+    [number(text.len() as u64), text.into()].concat()
+}
+
+/// A list of structures.
+fn structures(all: &[Vec<u8>]) -> Vec<u8> {
+    let ended: Vec<u8> = all
+        .iter()
+        .flat_map(|one| [&one[..], &[0]].concat())
+        .collect();
+    [vec![(all.len() as u8) << 4 | 12], ended].concat()
+}
+
+/// A file of the columns t and q1 of doubles, a plain page each, whose headers have these checksums.
+fn with_checksums(checksum: impl Fn(&[u8]) -> u32) -> Vec<u8> {
+    const ROWS: i64 = 20;
+    let mut bytes = b"PAR1".to_vec();
+    let mut chunks = Vec::new();
+    for name in ["t", "q1"] {
+        let values = (0..ROWS).flat_map(|k| (0.1 * k as f64).to_le_bytes());
+        let page: Vec<u8> = values.collect();
+        let size = page.len() as i64;
+        let data = [field(ROWS), field(0), field(3), field(3), vec![0]].concat();
+        let crc = i64::from(checksum(&page).cast_signed());
+        let header = [
+            field(0),
+            field(size),
+            field(size),
+            field(crc),
+            after(1, 12, data),
+            vec![0],
+        ];
+        let (begin, header) = (bytes.len() as i64, header.concat());
+        let whole = header.len() as i64 + size;
+        bytes.extend([header, page].concat());
+        let encodings = [vec![0x15], integer(0)].concat();
+        let path = [&[0x18][..], &text(name)].concat();
+        let about = [
+            field(5),
+            after(1, 9, encodings),
+            after(1, 9, path),
+            field(0),
+            after(1, 6, integer(ROWS)),
+            after(1, 6, integer(whole)),
+            after(1, 6, integer(whole)),
+            after(2, 6, integer(begin)),
+            vec![0],
+        ];
+        chunks.push([after(2, 6, integer(begin)), after(1, 12, about.concat())].concat());
+    }
+    let column = |name: &str| [field(5), after(2, 5, integer(0)), after(1, 8, text(name))].concat();
+    let root = [after(4, 8, text("schema")), after(1, 5, integer(2))].concat();
+    let group = [
+        after(1, 9, structures(&chunks)),
+        after(1, 6, integer(bytes.len() as i64)),
+        after(1, 6, integer(ROWS)),
+    ];
+    let footer = [
+        field(1),
+        after(1, 9, structures(&[root, column("t"), column("q1")])),
+        after(1, 6, integer(ROWS)),
+        after(1, 9, structures(&[group.concat()])),
+        vec![0],
+    ];
+    let footer = footer.concat();
+    let length = (footer.len() as u32).to_le_bytes();
+    [&bytes[..], &footer, &length, b"PAR1"].concat()
+}
+
+#[test]
+fn a_page_whose_checksum_is_another_is_refused() {
+    let good = read(with_checksums(crc32fast::hash)).unwrap();
+    assert_eq!(good.recordings[0].len(), 20);
+    let message = refusal(with_checksums(|page| crc32fast::hash(page) ^ 1));
+    assert!(message.contains("checksum"), "{message}");
+}

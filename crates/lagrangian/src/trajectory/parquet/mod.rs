@@ -11,11 +11,11 @@ use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch, StringArray, cast:
 use arrow_schema::{DataType, Field, Schema};
 use bytes::Bytes;
 use parquet::arrow::ArrowWriter;
-use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::{
     ArrowReaderMetadata, ArrowReaderOptions, ParquetRecordBatchReader,
     ParquetRecordBatchReaderBuilder,
 };
+use parquet::arrow::{ProjectionMask, parquet_to_arrow_schema};
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
 use parquet::file::reader::{ChunkReader, Length};
@@ -113,6 +113,7 @@ fn read_groups(
     let mut roots: Vec<usize> = used.iter().map(|column| column.root).collect();
     roots.sort_unstable();
     roots.dedup();
+    refuse_durations(&metadata, &roots)?;
     // Each column that is used has one leaf: it is not nested, or a list.
     let leaves = leaves(&metadata, &roots);
     let dictionary = claims::check_pages(&shared, parquet, &leaves)?;
@@ -331,6 +332,18 @@ fn check_types(schema: &Schema, used: &[&Column], text: Option<usize>) -> Result
     }
 }
 
+/// Parquet itself knows no durations: only what Arrow adds tells them from whole numbers.
+fn refuse_durations(metadata: &ArrowReaderMetadata, roots: &[usize]) -> Result<()> {
+    let about = metadata.metadata().file_metadata();
+    let added = parquet_to_arrow_schema(about.schema_descr(), about.key_value_metadata());
+    let of = |root: &usize| added.as_ref().ok()?.fields().get(*root);
+    let is_duration = |field: &&Arc<Field>| matches!(field.data_type(), DataType::Duration(_));
+    match roots.iter().filter_map(of).find(is_duration) {
+        Some(field) => Err(of_type(field.name(), field.data_type())),
+        None => Ok(()),
+    }
+}
+
 fn of_type(title: &str, of: &DataType) -> Error {
     Error::Cell {
         line: 1,
@@ -392,5 +405,31 @@ fn failed(error: ParquetError) -> Error {
             Err(error) => malformed(error),
         },
         other => malformed(other),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use std::io::Cursor;
+
+    use arrow_array::{DurationMicrosecondArray, TimestampNanosecondArray};
+
+    use super::*;
+
+    #[test]
+    fn stamps_and_durations_are_no_whole_numbers() {
+        let stamps: ArrayRef = Arc::new(TimestampNanosecondArray::from(vec![0, 1, 2]));
+        let durations: ArrayRef = Arc::new(DurationMicrosecondArray::from(vec![0, 1, 2]));
+        let q: ArrayRef = Arc::new(Float64Array::from(vec![0.1, 0.2, 0.3]));
+        for (t, named) in [(stamps, "Timestamp"), (durations, "Duration")] {
+            let batch = RecordBatch::try_from_iter([("t", t), ("q1", Arc::clone(&q))]).unwrap();
+            let mut file = Vec::new();
+            let mut writer = ArrowWriter::try_new(&mut file, batch.schema(), None).unwrap();
+            writer.write(&batch).unwrap();
+            writer.close().unwrap();
+            let error = read(Cursor::new(file), "file", &Layout::default()).unwrap_err();
+            assert!(error.to_string().contains(named), "{error}");
+        }
     }
 }
