@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use anyhow::{Context, Result};
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use lagrangian::trajectory::Sampling;
@@ -18,6 +19,7 @@ use crate::fit_args::FitArgs;
 use crate::identify_args::IdentifyArgs;
 use crate::law_args::{ActionArgs, ConservedArgs};
 use crate::out_args::{OutArgs, PlotArgs};
+use crate::output;
 use crate::track_args::TrackArgs;
 use crate::values::{
     Rows, assignment, finite, links, method, name, non_negative, positive, rows, seed, tolerance,
@@ -554,17 +556,28 @@ const LONG_WORD: usize = 60;
 
 impl Cli {
     /// Reads the command line; a negative number is a value of the flag before it, which may refuse it.
-    pub(crate) fn from_command_line() -> Self {
+    ///
+    /// # Errors
+    /// Where the help that was asked for cannot be printed.
+    pub(crate) fn from_command_line() -> Result<Self> {
         let matches = Self::numeric().try_get_matches();
         let parsed = matches.and_then(|matches| Self::from_arg_matches(&matches));
-        parsed.unwrap_or_else(|error| {
-            // The parser repeats words of any length.
-            if !error.use_stderr() || std::env::args().all(|word| word.len() <= LONG_WORD) {
-                error.exit();
-            }
+        let error = match parsed {
+            Ok(own) => return Ok(own),
+            Err(error) => error,
+        };
+        // The parser repeats words of any length, and whatever they hold.
+        let is_plain =
+            |word: String| word.len() <= LONG_WORD && !word.contains(lagrangian::is_hidden);
+        if !error.use_stderr() {
+            output::refuse_closed()?;
+            error.print().context(output::CANNOT_PRINT)?;
+        } else if std::env::args().all(is_plain) {
+            error.exit();
+        } else {
             tell!("{}", lagrangian::brief(&error.render().to_string()));
-            std::process::exit(error.exit_code())
-        })
+        }
+        std::process::exit(error.exit_code())
     }
 
     /// What a command line means that is made here.

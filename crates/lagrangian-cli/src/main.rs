@@ -1,10 +1,11 @@
 //! The command `lagrangian`: reads files, calls the library, shows what comes back. It holds no formula.
 
-/// Writes a line to standard error; that nobody reads it is no failure.
+/// Writes lines to standard error, as they are shown; a closed standard error is no failure.
 macro_rules! tell {
     ($($argument:tt)*) => {{
         use std::io::Write as _;
-        let _ = writeln!(std::io::stderr(), $($argument)*);
+        let lines = lagrangian::shown_lines(&format!($($argument)*));
+        let _ = writeln!(std::io::stderr(), "{lines}");
     }};
 }
 
@@ -68,7 +69,7 @@ fn run() -> Result<ExitCode> {
     input::require_text_arguments()?;
     instructions::choose()?;
     threads::bound();
-    let mut cli = Cli::from_command_line();
+    let mut cli = Cli::from_command_line()?;
     quick::cap(&mut cli.command)?;
     commands::run(cli)
 }

@@ -1,7 +1,7 @@
 //! Where results go: one JSON object on standard output, motions in files.
 
 use std::fs;
-use std::io::{self, Write};
+use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
@@ -87,23 +87,22 @@ impl Columns<'_> {
         if self.layout.is_plain() {
             return print_trajectories(motions);
         }
-        refuse_closed()?;
         let table = Table::of_motions(motions, self.coordinates, self.layout);
         let mut text = io::Cursor::new(Vec::new());
         Format::Csv.write_table(&mut text, &table)?;
-        print(text.into_inner())
+        print_bytes(text.get_ref())
     }
 }
 
 /// Writes trajectories as CSV to standard output.
 pub(crate) fn print_trajectories(trajectories: &[Trajectory]) -> Result<()> {
     refuse_closed()?;
-    csv::write(io::stdout().lock(), trajectories).context("cannot write to standard output")
+    csv::write(io::stdout().lock(), trajectories).context(CANNOT_PRINT)
 }
 
-/// Refuses a standard output that was closed, where it is all that a command gives. When a program starts, the device that loses
+/// Refuses a standard output that was closed. When a program starts, the device that loses
 /// everything takes the place of a closed output, open for reading too, as nobody opens it who only wants silence.
-fn refuse_closed() -> Result<()> {
+pub(crate) fn refuse_closed() -> Result<()> {
     let is_lost = fs::read_link("/proc/self/fd/1").is_ok_and(|path| path == Path::new("/dev/null"));
     let about = fs::read_to_string("/proc/self/fdinfo/1").unwrap_or_default();
     let flags = about.lines().find_map(|line| line.strip_prefix("flags:"));
@@ -111,21 +110,40 @@ fn refuse_closed() -> Result<()> {
     match is_lost && flags.is_some_and(|flags| flags & 3 == 2) {
         false => Ok(()),
         true => Err(mistake(
-            "standard output is closed, and the motion would be lost",
-            "give a file with --out",
+            "standard output is closed, and the results would be lost",
+            "open it, or give a file with --out where the command has it",
         )),
     }
 }
 
-/// Writes text to standard output; a closed or full output is an error, not a panic.
-pub(crate) fn print(text: impl AsRef<[u8]>) -> Result<()> {
-    let mut out = io::stdout().lock();
-    out.write_all(text.as_ref())
-        .and_then(|()| out.flush())
-        .context("cannot write to standard output")
+/// What failed where standard output is full.
+pub(crate) const CANNOT_PRINT: &str = "cannot write to standard output";
+
+/// Escape sequences of a terminal that the command itself writes.
+const COLOURS: [&str; 4] = ["\u{1b}[32m", "\u{1b}[33m", "\u{1b}[31;1m", "\u{1b}[0m"];
+
+/// Writes text to standard output as it is shown, in colours on a terminal.
+pub(crate) fn print(text: &str) -> Result<()> {
+    let mut shown = lagrangian::shown_lines(text);
+    if io::stdout().is_terminal() {
+        for colour in COLOURS {
+            shown = shown.replace(&lagrangian::shown(colour), colour);
+        }
+    }
+    print_bytes(shown.as_bytes())
 }
 
-/// Writes one JSON object and a line end to standard output.
+/// Writes to standard output; a closed or full output is an error, not a panic.
+fn print_bytes(bytes: &[u8]) -> Result<()> {
+    refuse_closed()?;
+    let mut out = io::stdout().lock();
+    out.write_all(bytes)
+        .and_then(|()| out.flush())
+        .context(CANNOT_PRINT)
+}
+
+/// Writes one JSON object and a line end to standard output; what cannot be seen stands as its code.
 pub(crate) fn print_json(value: &impl Serialize) -> Result<()> {
-    print(format!("{}\n", serde_json::to_string_pretty(value)?))
+    let text = lagrangian::shown_json(&serde_json::to_string_pretty(value)?);
+    print_bytes((text + "\n").as_bytes())
 }

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use lagrangian::shown;
+
 use crate::Error;
 
 /// The most joints of an exported model: its adapters keep n × n matrices on the stack.
@@ -372,16 +374,14 @@ impl Interface {
             "lagrangian {} from the model {}: {}",
             self.version, self.hash, self.description
         );
-        one_line(&line)
-            .replace("*/", "* /")
-            .replace("/*", "/ *")
-            .replace("??", "? ?")
+        comment(&line)
     }
 }
 
-/// The text with everything that breaks a line as a space.
-pub(crate) fn one_line(text: &str) -> String {
-    text.chars()
-        .map(|c| if c.is_control() { ' ' } else { c })
-        .collect()
+/// A text as it is shown in a comment of C.
+pub(crate) fn comment(text: &str) -> String {
+    shown(text)
+        .replace("*/", "* /")
+        .replace("/*", "/ *")
+        .replace("??", "? ?")
 }

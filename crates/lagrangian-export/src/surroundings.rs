@@ -2,7 +2,6 @@
 
 use std::fmt::Write;
 
-use crate::interface::one_line;
 use crate::{Axis, Call, Drive, Error, File, Interface, Quantity, Shape, casadi};
 
 const EXAMPLE: &str = include_str!("../templates/example.c");
@@ -254,7 +253,7 @@ fn size(quantity: &Quantity) -> &'static str {
 
 /// Text in a table of Markdown.
 fn escaped(text: &str) -> String {
-    one_line(text)
+    lagrangian::shown(text)
         .replace('|', "\\|")
         .replace('<', "&lt;")
         .replace('`', "'")

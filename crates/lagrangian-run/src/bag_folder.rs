@@ -1,7 +1,7 @@
 //! The files of a ROS 2 bag: its folder names them, and what lies beside one may be a part of it.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use crate::error::{Advise, Error, Result};
 use crate::input;
@@ -30,12 +30,20 @@ fn of_bag(folder: &Path) -> Result<Vec<PathBuf>> {
     let hint = "give files, or the folder of a ROS 2 bag with its metadata.yaml";
     let text = input::text(&folder.join(METADATA)).advise(format!("{shown}: {METADATA}"), hint)?;
     let names = relative_file_paths(&text);
-    match names.is_empty() {
-        true => Err(Error::new(
+    let is_inside = |name: &&str| {
+        let mut parts = Path::new(*name).components();
+        parts.all(|part| matches!(part, Component::Normal(_)))
+    };
+    match (names.is_empty(), names.iter().find(|name| !is_inside(name))) {
+        (true, _) => Err(Error::new(
             format!("{shown}: its {METADATA} names no file"),
             hint,
         )),
-        false => Ok(names.iter().map(|name| folder.join(name)).collect()),
+        (_, Some(name)) => Err(Error::new(
+            format!("{shown}: its {METADATA} names '{name}', which lies outside of it"),
+            "give the file itself, if it is part of the bag",
+        )),
+        _ => Ok(names.iter().map(|name| folder.join(name)).collect()),
     }
 }
 

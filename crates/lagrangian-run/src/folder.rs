@@ -234,7 +234,7 @@ impl RunFolder {
             let events = match tensorboard {
                 Tensorboard::Omitted => None,
                 Tensorboard::Written => {
-                    Some(EventWriter::new(File::create(self.file(&name))?, now)?)
+                    Some(EventWriter::new(File::create_new(self.file(&name))?, now)?)
                 }
             };
             Ok(Metrics { lines, events })
@@ -261,7 +261,8 @@ impl RunFolder {
     }
 
     fn keep_metrics_up_to(&self, step: u64) -> Result<()> {
-        if !self.file(METRICS).exists() {
+        // A link is replaced too, wherever it leads: what is appended later stays in the folder.
+        if self.file(METRICS).symlink_metadata().is_err() {
             return Ok(());
         }
         let mut kept = Vec::new();

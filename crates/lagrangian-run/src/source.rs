@@ -54,11 +54,14 @@ impl Source {
     }
 }
 
-/// The layout file that speaks for a data file, if there is one: that of its name, else that of its folder.
+/// The layout file that speaks for a data file, if there is one: that of its name, else that of its folder. What bears its name and
+/// cannot be read is for the reader to refuse.
 #[must_use]
 pub fn layout_beside(path: &Path) -> Option<PathBuf> {
     let beside = [path.with_extension("toml"), path.with_file_name(LAYOUT)];
-    beside.into_iter().find(|file| file.is_file())
+    beside
+        .into_iter()
+        .find(|file| file.symlink_metadata().is_ok())
 }
 
 /// Reads the recordings of a file with a layout that is complete, and hashes what is read. `advice` says what to do where its

@@ -2,6 +2,8 @@
 
 use std::fmt::Display;
 
+use crate::shown;
+
 /// What can go wrong. A diverged rollout or a fit that did not converge is an outcome, not an error.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -251,7 +253,7 @@ pub(crate) fn shortened(text: &str) -> String {
     if text.chars().nth(MOST_SHOWN).is_some() {
         short.push('…');
     }
-    short.replace(char::is_control, " ")
+    shown(&short)
 }
 
 /// A number of things, in the singular where there is one.
@@ -272,7 +274,7 @@ pub fn counted(count: usize, what: &str) -> String {
 /// The most characters of what another program says.
 const MOST_TOLD: usize = 600;
 
-/// A message that may repeat what was read: whatever it quotes is shortened, and so is each long line and the whole.
+/// A message that may repeat what was read: whatever it quotes is shortened and [`shown`], and so is each long line and the whole.
 ///
 /// ```
 /// let told = format!("unknown field `{}`, expected `t`", "x".repeat(10_000));

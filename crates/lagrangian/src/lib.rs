@@ -95,6 +95,7 @@ pub mod rollout;
 pub mod saved;
 pub mod score;
 pub mod settings;
+mod shown;
 mod stop;
 pub mod torque;
 pub mod train;
@@ -119,6 +120,7 @@ pub use rigid::RobotConfig;
 pub use rollout::{Outcome, Rollout, RolloutOptions, rollout};
 pub use saved::{Provenance, SavedModel};
 pub use score::{Score, score};
+pub use shown::{is_hidden, shown, shown_json, shown_lines};
 pub use stop::Stop;
 pub use train::{
     Budget, Checkpoint, Fit, FitConfig, ForceTerms, Loss, Observer, Optimizer, Progress, fit,

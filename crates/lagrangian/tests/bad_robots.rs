@@ -370,3 +370,55 @@ fn changes_at_run_time_are_checked_too() {
     );
     assert!(arm().with_inertial_parameters(&[1.0; 19]).is_err());
 }
+
+#[test]
+fn elements_of_another_namespace_are_not_those_of_urdf() {
+    let foreign = "<g:inertial xmlns:g=\"urn:g\"><g:mass value=\"77\"/></g:inertial>";
+    let text = single(&format!("{foreign}{MASS}"));
+    let robot = RigidBodies::from_urdf(&text).unwrap();
+    assert_eq!(
+        robot.inertial_parameters(),
+        RigidBodies::from_urdf(&single(MASS))
+            .unwrap()
+            .inertial_parameters()
+    );
+    let within = single(&MASS.replace("<mass", "<g:mass xmlns:g=\"urn:g\" value=\"9\"/><mass"));
+    assert_eq!(
+        RigidBodies::from_urdf(&within)
+            .unwrap()
+            .inertial_parameters(),
+        robot.inertial_parameters()
+    );
+    // A namespace of the whole file is that of all of it.
+    let whole = text.replacen("<robot", "<robot xmlns=\"http://www.ros.org\"", 1);
+    assert_eq!(
+        RigidBodies::from_urdf(&whole)
+            .unwrap()
+            .inertial_parameters(),
+        robot.inertial_parameters()
+    );
+    let prefixed = text
+        .replace("<robot", "<g:robot xmlns:g=\"urn:g\"")
+        .replace("</robot", "</g:robot");
+    assert!(
+        refusal(&prefixed).contains("<g:robot>"),
+        "{}",
+        refusal(&prefixed)
+    );
+}
+
+#[test]
+fn names_that_cannot_be_seen_are_refused() {
+    for name in ["a\u{202e}b", "a&#10;b", "\u{2066}"] {
+        for text in [
+            single(MASS).replace("\"turn\"", &format!("\"{name}\"")),
+            robot(&link(name)),
+        ] {
+            assert!(
+                refusal(&text).contains("cannot be seen"),
+                "{}",
+                refusal(&text)
+            );
+        }
+    }
+}

@@ -167,6 +167,15 @@ fn names(joints: &[String]) -> Result<Vec<String>> {
         Some(0) => refuse("--joints 0: nothing moves".into()),
         Some(n) if n > MOST_JOINTS => refuse(format!("--joints {n}: {MOST_JOINTS} is the most")),
         Some(n) => Ok((1..=n).map(|k| format!("q{k}")).collect()),
+        None if joints
+            .iter()
+            .any(|own| own.parse().is_ok_and(f64::is_finite)) =>
+        {
+            refuse(format!(
+                "--joints {} is neither a number of joints, 1 to {MOST_JOINTS}, nor their names",
+                joints.join(",")
+            ))
+        }
         None => Ok(joints.to_vec()),
     }
 }

@@ -8,7 +8,9 @@ use anyhow::Result;
 use lagrangian::{Learned, Model as _, SavedModel, counted};
 use lagrangian_export::fmu::{Binary, Fmu, Version, archive};
 use lagrangian_export::{About, Export, File, export};
-use lagrangian_run::{Existing, Hashed, refuse_existing, refuse_overwriting, write_bytes};
+use lagrangian_run::{
+    Existing, Hashed, file_name, refuse_existing, refuse_overwriting, write_bytes,
+};
 use serde_json::json;
 
 use super::OutputMode;
@@ -246,9 +248,12 @@ fn identifier(text: &str) -> String {
         .split(|c: char| !c.is_ascii_alphanumeric())
         .filter(|part| !part.is_empty());
     let name = parts.collect::<Vec<_>>().join("_");
-    let name = match name.starts_with(|c: char| c.is_ascii_alphabetic()) {
-        true => name,
-        false => format!("model_{name}"),
+    // Its files bear the name too.
+    let is_plain = name.starts_with(|c: char| c.is_ascii_alphabetic()) && file_name(&name) == name;
+    let name = if is_plain {
+        name
+    } else {
+        format!("model_{name}")
     };
     name.chars()
         .take(40)
@@ -280,6 +285,7 @@ mod tests {
             ("a__b_", "a_b"),
             ("", "model"),
             ("int", "int"),
+            ("NUL", "model_nul"),
         ] {
             assert_eq!(identifier(text), name);
         }

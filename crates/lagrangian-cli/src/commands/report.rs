@@ -10,7 +10,7 @@ use lagrangian_report::Report;
 use lagrangian_report::draw;
 use lagrangian_run::{
     ENSEMBLE, Existing, FIGURES, Links, METRICS, MODEL, Measured, Page, REPORT, RUN, RunFolder,
-    SavedEnsemble,
+    SavedEnsemble, file_names,
 };
 use serde_json::json;
 
@@ -123,8 +123,9 @@ fn draw_figures(report: &Report, folder: &Path, existing: Existing) -> Result<()
         format!("cannot create '{}'", folder.display()),
         "give another folder to --pictures",
     )?;
-    for figure in &report.figures {
-        let file = |format: &str| folder.join(format!("{}.{format}", figure.id));
+    let names = file_names(report.figures.iter().map(|figure| figure.id.as_str()));
+    for (figure, name) in report.figures.iter().zip(names) {
+        let file = |format: &str| folder.join(format!("{name}.{format}"));
         lagrangian_run::write_bytes(&file("svg"), existing, draw::svg(figure).as_bytes())?;
         write_png(&file("png"), existing, figure)?;
     }

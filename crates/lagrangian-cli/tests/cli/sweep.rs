@@ -143,6 +143,29 @@ fn what_cannot_be_fitted_is_a_result_and_the_others_go_on() {
 }
 
 #[test]
+fn a_unit_whose_model_was_removed_is_done_again() {
+    let bench = with_plan(PLAN);
+    let done = bench
+        .succeed("sweep plan.toml --out s --quiet --json")
+        .json();
+    let best = done["best"]["unit"].as_str().unwrap().to_string();
+    let (table, model) = (
+        bench.read("s/results.csv"),
+        format!("s/{best}/model.safetensors"),
+    );
+    let then = bench.read(&model);
+    std::fs::remove_file(bench.path(&model)).unwrap();
+    let listed = bench
+        .succeed("sweep plan.toml --out s --dry-run --json")
+        .json();
+    let rows = listed["table"]["rows"].as_array().unwrap();
+    assert_eq!(rows.iter().filter(|row| row["result"].is_null()).count(), 1);
+    bench.succeed("sweep plan.toml --out s --quiet");
+    assert_eq!(bench.read(&model), then);
+    assert_eq!(bench.read("s/results.csv"), table);
+}
+
+#[test]
 fn bad_plans_say_what_to_change() {
     let change = |from: &str, to: &str| PLAN.replace(from, to);
     for (plan, part) in [

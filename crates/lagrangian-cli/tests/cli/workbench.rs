@@ -9,7 +9,11 @@ use sha2::{Digest, Sha256};
 use tempfile::TempDir;
 
 /// A temporary folder in which the command runs.
-pub(crate) struct Workbench(TempDir);
+pub(crate) struct Workbench {
+    /// Removes it at the end.
+    _owner: Option<TempDir>,
+    folder: PathBuf,
+}
 
 /// What the command left behind.
 pub(crate) struct Outcome {
@@ -20,11 +24,23 @@ pub(crate) struct Outcome {
 
 impl Workbench {
     pub(crate) fn new() -> Self {
-        Self(tempfile::tempdir().unwrap())
+        let owner = tempfile::tempdir().unwrap();
+        Self {
+            folder: owner.path().into(),
+            _owner: Some(owner),
+        }
+    }
+
+    /// A folder within this one, which must outlive it.
+    pub(crate) fn within(&self, name: &str) -> Self {
+        Self {
+            _owner: None,
+            folder: self.path(name),
+        }
     }
 
     pub(crate) fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
+        self.folder.join(name)
     }
 
     pub(crate) fn write(&self, name: &str, content: &str) {
@@ -53,7 +69,7 @@ impl Workbench {
     pub(crate) fn command(&self, line: &str) -> Command {
         let mut command = Command::cargo_bin("lagrangian").unwrap();
         command
-            .current_dir(self.0.path())
+            .current_dir(&self.folder)
             .args(line.split_whitespace());
         command
     }

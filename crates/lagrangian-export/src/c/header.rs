@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::interface::{Axis, Call, Interface, Quantity, Shape};
+use crate::interface::{Axis, Call, Interface, Quantity, Shape, comment};
 
 /// The declaration of a function, without its end.
 pub(super) fn signature(interface: &Interface, call: Call) -> String {
@@ -82,14 +82,6 @@ pub(super) fn header(interface: &Interface) -> String {
          int {name}_selftest(void);\n\n#ifdef __cplusplus\n}}\n#endif\n\n#endif"
     );
     text
-}
-
-/// A text for a comment.
-fn comment(text: &str) -> String {
-    crate::interface::one_line(text)
-        .replace("*/", "* /")
-        .replace("/*", "/ *")
-        .replace("??", "? ?")
 }
 
 /// A text without the symbols that old editors do not show.

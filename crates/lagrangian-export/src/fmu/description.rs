@@ -3,7 +3,6 @@
 use std::fmt::Write;
 
 use super::{Fmu, Version};
-use crate::interface::one_line;
 use crate::{Call, Drive, Interface};
 
 /// A variable of the unit.
@@ -404,7 +403,7 @@ pub(super) fn build(unit: &Fmu<'_>) -> String {
 
 /// Text as the value of an attribute.
 fn escaped(text: &str) -> String {
-    one_line(text)
+    lagrangian::shown(text)
         .replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")

@@ -35,7 +35,7 @@ fn escaped(text: &str) -> String {
             '"' => safe.push_str("&quot;"),
             '\'' => safe.push_str("&#39;"),
             '\n' | '\t' => safe.push(' '),
-            control if control.is_control() => safe.push('\u{fffd}'),
+            hidden if lagrangian::is_hidden(hidden) => safe.push('\u{fffd}'),
             other => safe.push(other),
         }
     }

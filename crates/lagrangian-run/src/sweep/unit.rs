@@ -12,7 +12,7 @@ use sha2::{Digest, Sha256};
 use super::space::{Search, Space};
 use crate::content::hex;
 use crate::error::{Advise, Error, Result};
-use crate::folder::{Occupied, RUN, RunFolder};
+use crate::folder::{MODEL, Occupied, RUN, RunFolder};
 use crate::input;
 use crate::job::{Data, Figures, Place};
 use crate::metrics::Tensorboard;
@@ -138,7 +138,7 @@ impl Unit {
         root.join(&self.id)
     }
 
-    /// Its result, if it has ended.
+    /// Its result, if it has ended and the model that it speaks of is there.
     ///
     /// # Errors
     /// [`Error::Refused`] for a file that cannot be read.
@@ -150,7 +150,9 @@ impl Unit {
         let shown = format!("cannot read '{}'", path.display());
         let again = "remove that folder, and the unit is done again";
         let text = input::text(&path).advise(&shown, again)?;
-        Ok(Some(serde_json::from_str(&text).advise(shown, again)?))
+        let result: UnitResult = serde_json::from_str(&text).advise(shown, again)?;
+        let is_whole = result.failure.is_some() || self.folder(root).join(MODEL).is_file();
+        Ok(is_whole.then_some(result))
     }
 
     /// Does it: fits in its folder, goes on where an earlier attempt was ended, or takes the result that is there. What the library
@@ -163,7 +165,8 @@ impl Unit {
             return Ok(Ended::Finished(result));
         }
         let path = self.folder(with.root);
-        let occupied = match path.join(RUN).is_file() {
+        // With a result, its run has ended: there is nothing to resume.
+        let occupied = match path.join(RUN).is_file() && !path.join(RESULT).exists() {
             true => Occupied::Resume,
             false => Occupied::Restart,
         };
@@ -174,6 +177,8 @@ impl Unit {
         if let Some(result) = self.result(with.root)? {
             return Ok(Ended::Finished(result));
         }
+        // A result without its model does not outlive the new attempt.
+        let _ = std::fs::remove_file(path.join(RESULT));
         let place = Place {
             folder: &folder,
             skin: with.skin,

@@ -9,8 +9,8 @@ use roxmltree::{Document, Node, ParsingOptions};
 
 use super::plausible;
 use super::spatial::{Frame, Vec3};
-use crate::error::brief;
-use crate::{Error, Result};
+use crate::error::{brief, shortened};
+use crate::{Error, Result, is_hidden, shown};
 
 /// The longest description that is read, bytes.
 const MAX_TEXT: usize = 8 << 20;
@@ -132,7 +132,7 @@ impl Description {
             return Err(doubled("joint", &joint.name));
         }
         Ok(Self {
-            name: robot.attribute("name").unwrap_or("robot").into(),
+            name: shown(robot.attribute("name").unwrap_or("robot")),
             joints,
             links,
         })
@@ -224,10 +224,13 @@ pub(super) fn document(text: &str) -> Result<Document<'_>> {
         let name = node.tag_name().name();
         return Err(unexpanded(&format!("<xacro:{}>", shortened(name))));
     }
-    if robot.tag_name().name() != "robot" {
+    let is_plain = robot.tag_name().namespace() == robot.default_namespace();
+    if robot.tag_name().name() != "robot" || !is_plain {
+        let tag = &text[robot.range().start + 1..];
+        let tag = tag.split(|c: char| c.is_whitespace() || c == '>').next();
         let finding = format!(
             "the outermost element is <{}>, not <robot>",
-            robot.tag_name().name()
+            tag.unwrap_or_default()
         );
         return Err(unusable(
             finding,
@@ -299,7 +302,12 @@ pub(super) fn children<'a, 'b>(
     node: Node<'a, 'b>,
     tag: &'static str,
 ) -> impl Iterator<Item = Node<'a, 'b>> {
-    node.children().filter(move |n| n.tag_name().name() == tag)
+    // An element of another namespace is of another language.
+    let (own, namespace) = (node, node.tag_name().namespace());
+    own.children().filter(move |n| {
+        let name = n.tag_name();
+        name.name() == tag && name.namespace() == namespace
+    })
 }
 
 pub(super) fn child<'a, 'b>(node: Node<'a, 'b>, tag: &'static str) -> Option<Node<'a, 'b>> {
@@ -308,6 +316,10 @@ pub(super) fn child<'a, 'b>(node: Node<'a, 'b>, tag: &'static str) -> Option<Nod
 
 fn name(node: Node<'_, '_>) -> Result<String> {
     match node.attribute("name") {
+        Some(name) if name.contains(is_hidden) => Err(unusable(
+            format!("the name '{name}' has characters that cannot be seen"),
+            "rename it with letters, digits and underscores",
+        )),
         Some(name) if !name.is_empty() => Ok(name.into()),
         _ => Err(unusable(
             format!("a <{}> has no name", node.tag_name().name()),
@@ -438,10 +450,6 @@ fn numbers<const N: usize>(node: Node<'_, '_>, key: &str, of: &str) -> Result<[f
             ),
         }
     })
-}
-
-fn shortened(text: &str) -> String {
-    text.chars().take(40).collect()
 }
 
 pub(super) fn list(x: Vec3) -> String {

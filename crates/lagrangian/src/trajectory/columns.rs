@@ -9,7 +9,7 @@ use super::{
     Coordinate, Coordinates, Layout, Polar, Sampling, Signal, Signals, Topology, programs,
 };
 use crate::error::{brief, shortened};
-use crate::{Error, Result};
+use crate::{Error, Result, shown};
 
 /// The names of the columns that were used.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
@@ -118,7 +118,7 @@ pub(super) fn resolve(headers: &[String], layout: &Layout) -> Result<Resolved> {
     }
     let is_used = |i: &usize| numbers.contains(i) || trajectory_at == Some(*i);
     let ignored = (0..headers.len()).filter(|i| !is_used(i));
-    let ignored = ignored.map(|i| headers[i].clone()).collect();
+    let ignored = ignored.map(|i| shown(&headers[i])).collect();
     let estimated = signals.qd.is_empty() || signals.qdd.is_empty();
     let coordinates = declare(&signals.q, layout, &finder)?;
     let columns = Columns {
@@ -191,7 +191,7 @@ fn declare(q: &[String], layout: &Layout, finder: &Finder<'_>) -> Result<Coordin
         };
         let own = Some(Stated::without_unit(name)).filter(is_alone);
         Coordinate {
-            name: own.unwrap_or(name).into(),
+            name: shown(own.unwrap_or(name)),
             unit,
             topology,
         }

@@ -7,7 +7,7 @@ use std::slice::ChunksExactMut;
 use super::columns::Resolved;
 use super::sample::{Flaw, Sampled, Stretch, TimeStep, Wrap, drop_stretches};
 use super::{Readings, Recording, Signals};
-use crate::{Error, Result};
+use crate::{Error, Result, shown};
 
 /// More trajectories than this, each of hardly more than one row, are a wrong column.
 const MANY_TRAJECTORIES: usize = 1000;
@@ -49,7 +49,10 @@ struct Partial {
 
 impl Partial {
     fn new(name: String, resolved: &Resolved) -> Self {
-        let columns = resolved.columns.clone();
+        let mut columns = resolved.columns.clone();
+        for (_, names) in columns.signals.iter_mut() {
+            names.iter_mut().for_each(|name| *name = shown(name));
+        }
         let n = columns.signals.q.len();
         let recording = Recording {
             name,
@@ -199,6 +202,7 @@ impl Partial {
         let within = |i: &usize| self.high[*i] - self.low[*i] <= TAU * 1.001;
         let wrapped: Vec<usize> = (0..n).filter(within).collect();
         let r = &mut self.recording;
+        r.name = shown(&r.name);
         for i in (0..n).filter(|i| !wrapped.contains(i)) {
             r.unwrapped[i] = 0;
         }

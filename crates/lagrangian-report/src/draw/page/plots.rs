@@ -159,7 +159,8 @@ impl Plots {
     /// For a script element; nothing where there is no plot.
     pub(super) fn json(&self) -> Option<String> {
         let json = serde_json::to_string(self).ok()?;
-        (!self.plots.is_empty()).then(|| json.replace('<', "\\u003c").replace('\'', "\\u0027"))
+        let safe = |json: String| json.replace('<', "\\u003c").replace('\'', "\\u0027");
+        (!self.plots.is_empty()).then(|| safe(lagrangian::shown_json(&json)))
     }
 }
 

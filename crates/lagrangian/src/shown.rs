@@ -1,0 +1,58 @@
+//! Texts from files, where people read them.
+
+use std::fmt::Write;
+
+/// Whether a character is shown as something else than itself: control characters, ends of lines, and what reverses, joins or hides
+/// the text around it (Unicode Technical Report 36), or has no place in XML.
+#[must_use]
+pub fn is_hidden(letter: char) -> bool {
+    letter.is_control()
+        || matches!(letter,
+            '\u{ad}' | '\u{61c}' | '\u{180e}' | '\u{200b}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}'
+            | '\u{2060}'..='\u{206f}' | '\u{feff}' | '\u{fff9}'..='\u{fffb}' | '\u{fffe}' | '\u{ffff}' | '\u{e0000}'..='\u{e007f}')
+}
+
+/// A name as it is shown: in one line, and without a character that [`is_hidden`], whose code stands in its place.
+///
+/// ```
+/// assert_eq!(lagrangian::shown("θ 1"), "θ 1");
+/// assert_eq!(lagrangian::shown("q\u{202e}1\n"), r"q\u{202e}1\u{a}");
+/// ```
+#[must_use]
+pub fn shown(name: &str) -> String {
+    escaped(name, |_| false)
+}
+
+/// Lines as they are shown: as [`shown`], but for the ends of lines.
+#[must_use]
+pub fn shown_lines(text: &str) -> String {
+    escaped(text, |letter| letter == '\n')
+}
+
+/// The same JSON as it is shown: characters that [`is_hidden`] names stand as their codes, but for the ends of lines between values.
+#[must_use]
+pub fn shown_json(json: &str) -> String {
+    let mut shown = String::with_capacity(json.len());
+    for letter in json.chars() {
+        if letter == '\n' || !is_hidden(letter) {
+            shown.push(letter);
+            continue;
+        }
+        for code in letter.encode_utf16(&mut [0; 2]) {
+            // OK: writing to a string does not fail.
+            let _ = write!(shown, "\\u{code:04x}");
+        }
+    }
+    shown
+}
+
+fn escaped(text: &str, stays: impl Fn(char) -> bool) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for letter in text.chars() {
+        match is_hidden(letter) && !stays(letter) {
+            true => shown.extend(letter.escape_unicode()),
+            false => shown.push(letter),
+        }
+    }
+    shown
+}
