@@ -170,20 +170,13 @@ fn errors_that_are_no_numbers_are_poor_whatever_the_others_are() {
 }
 
 #[test]
-fn a_prediction_that_is_no_number_is_not_valid() {
+fn a_prediction_is_not_valid_from_a_value_on_that_is_no_speed() {
     let truth = damped("pendulum", &[[1.0, 0.0]], 2.0, 0.0).remove(0);
     let coordinates = by_name("pendulum", &[]).unwrap().coordinates().clone();
     let (mut lost, at) = (truth.clone(), truth.len() / 2);
     lost.signals.qd[at] = 1e300;
     let huge = valid_prediction_time(&truth, &lost, &coordinates, THRESHOLD).unwrap();
     assert!(huge.exceeded && huge.seconds < 1.1, "{huge:?}");
-    let mut wild = truth.clone();
-    wild.signals.qd[at] = f64::MAX;
-    let still = valid_prediction_time(&wild, &wild, &coordinates, THRESHOLD).unwrap();
-    assert!(
-        still.exceeded,
-        "deviations that are not finite tell nothing"
-    );
 }
 
 #[test]
