@@ -33,7 +33,7 @@ struct GoldenState {
     potential: f64,
 }
 
-const BRANCHED: &str = include_str!("golden/rigid/branched.urdf");
+const BRANCHED: &str = include_str!("../golden/rigid/branched.urdf");
 
 /// Name, URDF, golden values.
 fn golden() -> Vec<(&'static str, &'static str, Golden)> {
@@ -47,20 +47,20 @@ fn golden() -> Vec<(&'static str, &'static str, Golden)> {
     vec![
         of(
             "two_link_arm",
-            include_str!("golden/rigid/two_link_arm.json"),
+            include_str!("../golden/rigid/two_link_arm.json"),
         ),
-        of("ur5", include_str!("golden/rigid/ur5.json")),
-        of("panda", include_str!("golden/rigid/panda.json")),
-        of("iiwa7", include_str!("golden/rigid/iiwa7.json")),
+        of("ur5", include_str!("../golden/rigid/ur5.json")),
+        of("panda", include_str!("../golden/rigid/panda.json")),
+        of("iiwa7", include_str!("../golden/rigid/iiwa7.json")),
         (
             "branched",
             BRANCHED,
-            serde_json::from_str(include_str!("golden/rigid/branched.json")).unwrap(),
+            serde_json::from_str(include_str!("../golden/rigid/branched.json")).unwrap(),
         ),
         (
             "branched, three joints locked",
             BRANCHED,
-            serde_json::from_str(include_str!("golden/rigid/branched_locked.json")).unwrap(),
+            serde_json::from_str(include_str!("../golden/rigid/branched_locked.json")).unwrap(),
         ),
     ]
 }

@@ -162,7 +162,7 @@ fn what_is_said_of_all_samples_must_hold_in_each_half_of_them() {
 #[test]
 fn an_arm_that_is_let_down_is_not_said_to_brake() {
     let robot = example(TWO_LINKS, 2);
-    let (mut t, mut signals) = (Vec::new(), Signals::default());
+    let (mut t, mut signals) = (Vec::new(), <Signals>::default());
     for k in 0..1000 {
         let at = 0.01 * f64::from(k);
         let (sin, cos) = (2.0 * at).sin_cos();

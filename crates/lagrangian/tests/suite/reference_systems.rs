@@ -296,7 +296,7 @@ fn methods_with_a_fixed_step_converge_with_their_order_also_where_forces_depend_
 
 #[test]
 fn an_independent_code_gives_the_same_double_pendulum_for_about_as_many_evaluations() {
-    let golden = include_str!("golden/double_pendulum.csv");
+    let golden = include_str!("../golden/double_pendulum.csv");
     let header = golden.lines().next().unwrap();
     let evaluations: Vec<f64> = header
         .rsplit("evaluations ")

@@ -277,7 +277,7 @@ fn separators_within_quotes_are_letters_of_a_name() {
 
 #[test]
 fn an_archive_of_numpy_is_read_whatever_its_order_types_and_packing() {
-    let bytes = include_bytes!("golden/numpy_compressed.npz").as_slice();
+    let bytes = include_bytes!("../golden/numpy_compressed.npz").as_slice();
     let readings = Format::Npz
         .read(Cursor::new(bytes), "file", &Layout::default())
         .unwrap();

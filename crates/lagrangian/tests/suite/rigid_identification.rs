@@ -499,7 +499,7 @@ fn a_gear_that_loses_a_share_of_its_torque_is_told_from_one_that_does_not() {
     };
     let robot = RobotConfig::new(rigid::example("two_link_arm").unwrap(), Vec::new()).unwrap();
     for load in [None, Some(vec![0.25, 0.1])] {
-        let arm = Mechanical::dissipative(crate::robot("two_link_arm"), friction(load.clone()));
+        let arm = Mechanical::dissipative(self::robot("two_link_arm"), friction(load.clone()));
         let arm = arm.unwrap();
         let (train, held) = (motion(&arm, 1, 0.05, 0.0), motion(&arm, 2, 0.05, 0.0));
         let data = Dataset::new(arm.coordinates().clone(), &[train], &[held]).unwrap();
