@@ -230,7 +230,8 @@ impl RunFolder {
         let open = || -> io::Result<Metrics> {
             let mut append = OpenOptions::new();
             let lines = append.create(true).append(true).open(self.file(METRICS))?;
-            let name = format!("{begin}{:.0}.{id}{end}", now.floor());
+            // Two attempts may begin within one second.
+            let name = format!("{begin}{now:.6}.{id}{end}");
             let events = match tensorboard {
                 Tensorboard::Omitted => None,
                 Tensorboard::Written => {
@@ -384,8 +385,10 @@ mod tests {
             .unwrap();
         run.write(MODEL, b"the earlier model").unwrap();
         drop(run);
-        let refused = RunFolder::open(folder.path(), Occupied::Refuse).unwrap_err();
-        assert!(described(&refused).contains("`resume`"));
+        let refused = || described(&RunFolder::open(folder.path(), Occupied::Refuse).unwrap_err());
+        assert!(!refused().contains("`resume`"), "nothing to resume from");
+        fs::write(folder.path().join(CHECKPOINT), b"a checkpoint").unwrap();
+        assert!(refused().contains("`resume`"));
         let anew = RunFolder::open(folder.path(), Occupied::Restart).unwrap();
         assert!(anew.file(MODEL).is_file(), "not before the new run begins");
         anew.write_record(&record()).unwrap();

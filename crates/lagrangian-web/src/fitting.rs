@@ -75,7 +75,7 @@ impl Wanted {
             settings: self.settings.clone(),
             training: self.training.clone(),
             steps: self.steps,
-            seconds: Some(self.seconds.unwrap_or(20.0)),
+            seconds: self.seconds.or(self.steps.is_none().then_some(20.0)),
             seed: self.seed,
             ..Specification::default()
         })

@@ -438,7 +438,7 @@ fn a_fit_that_does_not_improve_says_so_and_keeps_its_model() {
     let bench = with_data();
     // Steps so long that every look after the first finds a worse model.
     let fit = bench.run(
-        "fit data.csv --steps 150 --width 16 --optimizer adam --learning-rate 1e6 --out run --json",
+        "fit data.csv --steps 150 --width 16 --optimizer adam --learning-rate 1000 --out run --json",
     );
     assert_eq!(fit.code, 1, "{}", fit.stderr);
     assert_eq!(fit.json()["improved"], false);

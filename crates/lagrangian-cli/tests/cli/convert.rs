@@ -20,21 +20,23 @@ fn a_file_goes_through_other_formats_and_comes_back_the_same() {
 #[test]
 fn several_recordings_become_one_file_and_what_is_not_used_is_said() {
     let bench = Workbench::new();
-    bench.write("a.csv", "t,q1,heat\n0,1,20\n1,nan,20\n");
+    bench.write("a.csv", "t,q1,heat\n0,1,20\n1,nan,20\n2,1,20\n3,,20\n");
     bench.write("b.csv", "t,q1,heat\n0,3,20\n");
     let outcome = bench.succeed("convert a.csv b.csv --out ab.csv --json");
     let json = outcome.json();
     assert_eq!(
         String::from_utf8(bench.read("ab.csv")).unwrap(),
-        "trajectory,t,q1\na,0,1\na,1,NaN\nb,0,3\n"
+        "trajectory,t,q1\na,0,1\na,1,NaN\na,2,1\nb,0,3\n"
     );
     assert_eq!(
         (&json["rows"], &json["trajectories"]),
-        (&3.into(), &2.into())
+        (&4.into(), &2.into())
     );
     assert_eq!(json["files"][0]["unused"][0], "heat");
     assert_eq!(json["signals"], serde_json::json!(["q"]));
     assert!(outcome.stderr.contains("columns not used: heat"));
+    let omitted = "1 row without a value at the beginning or the end: omitted";
+    assert!(outcome.stderr.contains(omitted), "{}", outcome.stderr);
 }
 
 #[test]
