@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use super::regression::{JointFit, JointFits, Rub, Stranger, Undriven, fit_joints};
+use super::regression::{JointFit, JointFits, Rub, Stranger, Undriven};
 use super::swings::{Swings, swings};
-use super::{CheckOptions, Item, range, swings_of_all};
+use super::{Item, range, swings_of_all};
 use crate::counted;
 use crate::trajectory::{Recording, Topology};
 
@@ -54,21 +54,19 @@ const NOISY_FORCES: f64 = 0.01;
 const GROWTH: f64 = 0.2;
 
 /// Items about forces and motion of all recordings together.
-pub(super) fn items(recordings: &[Recording], options: &CheckOptions, errors: f64) -> Vec<Item> {
+pub(super) fn items(recordings: &[Recording], fits: Option<&JointFits>, errors: f64) -> Vec<Item> {
     let mut items: Vec<Item> = silent(recordings).into_iter().collect();
-    let found = fit_joints(recordings, options);
-    items.extend(few_swings(recordings, found.as_ref()));
-    let Some(found) = found else { return items };
+    items.extend(few_swings(recordings, fits));
+    let Some(fits) = fits else { return items };
     items.extend(works(recordings));
-    items.extend(units(recordings, &found));
-    items.extend(frictions(recordings, &found, errors));
-    items.extend(unrecorded(recordings, &found));
-    items.extend(machines(&found, errors));
-    items.extend(delays(recordings, &found, errors));
-    items.extend(inertias(recordings, &found, errors));
-    let estimated = recordings.iter().any(|r| r.qdd.is_empty());
-    if options.low_pass.is_none() && estimated {
-        items.extend(accelerations(recordings, &found));
+    items.extend(units(recordings, fits));
+    items.extend(frictions(recordings, fits, errors));
+    items.extend(unrecorded(recordings, fits));
+    items.extend(machines(fits));
+    items.extend(delays(recordings, fits, errors));
+    items.extend(inertias(recordings, fits, errors));
+    if !fits.given && recordings.iter().any(|r| r.qdd.is_empty()) {
+        items.extend(accelerations(recordings, fits));
     }
     items
 }
@@ -206,7 +204,6 @@ fn unrecorded(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
         );
         let remedy = "record the force of that drive, or choose its column (`tau`)";
         Item::doubt("forces", finding, remedy)
-            .claims(Some(u.coordinate), 1.0)
             .value("explained", u.explained)
             .value("forces_explained", u.forces_explained)
     };
@@ -214,10 +211,10 @@ fn unrecorded(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
 }
 
 /// Whether a recording is not of the machine of the others.
-fn machines(fits: &JointFits, errors: f64) -> Option<Item> {
+fn machines(fits: &JointFits) -> Option<Item> {
     let certain = |s: &Stranger| {
         s.times > OTHER_MACHINE
-            && s.times.ln() > errors * OTHER_MACHINE_ERRORS * s.error
+            && s.times.ln() > OTHER_MACHINE_ERRORS * s.error
             && s.left > LEFT
             && s.others_agree
     };

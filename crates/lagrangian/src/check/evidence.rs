@@ -1,7 +1,7 @@
 //! Accusations need evidence: a finding that says of all samples that they are wrong must hold in each half of the data.
 //!
-//! The halves have the same travel: first of all coordinates together, then of the coordinate that is accused, since only where that
-//! moves do data speak of it. Within a half, half as many standard errors count as evidence.
+//! The halves have as many samples, or else the coordinate that is accused travels as far in them, since only where it moves do data
+//! speak of it. Within a half, half as many standard errors count as evidence.
 
 use super::{Item, Verdict};
 use crate::trajectory::Recording;
@@ -43,10 +43,8 @@ pub(super) fn confirm(
     recordings: &[Recording],
     findings: impl Fn(&[Recording]) -> Vec<Item>,
 ) {
-    let accused = |item: &Item| item.claim.filter(|_| item.accuses());
-    let mut open: Vec<usize> = (0..items.len())
-        .filter(|k| accused(&items[*k]).is_some())
-        .collect();
+    let accused = |k: &usize| items[*k].claim.is_some() && items[*k].accuses();
+    let mut open: Vec<usize> = (0..items.len()).filter(accused).collect();
     let n = recordings.first().map_or(0, Recording::dof);
     for own in std::iter::once(None).chain((0..n).map(Some)) {
         let concerned =
@@ -55,12 +53,8 @@ pub(super) fn confirm(
             continue;
         }
         let found = halves(recordings, own).map(|half| findings(&half));
-        let holds = |k: &usize| {
-            found
-                .iter()
-                .all(|half| half.iter().any(|other| items[*k].agrees(other)))
-        };
-        open.retain(|k| !(concerned(k) && holds(k)));
+        let says = |half: &Vec<Item>, k: &usize| half.iter().any(|other| items[*k].agrees(other));
+        open.retain(|k| !(concerned(k) && found.iter().all(|half| says(half, k))));
     }
     let seconds: f64 = recordings
         .iter()
@@ -77,7 +71,7 @@ pub(super) fn confirm(
     }
 }
 
-/// The recordings, one after another, up to and from the sample at which half of the travel is done.
+/// The recordings, one after another, up to and from the sample at which half of them, or of the travel, is done.
 fn halves(recordings: &[Recording], coordinate: Option<usize>) -> [Vec<Recording>; 2] {
     let travel: Vec<Vec<f64>> = recordings.iter().map(|r| travel(r, coordinate)).collect();
     let mut left = 0.5 * travel.iter().flatten().sum::<f64>();
@@ -97,20 +91,15 @@ fn halves(recordings: &[Recording], coordinate: Option<usize>) -> [Vec<Recording
     halves
 }
 
-/// How far a coordinate moves up to each sample from the one before, or all of them, each in parts of its whole travel.
+/// How far a coordinate moves up to each sample from the one before; without a coordinate each sample counts as much.
 fn travel(recording: &Recording, coordinate: Option<usize>) -> Vec<f64> {
-    let (n, mut travel) = (recording.dof(), vec![0.0; recording.len()]);
-    for i in (0..n).filter(|i| coordinate.is_none_or(|own| own == *i)) {
-        let column: Vec<f64> = recording.q.iter().skip(i).step_by(n).copied().collect();
-        let steps = column.windows(2).map(|w| (w[1] - w[0]).abs());
-        let scale = match coordinate {
-            Some(_) => 1.0,
-            None => steps.clone().sum::<f64>().max(f64::MIN_POSITIVE),
-        };
-        let own = travel.iter_mut().skip(1).zip(steps);
-        own.for_each(|(all, step)| *all += step / scale);
-    }
-    travel
+    let (n, len) = (recording.dof(), recording.len());
+    let Some(i) = coordinate else {
+        return vec![1.0; len];
+    };
+    let steps = recording.q.windows(n + 1).skip(i).step_by(n);
+    let steps = steps.map(|w| (w[n] - w[0]).abs());
+    std::iter::once(0.0).chain(steps).take(len).collect()
 }
 
 impl Recording {

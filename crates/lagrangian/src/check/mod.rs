@@ -23,6 +23,7 @@ mod time;
 use std::collections::BTreeMap;
 
 pub use evidence::Claim;
+use regression::JointFits;
 pub use repeated::check_validation;
 use serde::Serialize;
 pub(crate) use signals::LARGEST;
@@ -303,8 +304,15 @@ fn check_all(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
     ];
     items.extend(signals::excitation(recordings));
     items.extend(repeated::items(recordings));
-    let mut shared = of_all(recordings, options, 1.0);
-    let in_half = |half: &[Recording]| of_all(half, options, evidence::OF_HALF);
+    let fits = regression::fit_joints(recordings, options, false);
+    let mut shared = of_all(recordings, fits.as_ref(), 1.0);
+    // A half is looked at through the same low-pass, and as far for delays, so that it differs by its samples alone.
+    let found = fits.and_then(|fits| fits.low_pass);
+    let low_pass = options.low_pass.or(found.map(|found| found.hertz));
+    let in_half = |half: &[Recording]| {
+        let fits = regression::fit_joints(half, &CheckOptions { low_pass }, true);
+        of_all(half, fits.as_ref(), evidence::OF_HALF)
+    };
     evidence::confirm(&mut shared, recordings, in_half);
     drive::name_the_shifts(&mut shared, recordings);
     items.extend(shared);
@@ -322,9 +330,9 @@ fn check_all(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
 }
 
 /// Findings about all recordings together that need `errors` times as many standard errors as usual.
-fn of_all(recordings: &[Recording], options: &CheckOptions, errors: f64) -> Vec<Item> {
+fn of_all(recordings: &[Recording], fits: Option<&JointFits>, errors: f64) -> Vec<Item> {
     let mut items = copies::items(recordings);
-    items.extend(drive::items(recordings, options, errors));
+    items.extend(drive::items(recordings, fits, errors));
     items.extend(goals::items(recordings));
     items
 }

@@ -76,6 +76,8 @@ pub(in crate::check) struct JointFits {
     pub(in crate::check) noise: Vec<f64>,
     /// The low-pass, where one was found.
     pub(in crate::check) low_pass: Option<Cutoff>,
+    /// Whether the low-pass was given.
+    pub(in crate::check) given: bool,
     /// The part of the error of a regression that is left where coordinates are read as degrees.
     pub(in crate::check) as_degrees: Option<f64>,
     /// How the force of each coordinate brakes each velocity, `[n][n]`; empty where nothing is known.
@@ -86,10 +88,12 @@ pub(in crate::check) struct JointFits {
     pub(in crate::check) strangers: Vec<(String, Stranger)>,
 }
 
-/// Fits all recordings with forces and usable time stamps; `None` where there is none, or too little.
+/// Fits all recordings with forces and usable time stamps, and looks for each delay `farther`, or only where it must; `None` where there is
+/// none, or too little.
 pub(in crate::check) fn fit_joints(
     recordings: &[Recording],
     options: &CheckOptions,
+    farther: bool,
 ) -> Option<JointFits> {
     let coordinates = &recordings.first()?.coordinates;
     let whole = |r: &&Recording| r.coordinates == *coordinates && !r.tau.is_empty() && usable(r);
@@ -106,8 +110,12 @@ pub(in crate::check) fn fit_joints(
     let cutoff = cutoff.unwrap_or(UNKNOWN / step);
     // A second, lower cut-off shows what the choice of the first has decided.
     let filtered = Filtered::new(&recordings, cutoff);
-    let near = joints_far(&filtered, step)?;
-    let low = joints_far(&Filtered::new(&recordings, NARROWER * cutoff), step);
+    let near = joints_far(&filtered, step, farther)?;
+    let low = joints_far(
+        &Filtered::new(&recordings, NARROWER * cutoff),
+        step,
+        farther,
+    );
     let joints = near.into_iter().enumerate().map(|(i, found)| {
         let other = low.as_ref().and_then(|w| w[i]);
         found.map(|f| f.beside(other))
@@ -122,6 +130,7 @@ pub(in crate::check) fn fit_joints(
         undriven: undriven::undriven(&filtered),
         strangers: named(&recordings, machines::strangers(&filtered)),
         low_pass,
+        given: options.low_pass.is_some(),
     })
 }
 
@@ -159,20 +168,24 @@ fn usable(recording: &Recording) -> bool {
             .all(|(_, s)| s.len() == values && s.iter().all(|x| x.is_finite()))
 }
 
-/// One estimate for each joint; delays at an end of the range are looked for farther away.
-fn joints_far(filtered: &Filtered<'_>, step: f64) -> Option<Vec<Option<JointFit>>> {
+/// One estimate for each joint; delays at an end of the range are looked for farther away, and all where that is asked for.
+fn joints_far(filtered: &Filtered<'_>, step: f64, farther: bool) -> Option<Vec<Option<JointFit>>> {
     let shifts = ((FARTHEST / step).ceil() as usize).clamp(STEPS.0, STEPS.1);
     let mut near = joints(filtered, shifts, step)?;
-    let at_end = |fit: &Option<JointFit>| fit.is_some_and(|f| f.at_end);
-    if near.iter().any(at_end)
+    if (farther || near.iter().flatten().any(|f| f.at_end))
         && let Some(far) = joints(filtered, shifts, FARTHER * step)
     {
-        // Half a period late a force of the other sign explains as much.
-        let forwards = |fit: &Option<JointFit>| fit.is_some_and(|f| !f.at_end && f.inertia.0 > 0.0);
-        let pairs = near.iter_mut().zip(far);
-        pairs
-            .filter(|(near, far)| at_end(near) && forwards(far))
-            .for_each(|(near, far)| *near = far);
+        for (near, far) in near.iter_mut().zip(far) {
+            let (Some(near), Some(far)) = (near, far) else {
+                continue;
+            };
+            let beyond = farther && far.delay.abs() > shifts as f64 * step;
+            let better = near.at_end || beyond && far.explained.0 > near.explained.0;
+            // Half a period late a force of the other sign explains as much.
+            if better && !far.at_end && far.inertia.0 > 0.0 {
+                *near = far;
+            }
+        }
     }
     Some(near)
 }
