@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use lagrangian::trajectory::Sampling;
-use lagrangian::{Layout, Method};
+use lagrangian::{Coordinates, Layout, Method};
 use lagrangian_run::Links;
 
 use crate::column_args::ColumnArgs;
@@ -181,6 +181,11 @@ pub(crate) struct DataArgs {
     #[arg(skip)]
     #[serde(skip)]
     pub(crate) fitted: Option<Layout>,
+
+    /// The coordinates of the model that the data are for.
+    #[arg(skip)]
+    #[serde(skip)]
+    pub(crate) model: Option<Coordinates>,
 }
 
 /// The most rows that are used by default: a sample of a longer log is enough and bounds memory (ADR 0049).
@@ -509,7 +514,7 @@ pub(crate) struct RolloutArgs {
     pub(crate) output: OutArgs,
 
     /// Start where this recording starts, under its forces, at its times
-    #[arg(long, value_name = "FILE", conflicts_with = "q0")]
+    #[arg(long, value_name = "FILE")]
     pub(crate) follow: Option<PathBuf>,
 
     #[command(flatten)]

@@ -17,6 +17,7 @@ use lagrangian_run::{
 use crate::cli::{DataArgs, EstimateArgs};
 use crate::column_args::flag_name;
 use crate::failure::{Advise, mistake, with_flags};
+use crate::fitted;
 
 /// The content of some files.
 pub(crate) struct Files {
@@ -189,7 +190,11 @@ fn read_one(path: &Path, args: &DataArgs, sample: Option<Sampling>) -> Result<On
     };
     let advice =
         "run `lagrangian check --help` for the columns of a file and the flags that name them";
-    let mut file = read_file(path, &layout, advice)?;
+    let read = read_file(path, &layout, advice);
+    if read.is_err() {
+        refuse_other_dof(path, args, sample)?;
+    }
+    let mut file = read?;
     for note in &file.told {
         tell!("note: '{}': {}", path.display(), with_flags(note));
     }
@@ -197,6 +202,23 @@ fn read_one(path: &Path, args: &DataArgs, sample: Option<Sampling>) -> Result<On
         *note = with_flags(note);
     }
     Ok(file)
+}
+
+/// Refuses a file whose coordinates are not as many as those of the model: what the fit knew of them cannot be found in it.
+fn refuse_other_dof(path: &Path, args: &DataArgs, sample: Option<Sampling>) -> Result<()> {
+    let Some(model) = &args.model else {
+        return Ok(());
+    };
+    let alone = DataArgs {
+        fitted: None,
+        ..args.clone()
+    };
+    let layout = Layout {
+        sample,
+        ..alone.layout_for(path)?
+    };
+    // OK to ignore an error: the file cannot be read for another reason, which is told.
+    read_file(path, &layout, "").map_or(Ok(()), |file| fitted::require_dof(&file.recordings, model))
 }
 
 /// Refuses --topic where no file has topics.

@@ -5,7 +5,9 @@ use std::path::Path;
 use anyhow::Result;
 use lagrangian::saved::Preparation;
 use lagrangian::trajectory::Topology;
-use lagrangian::{Coordinates, EstimateOptions, Layout, Learned, Recording, SavedModel, counted};
+use lagrangian::{
+    Coordinates, EstimateOptions, Layout, Learned, Model, Recording, SavedModel, counted,
+};
 
 use crate::cli::{DataArgs, EstimateArgs};
 use crate::failure::{Advise, mistake};
@@ -21,6 +23,7 @@ impl Fitted {
     pub(crate) fn completed(&self, data: &DataArgs) -> Result<DataArgs> {
         Ok(DataArgs {
             fitted: Some(Layout::from_toml(&self.preparation.layout)?),
+            model: Some(self.model.coordinates().clone()),
             ..data.clone()
         })
     }

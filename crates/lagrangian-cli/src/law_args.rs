@@ -72,7 +72,8 @@ Examples:
   lagrangian conserved kepler --points q1:q2 --plot kepler.html
   lagrangian conserved furuta-pendulum")]
 #[command(mut_args(|arg| match OF_RECORDINGS.contains(&arg.get_id().as_str()) {
-    true => arg.requires("files"),
+    // The parser asks for nothing that another flag excludes.
+    true => arg.requires("files").conflicts_with_all(["seed", "duration"]),
     false => arg,
 }))]
 pub(crate) struct ConservedArgs {

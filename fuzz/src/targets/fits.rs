@@ -5,7 +5,7 @@ use lagrangian::rigid;
 use lagrangian::settings::{Kind, Range, Setting, Values};
 use lagrangian::train::{Known, ROLLOUT_SETTINGS, Request, SETTINGS};
 use lagrangian::{
-    Budget, Coordinates, Dataset, Fit, FitConfig, Model, Provenance, RobotConfig, Signals,
+    Budget, Coordinates, Dataset, Fit, FitConfig, Loss, Model, Provenance, RobotConfig, Signals,
     Trajectory, fit,
 };
 use rand::{Rng, RngExt, SeedableRng};
@@ -28,11 +28,21 @@ const COSTLY: [(&str, u64); 6] = [
     ("batch", 64),
 ];
 
+/// What is fitted: most settings of a request suit it.
+struct Scene {
+    /// The family; none where it is chosen.
+    entry: Option<&'static Entry>,
+    /// Coordinates.
+    n: usize,
+    /// The fastest velocity.
+    speed: f64,
+}
+
 /// The seed of the settings, from the bytes.
 pub fn fits(bytes: &[u8]) -> Outcome {
     let rng = &mut ChaCha8Rng::seed_from_u64(crc32fast::hash(bytes).into());
-    let dataset = dataset(rng);
-    let request = request(rng, dataset.coordinates.dof());
+    let (scene, dataset) = scene(rng);
+    let request = request(rng, &scene);
     // The settings of a request are refused with words, or make a fit.
     let candidates = FitConfig::candidates(&dataset, &[], &request).map_err(refused)?;
     let mut outcome = Ok(());
@@ -61,14 +71,28 @@ fn holds(fit: &Fit, dataset: &Dataset) {
     let _ = evaluator.inverse_dynamics(q, qd, qdd, &mut tau);
 }
 
-/// Waves of one to three coordinates, of very different sizes, free or forced, with goals or as positions alone.
-fn dataset(rng: &mut impl Rng) -> Dataset {
-    let n = rng.random_range(1..=3_usize);
+/// Waves of one to three coordinates, of very different sizes, free or forced, with goals or as positions alone: mostly what
+/// the family is fitted to.
+fn scene(rng: &mut impl Rng) -> (Scene, Dataset) {
+    let known = rng.random_bool(0.9);
+    let entry = known.then(|| &FAMILIES[rng.random_range(0..FAMILIES.len())]);
+    let name = entry.map_or("", |entry| entry.name);
+    // The motions of servos are simulated for each guess: one joint is work enough.
+    let n = rng.random_range(1..=if name == "servo" { 1 } else { 3_usize });
     let (size, rate) = (
         10f64.powi(rng.random_range(-3..=3)),
         10f64.powi(rng.random_range(-1..=2)),
     );
-    let (forced, goals) = (rng.random_bool(0.6), rng.random_bool(0.1));
+    let mut likely = |families: &[&str], otherwise: f64| {
+        rng.random_bool(if families.contains(&name) {
+            0.95
+        } else {
+            otherwise
+        })
+    };
+    let forced = likely(&["chain", "rigid"], 0.5);
+    let (goals, positions) = (likely(&["servo"], 0.1), likely(&["vin"], 0.03));
+    let momenta = likely(&["hnn"], 0.1);
     let step = 0.1 / rate;
     let wave = |scale: f64, phase: f64| -> Vec<f64> {
         let at = |k: usize| (k / n) as f64 * 0.1 * (1.0 + 0.7 * (k % n) as f64) + phase;
@@ -81,6 +105,8 @@ fn dataset(rng: &mut impl Rng) -> Dataset {
             q: wave(size, phase),
             qd: wave(size * rate, phase + quarter),
             qdd: wave(size * rate * rate, phase + 2.0 * quarter),
+            p: given(momenta, wave(size * rate, phase + quarter)),
+            pd: given(momenta, wave(size * rate * rate, phase + 2.0 * quarter)),
             tau: given(forced, wave(size * rate, phase + 1.0)),
             goal: given(goals, wave(size, phase + 0.2)),
             kp: given(goals, vec![1.0; SAMPLES * n]),
@@ -98,99 +124,135 @@ fn dataset(rng: &mut impl Rng) -> Dataset {
         true => Coordinates::angles(n),
         false => Coordinates::lines(n),
     };
-    let made = match rng.random_bool(0.2) {
+    let made = match positions {
         true => Dataset::of_positions(coordinates, &train, &held, 1),
         false => Dataset::new(coordinates, &train, &held),
     };
-    made.expect("the motions are complete")
+    let speed = size * rate;
+    let dataset = made.expect("the motions are complete");
+    (Scene { entry, n, speed }, dataset)
 }
 
-fn request(rng: &mut impl Rng, n: usize) -> Request {
-    let entry = match rng.random_bool(0.9) {
-        true => Some(&FAMILIES[rng.random_range(0..FAMILIES.len())]),
-        false => None,
-    };
+fn request(rng: &mut impl Rng, scene: &Scene) -> Request {
     let all = FAMILIES.iter().flat_map(|entry| entry.settings);
-    let family: Vec<&Setting> =
-        entry.map_or_else(|| all.collect(), |e| e.settings.iter().collect());
+    let family: Vec<&Setting> = scene
+        .entry
+        .map_or_else(|| all.collect(), |e| e.settings.iter().collect());
+    let abilities = scene.entry.map(|entry| (entry.default)().abilities());
+    let share = rng.random_range(0.02..0.3);
+    let of_training = match abilities {
+        Some(able) if !able.solved => share,
+        _ => 0.01,
+    };
     let mut request = Request {
-        family: entry.map(|entry: &Entry| entry.name.into()),
-        settings: drawn(rng, family, 0.3),
-        training: drawn(rng, SETTINGS, 0.3),
+        family: scene.entry.map(|entry| entry.name.into()),
+        settings: drawn(rng, scene, family, share),
+        training: drawn(rng, scene, SETTINGS, of_training),
         budget: Some(Budget::Steps(STEPS)),
         seed: rng.random(),
         ..Request::default()
     };
-    if rng.random_bool(0.2) {
+    let servo = scene.entry.is_some_and(|entry| entry.has("friction"));
+    if servo && rng.random_bool(0.9) {
+        // Without one, all are tried.
+        request.settings.entry("friction").or_insert("m1".into());
+    }
+    let losses = abilities.map_or(&[][..], |able| able.losses);
+    let given = |name: &str| request.training.contains_key(name);
+    if given("loss") && !given("forward") && !losses.is_empty() && rng.random_bool(0.9) {
+        let loss = losses[rng.random_range(0..losses.len())].name();
+        request.training.insert("loss".into(), loss.into());
+    }
+    if rng.random_bool(0.1) && losses.contains(&Loss::ROLLOUT) {
         request.training.insert("loss".into(), "rollout".into());
     }
     // Most other losses have none of these settings.
     let loss = request.loss(&Known::default()).map(|loss| loss.name());
-    if loss.is_ok_and(|name| name == "rollout") || rng.random_bool(0.02) {
-        request.rollout = drawn(rng, ROLLOUT_SETTINGS, 0.4);
+    if loss.is_ok_and(|name| name == "rollout") || rng.random_bool(0.01) {
+        request.rollout = drawn(rng, scene, ROLLOUT_SETTINGS, share);
     }
-    if rng.random_bool(0.05) {
-        request.nominal = robot(n);
+    let able = abilities.is_some_and(|able| able.nominal);
+    if rng.random_bool(if able { 0.1 } else { 0.01 }) {
+        request.nominal = robot(scene.n);
     }
     request
 }
 
-/// Some settings of a table, each with this probability.
+/// Some settings of a table, each with this probability, and mostly with those that they need.
 fn drawn<'a>(
     rng: &mut impl Rng,
+    scene: &Scene,
     table: impl IntoIterator<Item = &'a Setting>,
     share: f64,
 ) -> Values {
+    let table: Vec<&Setting> = table.into_iter().collect();
     let mut values = Values::new();
-    for setting in table {
-        if rng.random_bool(share) {
-            values.insert(setting.name.into(), value(rng, setting));
+    for setting in &table {
+        if !rng.random_bool(share) {
+            continue;
         }
+        values.insert(setting.name.into(), value(rng, scene, setting));
+        let Some(need) = setting.needs.filter(|_| rng.random_bool(0.9)) else {
+            continue;
+        };
+        let needed = table.iter().find(|other| other.name == need.setting);
+        let met = match (need.values, needed) {
+            ([], Some(needed)) => value(rng, scene, needed),
+            ([], None) => continue,
+            (values, _) => json!(values[rng.random_range(0..values.len())]),
+        };
+        values.insert(need.setting.into(), met);
     }
     values
 }
 
-/// A value of a setting: within its bounds, at one of them, beyond, or of another kind.
-fn value(rng: &mut impl Rng, setting: &Setting) -> Value {
-    if rng.random_bool(0.01) {
+/// A value of a setting: mostly within its bounds, else at one of them, beyond, or of another kind.
+fn value(rng: &mut impl Rng, scene: &Scene, setting: &Setting) -> Value {
+    if rng.random_bool(0.005) {
         return json!("of another kind");
     }
     match setting.kind {
         Kind::Flag => json!(rng.random_bool(0.8)),
         Kind::Choice(names) => json!(names[rng.random_range(0..names.len())].name),
         Kind::Choices(names) => {
-            let chosen = names.iter().filter(|_| rng.random_bool(0.3));
+            let chosen = names.iter().filter(|_| rng.random_bool(0.2));
             json!(chosen.map(|named| named.name).collect::<Vec<_>>())
         }
         Kind::Integer { min, max } => {
             let costly = COSTLY.iter().find(|(name, _)| *name == setting.name);
             let most = costly.map_or(max, |(_, most)| max.min(*most));
-            match rng.random_range(0..40) {
+            match rng.random_range(0..200) {
                 0 => json!(min.saturating_sub(1)),
                 1 => json!(max.saturating_add(1)),
                 2 => json!(u64::MAX),
-                3..10 => json!(min),
-                10..16 => json!(most),
+                3..30 => json!(min),
+                30..50 => json!(most),
                 _ => json!(rng.random_range(min..=most.min(min.saturating_add(40)))),
             }
         }
+        Kind::Number(_) if setting.name == "speed_limit" && rng.random_bool(0.9) => {
+            json!(scene.speed * 10f64.powf(rng.random_range(0.3..2.5)))
+        }
         Kind::Number(range) => json!(number(rng, range)),
         Kind::Numbers(range) => {
-            let count = rng.random_range(1..=3);
+            let count = match rng.random_bool(0.9) {
+                true => scene.n,
+                false => rng.random_range(0..=3),
+            };
             json!((0..count).map(|_| number(rng, range)).collect::<Vec<_>>())
         }
-        Kind::Robot => robot(rng.random_range(1..=3)).map_or(Value::Null, |robot| json!(robot)),
+        Kind::Robot => robot(scene.n).map_or(Value::Null, |robot| json!(robot)),
     }
 }
 
 fn number(rng: &mut impl Rng, Range { min, max }: Range) -> f64 {
     let least = min.max(1e-9);
-    match rng.random_range(0..40) {
+    match rng.random_range(0..200) {
         0 => min - 1.0,
         1 => max * 1.01,
         2 => [1e20, 1e300, -1e300, 5e-324, -0.0][rng.random_range(0..5)],
-        3..10 => min,
-        10..17 => max,
+        3..15 => min,
+        15..30 => max,
         _ => least * (max / least).powf(rng.random_range(0.0..1.0)),
     }
 }

@@ -21,6 +21,13 @@ use crate::task::{Size, Task};
 pub(super) fn run(args: &RolloutArgs, mode: OutputMode) -> Result<ExitCode> {
     let output = &args.output;
     args.motion.refuse_idle()?;
+    // Here, and not in the parser, which asks for no --follow beside --q0 if one excludes the other.
+    if args.follow.is_some() && !args.motion.q0.is_empty() {
+        return Err(mistake(
+            "--follow cannot be used with --q0: both say where the motion starts",
+            "omit --q0 and --qd0, or --follow",
+        ));
+    }
     let followed: Vec<PathBuf> = args.follow.iter().cloned().collect();
     let mut inputs = args.data.inputs(&followed)?;
     inputs.push(args.model.clone());

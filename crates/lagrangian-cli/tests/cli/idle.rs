@@ -6,6 +6,7 @@ use crate::workbench::{Workbench, swing};
 fn a_flag_that_changes_nothing_is_refused_with_what_it_needs() {
     let bench = Workbench::new();
     bench.write("swing.csv", &swing());
+    bench.run("simulate pendulum --drive 1 --out forced.csv");
     bench.run("fit swing.csv --angle all --width 8 --steps 5 --out run");
     let model = "run/model.safetensors";
     for (line, words) in [
@@ -30,6 +31,10 @@ fn a_flag_that_changes_nothing_is_refused_with_what_it_needs() {
             "solved for at once",
         ),
         ("fit swing.csv --forward 1 --out x".into(), "--loss torque"),
+        (
+            "fit forced.csv --angle all --loss torque --forward 1 --out x".into(),
+            "inertia of drives",
+        ),
         ("fit swing.csv --delay 3 --out x".into(), "--tau"),
         ("fit swing.csv --forces gains --out x".into(), "no force"),
         (format!("score {model} swing.csv --delay 3"), "--tau"),
@@ -40,6 +45,10 @@ fn a_flag_that_changes_nothing_is_refused_with_what_it_needs() {
         (
             format!("rollout {model} --q0 1 --qd0 0 --low-pass 3"),
             "--follow",
+        ),
+        (
+            format!("rollout {model} --follow swing.csv --q0 1 --qd0 0"),
+            "cannot be used with",
         ),
         (
             format!("rollout {model} --follow swing.csv --duration 3"),
@@ -58,6 +67,10 @@ fn a_flag_that_changes_nothing_is_refused_with_what_it_needs() {
             "--seed changes nothing",
         ),
         ("conserved pendulum --low-pass 3".into(), "required"),
+        (
+            "conserved pendulum --duration 3 --low-pass 3".into(),
+            "cannot be used with",
+        ),
         (
             format!("conserved {model} swing.csv --duration 3"),
             "cannot be used with",

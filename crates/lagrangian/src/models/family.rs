@@ -84,6 +84,8 @@ pub struct Abilities {
     pub nominal: bool,
     /// Whether the family keeps the inertia of rotors apart from its mass matrix.
     pub rotor: bool,
+    /// Whether inertia of drives can be added to a fitted model.
+    pub drives: bool,
     /// The number of residuals of a coordinate under a loss of rates: 2 where both halves of the state have rates, else 1.
     pub rates: usize,
     /// Whether the family is fitted in closed form, without an optimiser.
@@ -98,6 +100,7 @@ impl Abilities {
             remedy,
             nominal: false,
             rotor: false,
+            drives: false,
             rates: 1,
             solved: false,
         }

@@ -168,7 +168,7 @@ impl FitConfig {
     /// Refuses settings that exclude each other.
     fn check_combinations(&self, dataset: &Dataset) -> Result<()> {
         if !dataset.forced && self.forces.of_recorded() {
-            let must = "others than load, gains and input-matrix: the data hold no force τ";
+            let must = "others than load, directional, quadratic, gains and input-matrix: the data hold no force τ";
             return refuse("forces", "of recorded forces", must);
         }
         let able = self.family.abilities();

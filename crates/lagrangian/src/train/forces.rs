@@ -136,7 +136,7 @@ impl ForceTerms {
 
     /// Whether a term depends on recorded forces alone.
     pub(super) fn of_recorded(&self) -> bool {
-        self.load || self.input != Input::Torque
+        self.complete().load || self.input != Input::Torque
     }
 
     /// With the terms that these take with them.

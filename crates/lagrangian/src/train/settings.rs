@@ -76,7 +76,7 @@ pub const SETTINGS: &[Setting] = &[
          torques and that of all accelerations times this weight; 0 adds none",
     )
     .needing("loss", &["torque", "torque-l1"])
-    .or("0.0002"),
+    .or("0.00015"),
     Setting::new(
         "patience",
         Kind::Integer { min: 1, max: 1_000_000 },

@@ -105,6 +105,7 @@ impl Family for DelanConfig {
         Abilities {
             nominal: true,
             rotor: true,
+            drives: true,
             ..Abilities::of_losses(LOSSES, "any loss")
         }
     }

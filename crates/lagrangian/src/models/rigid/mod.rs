@@ -98,6 +98,7 @@ impl Family for RigidConfig {
         let remedy = "omitted: rigid bodies are identified from torques";
         Abilities {
             solved: true,
+            drives: self.robot.is_some(),
             ..Abilities::of_losses(Loss::SINGLE, remedy)
         }
     }

@@ -14,12 +14,12 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::fit::{Budget, FORWARD, FitConfig};
-use super::forces::ForceTerms;
+use super::forces::{ForceTerms, Input};
 use super::loss::Loss;
 use super::rollout::RolloutLoss;
 use super::settings::{ROLLOUT_SETTINGS, SETTINGS, TrainingSettings};
 use crate::dataset::Dataset;
-use crate::models::{Entry, FAMILIES, Family};
+use crate::models::{Abilities, Entry, FAMILIES, Family};
 use crate::rigid::RobotConfig;
 use crate::settings::{Need, Setting, Values, is_absent};
 use crate::trajectory::Estimate;
@@ -231,7 +231,7 @@ impl Request {
             given.get(name).or_else(|| Some(&choice()?.value))
         };
         let family = chosen.config.family.name();
-        let solved = chosen.config.family.abilities().solved;
+        let Abilities { solved, drives, .. } = chosen.config.family.abilities();
         let rows = self.entry()?.settings.iter().chain(SETTINGS);
         for Setting { name, needs, .. } in rows.filter(|row| given.contains_key(row.name)) {
             let of_descent =
@@ -250,6 +250,15 @@ impl Request {
                     format!("omit it, or give {}", need.words()),
                 ));
             }
+        }
+        let torques = chosen.config.forces.input == Input::Torque;
+        if given.contains_key(FORWARD_WEIGHT) && !(drives && torques && self.nominal.is_none()) {
+            return Err(Error::setting(
+                format!(
+                    "`{FORWARD_WEIGHT}` changes nothing: this fit of {family} adds no inertia of drives"
+                ),
+                "omit it, or take `family` delan without a nominal model, `gains` and `input-matrix`",
+            ));
         }
         Ok(())
     }
@@ -327,6 +336,9 @@ pub(super) fn foreign(name: &str, family: &str) -> Error {
 }
 
 const OPTIMIZER: &str = "optimizer";
+
+/// The setting of the inertia that is added to drives.
+const FORWARD_WEIGHT: &str = "forward";
 
 /// What a family with a closed form has no use for.
 const DESCENT: &[&str] = &[LOSS, OPTIMIZER, "damping", "batch", "seconds"];
