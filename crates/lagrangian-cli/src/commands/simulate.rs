@@ -33,10 +33,12 @@ pub(super) fn run(args: &SimulateArgs, mode: OutputMode) -> Result<ExitCode> {
     let moved = system(args)?;
     let system = &*moved.model;
     let simulation = simulation(args)?;
-    let mut rollouts = simulation.run(system, &args.motion.options()).advise(
-        "cannot simulate",
-        "give --q0 and --qd0 one value per coordinate, or neither for a random start",
-    )?;
+    let hint = match args.motion.q0.is_empty() {
+        true => "give a shorter --duration, a longer --step, or fewer --trajectories",
+        false => "give --q0 and --qd0 one value per coordinate, or neither for a random start",
+    };
+    let run = simulation.run(system, &args.motion.options());
+    let mut rollouts = run.advise("cannot simulate", hint)?;
     drop(task);
     omit_stopped(&mut rollouts)?;
     let summaries = rollouts.iter().map(|rollout| Summary::of(rollout, system));

@@ -249,8 +249,12 @@ fn real_robots_are_fitted_with_their_descriptions() {
         let open = of("--steps 2");
         assert_ne!(open["verdict"], "poor", "{open}");
         assert_eq!(open["tried"][0]["family"], "rigid");
-        // Without friction most joints are lost: a joint that gravity explains does not hide that.
-        assert_eq!(of("--model rigid --dissipation=false")["verdict"], "poor");
+        // A joint that gravity explains does not hide those that are lost without friction: most of the UR10's, two of the Panda's.
+        let without = of("--model rigid --dissipation=false");
+        let verdict = if robot == "ur10" { "poor" } else { "fair" };
+        assert_eq!(without["verdict"], verdict, "{without}");
+        let reasons = without["assessment"]["reasons"].to_string();
+        assert!(reasons.contains("is predicted no better than its mean"));
     }
 }
 
