@@ -306,7 +306,8 @@ pub(super) fn name_the_shifts(items: &mut [Item], recordings: &[Recording]) {
 }
 
 fn delays(recordings: &[Recording], fits: &JointFits, errors: f64) -> Vec<Item> {
-    let (step, shaken) = (fits.step, is_shaken(fits));
+    // The whole says whether the machine shakes: in a half an inertia grows by chance.
+    let (step, shaken) = (fits.step, errors >= 1.0 && is_shaken(fits));
     let item = |(i, name): (usize, &str)| {
         // Where nothing is known there is nothing to say.
         let known = |f: &JointFit| f.explained.0 > WELL_EXPLAINED && !shaken && !f.at_end;
