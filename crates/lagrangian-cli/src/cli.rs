@@ -336,7 +336,7 @@ Every value is kept, also those that `lagrangian check` refuses, and none is est
 angles are unwrapped.
 
 Examples:
-  lagrangian convert motion.csv --out motion.parquet
+  lagrangian convert motion.csv --out swings.parquet
   lagrangian convert log1.csv log2.csv --time time --q theta --tau torque --angle theta --degrees --out logs.npz
   lagrangian convert bag.db3 --angle all --out arm.csv
   lagrangian convert bag_folder --topic /joint_states --q shoulder,elbow --every 2 --out arm.csv")]

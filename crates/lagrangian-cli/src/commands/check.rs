@@ -1,6 +1,8 @@
 //! `lagrangian check`: is the data good enough for a fit?
 
 use std::io::{IsTerminal, stdout};
+use std::iter;
+use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::Result;
@@ -78,7 +80,11 @@ fn next(args: &CheckArgs, report: &CheckReport) -> String {
     if let Some(delay) = delay.filter(|_| args.data.delay.is_empty()) {
         all.push(format!("--delay={delay}"));
     }
-    all.extend(["--out".into(), "run".into()]);
+    let numbered = (2..).map(|k| format!("run{k}"));
+    let free = iter::once("run".into())
+        .chain(numbered)
+        .find(|name| !Path::new(name).exists());
+    all.extend(iter::once("--out".into()).chain(free));
     all.join(" ")
 }
 

@@ -121,6 +121,12 @@ pub(super) const EXCEPTIONS: &[Exception] = &[
         Instead::Omit,
         "needs Chromium and Lighthouse",
     ),
+    on(
+        "lagrangian track --help",
+        "--robot iiwa7",
+        Instead::Spelling,
+        "a model of seven joints that was fitted for a second moves no robot",
+    ),
     // Blocks of code.
     on(
         "docs/controllers.md",

@@ -282,6 +282,7 @@ fn is_poor(ended: &Ended) -> bool {
     let said = [
         "verdict: poor",
         "\"verdict\":\"poor\"",
+        "\"verdict\": \"poor\"",
         "the fit did not improve",
     ];
     ended.code == Some(1) && said.iter().any(|own| ended.output.contains(own))
