@@ -19,17 +19,17 @@ class Best(Estimator):
         batch: Samples in a batch. A whole number from 1. Default: natural gradient 128 by time and 256 by steps, Adam 512.
         batch_first: Samples of the first batch, growing to `batch`: for the shortest fits. A whole number from 1. Default: as many as later.
         damping: How the damping of the natural gradient falls. One of ``schedule``, ``loss``, ``adaptive``. Default: loss for a fit by time, schedule for one by steps or under the loss rollout.
-        learning_rate: Learning rate at the start. A number above 0. Default: by the optimiser.
-        weight_decay: Weight decay of Adam. A number not below 0. Default: 0.
-        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number not below 0. Default: 0.0002.
-        patience: Stop after so many validations without improvement (one every 25 steps). A whole number from 1.
+        learning_rate: Learning rate at the start. A number above 0, from 1e-12 to 1000. Default: by the optimiser.
+        weight_decay: Weight decay of Adam. A number 0 or above, at most 1000. Default: 0.
+        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the sum of the nMSE of all torques and that of all accelerations times this weight; 0 adds none. A number 0 or above, at most 1e6. Default: 0.00015.
+        patience: Number of validations without improvement, one every 25 steps, after which the fit ends. A whole number from 1.
         horizon: Samples that are predicted from each start. A whole number from 1. Default: 5.
         integrator: Method that a model is trained through. One of ``rk4``, ``stormer-verlet``, ``implicit-midpoint``. Default: rk4.
         substeps: Its steps from one sample to the next. A whole number from 1. Default: 1.
         observe: What of a rollout is compared with the data. One of ``states``, ``positions``. Default: states.
         starts: Start each segment at the recorded state, or at one that is learned with the weights (noisy data). One of ``recorded``, ``free``. Default: recorded.
-        growth: Part of the fit in which the horizon grows from 1. A number from 0 to below 1. Default: 0.5.
-        warm_start: Part of the fit in which accelerations are fitted first. A number from 0 to below 1. Default: 0.
+        growth: Part of the fit in which the horizon grows from 1. A number 0 or above, at most 0.9. Default: 0.5.
+        warm_start: Part of the fit in which accelerations are fitted first. A number 0 or above, at most 0.9. Default: 0.
         steps: End after so many steps; the same seed then gives the same bits.
         seconds: End after so many seconds, 60 by default.
         seed: Seed of weights, split and batches.
@@ -106,7 +106,7 @@ class Lnn(Estimator):
     
     Args:
         form: Any Lagrangian, or one convex in q̇, whose mass matrix is positive everywhere. One of ``free``, ``convex``. Default: free; convex where the data are noisy.
-        speed_limit: A speed that no coordinate reaches, in their unit a second: the network of a Lagrangian then sees artanh(q̇/c) in place of q̇ (see `speed_chart`), that of a Hamiltonian arsinh(p/s), s the median |p|. A number above 0.
+        speed_limit: A speed that no coordinate reaches, in their unit a second: the network of a Lagrangian then sees artanh(q̇/c) in place of q̇ (see `speed_chart`), that of a Hamiltonian arsinh(p/s), s the median |p|. A number above 0, from 1e-12 to 1e12.
         speed_chart: What the network sees of q̇ below `speed_limit`: artanh(q̇/c), for Lagrangians that grow without bound towards c, or arcsin(q̇/c), for those that stay finite there. One of ``artanh``, ``arcsin``. Default: artanh.
         exponential: Give the network exponential units, for masses that span decades.
         width: Units in each hidden layer. A whole number from 1. Default: 64; 16 for delan and vin where the data are noisy.
@@ -119,17 +119,17 @@ class Lnn(Estimator):
         batch: Samples in a batch. A whole number from 1. Default: natural gradient 128 by time and 256 by steps, Adam 512.
         batch_first: Samples of the first batch, growing to `batch`: for the shortest fits. A whole number from 1. Default: as many as later.
         damping: How the damping of the natural gradient falls. One of ``schedule``, ``loss``, ``adaptive``. Default: loss for a fit by time, schedule for one by steps or under the loss rollout.
-        learning_rate: Learning rate at the start. A number above 0. Default: by the optimiser.
-        weight_decay: Weight decay of Adam. A number not below 0. Default: 0.
-        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number not below 0. Default: 0.0002.
-        patience: Stop after so many validations without improvement (one every 25 steps). A whole number from 1.
+        learning_rate: Learning rate at the start. A number above 0, from 1e-12 to 1000. Default: by the optimiser.
+        weight_decay: Weight decay of Adam. A number 0 or above, at most 1000. Default: 0.
+        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the sum of the nMSE of all torques and that of all accelerations times this weight; 0 adds none. A number 0 or above, at most 1e6. Default: 0.00015.
+        patience: Number of validations without improvement, one every 25 steps, after which the fit ends. A whole number from 1.
         horizon: Samples that are predicted from each start. A whole number from 1. Default: 5.
         integrator: Method that a model is trained through. One of ``rk4``, ``stormer-verlet``, ``implicit-midpoint``. Default: rk4.
         substeps: Its steps from one sample to the next. A whole number from 1. Default: 1.
         observe: What of a rollout is compared with the data. One of ``states``, ``positions``. Default: states.
         starts: Start each segment at the recorded state, or at one that is learned with the weights (noisy data). One of ``recorded``, ``free``. Default: recorded.
-        growth: Part of the fit in which the horizon grows from 1. A number from 0 to below 1. Default: 0.5.
-        warm_start: Part of the fit in which accelerations are fitted first. A number from 0 to below 1. Default: 0.
+        growth: Part of the fit in which the horizon grows from 1. A number 0 or above, at most 0.9. Default: 0.5.
+        warm_start: Part of the fit in which accelerations are fitted first. A number 0 or above, at most 0.9. Default: 0.
         steps: End after so many steps; the same seed then gives the same bits.
         seconds: End after so many seconds, 60 by default.
         seed: Seed of weights, split and batches.
@@ -232,17 +232,17 @@ class Delan(Estimator):
         batch: Samples in a batch. A whole number from 1. Default: natural gradient 128 by time and 256 by steps, Adam 512.
         batch_first: Samples of the first batch, growing to `batch`: for the shortest fits. A whole number from 1. Default: as many as later.
         damping: How the damping of the natural gradient falls. One of ``schedule``, ``loss``, ``adaptive``. Default: loss for a fit by time, schedule for one by steps or under the loss rollout.
-        learning_rate: Learning rate at the start. A number above 0. Default: by the optimiser.
-        weight_decay: Weight decay of Adam. A number not below 0. Default: 0.
-        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number not below 0. Default: 0.0002.
-        patience: Stop after so many validations without improvement (one every 25 steps). A whole number from 1.
+        learning_rate: Learning rate at the start. A number above 0, from 1e-12 to 1000. Default: by the optimiser.
+        weight_decay: Weight decay of Adam. A number 0 or above, at most 1000. Default: 0.
+        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the sum of the nMSE of all torques and that of all accelerations times this weight; 0 adds none. A number 0 or above, at most 1e6. Default: 0.00015.
+        patience: Number of validations without improvement, one every 25 steps, after which the fit ends. A whole number from 1.
         horizon: Samples that are predicted from each start. A whole number from 1. Default: 5.
         integrator: Method that a model is trained through. One of ``rk4``, ``stormer-verlet``, ``implicit-midpoint``. Default: rk4.
         substeps: Its steps from one sample to the next. A whole number from 1. Default: 1.
         observe: What of a rollout is compared with the data. One of ``states``, ``positions``. Default: states.
         starts: Start each segment at the recorded state, or at one that is learned with the weights (noisy data). One of ``recorded``, ``free``. Default: recorded.
-        growth: Part of the fit in which the horizon grows from 1. A number from 0 to below 1. Default: 0.5.
-        warm_start: Part of the fit in which accelerations are fitted first. A number from 0 to below 1. Default: 0.
+        growth: Part of the fit in which the horizon grows from 1. A number 0 or above, at most 0.9. Default: 0.5.
+        warm_start: Part of the fit in which accelerations are fitted first. A number 0 or above, at most 0.9. Default: 0.
         steps: End after so many steps; the same seed then gives the same bits.
         seconds: End after so many seconds, 60 by default.
         seed: Seed of weights, split and batches.
@@ -340,17 +340,17 @@ class Vin(Estimator):
         batch: Samples in a batch. A whole number from 1. Default: natural gradient 128 by time and 256 by steps, Adam 512.
         batch_first: Samples of the first batch, growing to `batch`: for the shortest fits. A whole number from 1. Default: as many as later.
         damping: How the damping of the natural gradient falls. One of ``schedule``, ``loss``, ``adaptive``. Default: loss for a fit by time, schedule for one by steps or under the loss rollout.
-        learning_rate: Learning rate at the start. A number above 0. Default: by the optimiser.
-        weight_decay: Weight decay of Adam. A number not below 0. Default: 0.
-        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number not below 0. Default: 0.0002.
-        patience: Stop after so many validations without improvement (one every 25 steps). A whole number from 1.
+        learning_rate: Learning rate at the start. A number above 0, from 1e-12 to 1000. Default: by the optimiser.
+        weight_decay: Weight decay of Adam. A number 0 or above, at most 1000. Default: 0.
+        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the sum of the nMSE of all torques and that of all accelerations times this weight; 0 adds none. A number 0 or above, at most 1e6. Default: 0.00015.
+        patience: Number of validations without improvement, one every 25 steps, after which the fit ends. A whole number from 1.
         horizon: Samples that are predicted from each start. A whole number from 1. Default: 5.
         integrator: Method that a model is trained through. One of ``rk4``, ``stormer-verlet``, ``implicit-midpoint``. Default: rk4.
         substeps: Its steps from one sample to the next. A whole number from 1. Default: 1.
         observe: What of a rollout is compared with the data. One of ``states``, ``positions``. Default: states.
         starts: Start each segment at the recorded state, or at one that is learned with the weights (noisy data). One of ``recorded``, ``free``. Default: recorded.
-        growth: Part of the fit in which the horizon grows from 1. A number from 0 to below 1. Default: 0.5.
-        warm_start: Part of the fit in which accelerations are fitted first. A number from 0 to below 1. Default: 0.
+        growth: Part of the fit in which the horizon grows from 1. A number 0 or above, at most 0.9. Default: 0.5.
+        warm_start: Part of the fit in which accelerations are fitted first. A number 0 or above, at most 0.9. Default: 0.
         steps: End after so many steps; the same seed then gives the same bits.
         seconds: End after so many seconds, 60 by default.
         seed: Seed of weights, split and batches.
@@ -435,7 +435,7 @@ class Hnn(Estimator):
     """Hamiltonian network H(q, p), fitted to (q̇, ṗ) or to motions in (q, p).
     
     Args:
-        speed_limit: A speed that no coordinate reaches, in their unit a second: the network of a Lagrangian then sees artanh(q̇/c) in place of q̇ (see `speed_chart`), that of a Hamiltonian arsinh(p/s), s the median |p|. A number above 0.
+        speed_limit: A speed that no coordinate reaches, in their unit a second: the network of a Lagrangian then sees artanh(q̇/c) in place of q̇ (see `speed_chart`), that of a Hamiltonian arsinh(p/s), s the median |p|. A number above 0, from 1e-12 to 1e12.
         width: Units in each hidden layer. A whole number from 1. Default: 64; 16 for delan and vin where the data are noisy.
         layers: Hidden layers. A whole number from 1. Default: 2.
         activation: Activation of the hidden layers. One of ``softplus``, ``tanh``, ``gelu``, ``xtanh``. Default: softplus.
@@ -443,23 +443,23 @@ class Hnn(Estimator):
         forces: Learn these forces too, separated by commas. Some of ``viscous``, ``coulomb``, ``stribeck``, ``load``, ``directional``, ``quadratic``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
         structure: Any Hamiltonian, one with a mass matrix, or none: the plain flow (q, q̇) → (q̇, q̈) to compare with. One of ``free``, ``mass``, ``none``. Default: free.
         momenta: What a Hamiltonian network takes for momenta: recorded ones (columns p1, p2, …), or the velocities in their place. One of ``recorded``, ``velocities``. Default: recorded, or p = m q̇ with masses.
-        masses: Masses m of p = m q̇, one for each coordinate. Numbers above 0.
+        masses: Masses m of p = m q̇, one for each coordinate. Numbers above 0, from 1e-9 to 1e9.
         loss: What is compared with the data. One of ``acceleration``, ``acceleration-relative``, ``acceleration-l1``, ``torque``, ``torque-l1``, ``torque-acceleration``, ``torque-power``, ``positions``, ``positions-trapezoidal``, ``rollout``. Default: acceleration; rollout for neural-ode; positions for vin; torque for delan where torques are recorded and accelerations certain to 0.5 %.
         optimizer: Natural gradient, or Adam. One of ``natural``, ``adam``. Default: natural; adam where the data are noisy and accelerations or torques compared.
         batch: Samples in a batch. A whole number from 1. Default: natural gradient 128 by time and 256 by steps, Adam 512.
         batch_first: Samples of the first batch, growing to `batch`: for the shortest fits. A whole number from 1. Default: as many as later.
         damping: How the damping of the natural gradient falls. One of ``schedule``, ``loss``, ``adaptive``. Default: loss for a fit by time, schedule for one by steps or under the loss rollout.
-        learning_rate: Learning rate at the start. A number above 0. Default: by the optimiser.
-        weight_decay: Weight decay of Adam. A number not below 0. Default: 0.
-        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number not below 0. Default: 0.0002.
-        patience: Stop after so many validations without improvement (one every 25 steps). A whole number from 1.
+        learning_rate: Learning rate at the start. A number above 0, from 1e-12 to 1000. Default: by the optimiser.
+        weight_decay: Weight decay of Adam. A number 0 or above, at most 1000. Default: 0.
+        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the sum of the nMSE of all torques and that of all accelerations times this weight; 0 adds none. A number 0 or above, at most 1e6. Default: 0.00015.
+        patience: Number of validations without improvement, one every 25 steps, after which the fit ends. A whole number from 1.
         horizon: Samples that are predicted from each start. A whole number from 1. Default: 5.
         integrator: Method that a model is trained through. One of ``rk4``, ``stormer-verlet``, ``implicit-midpoint``. Default: rk4.
         substeps: Its steps from one sample to the next. A whole number from 1. Default: 1.
         observe: What of a rollout is compared with the data. One of ``states``, ``positions``. Default: states.
         starts: Start each segment at the recorded state, or at one that is learned with the weights (noisy data). One of ``recorded``, ``free``. Default: recorded.
-        growth: Part of the fit in which the horizon grows from 1. A number from 0 to below 1. Default: 0.5.
-        warm_start: Part of the fit in which accelerations are fitted first. A number from 0 to below 1. Default: 0.
+        growth: Part of the fit in which the horizon grows from 1. A number 0 or above, at most 0.9. Default: 0.5.
+        warm_start: Part of the fit in which accelerations are fitted first. A number 0 or above, at most 0.9. Default: 0.
         steps: End after so many steps; the same seed then gives the same bits.
         seconds: End after so many seconds, 60 by default.
         seed: Seed of weights, split and batches.
@@ -558,17 +558,17 @@ class Mlp(Estimator):
         batch: Samples in a batch. A whole number from 1. Default: natural gradient 128 by time and 256 by steps, Adam 512.
         batch_first: Samples of the first batch, growing to `batch`: for the shortest fits. A whole number from 1. Default: as many as later.
         damping: How the damping of the natural gradient falls. One of ``schedule``, ``loss``, ``adaptive``. Default: loss for a fit by time, schedule for one by steps or under the loss rollout.
-        learning_rate: Learning rate at the start. A number above 0. Default: by the optimiser.
-        weight_decay: Weight decay of Adam. A number not below 0. Default: 0.
-        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number not below 0. Default: 0.0002.
-        patience: Stop after so many validations without improvement (one every 25 steps). A whole number from 1.
+        learning_rate: Learning rate at the start. A number above 0, from 1e-12 to 1000. Default: by the optimiser.
+        weight_decay: Weight decay of Adam. A number 0 or above, at most 1000. Default: 0.
+        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the sum of the nMSE of all torques and that of all accelerations times this weight; 0 adds none. A number 0 or above, at most 1e6. Default: 0.00015.
+        patience: Number of validations without improvement, one every 25 steps, after which the fit ends. A whole number from 1.
         horizon: Samples that are predicted from each start. A whole number from 1. Default: 5.
         integrator: Method that a model is trained through. One of ``rk4``, ``stormer-verlet``, ``implicit-midpoint``. Default: rk4.
         substeps: Its steps from one sample to the next. A whole number from 1. Default: 1.
         observe: What of a rollout is compared with the data. One of ``states``, ``positions``. Default: states.
         starts: Start each segment at the recorded state, or at one that is learned with the weights (noisy data). One of ``recorded``, ``free``. Default: recorded.
-        growth: Part of the fit in which the horizon grows from 1. A number from 0 to below 1. Default: 0.5.
-        warm_start: Part of the fit in which accelerations are fitted first. A number from 0 to below 1. Default: 0.
+        growth: Part of the fit in which the horizon grows from 1. A number 0 or above, at most 0.9. Default: 0.5.
+        warm_start: Part of the fit in which accelerations are fitted first. A number 0 or above, at most 0.9. Default: 0.
         steps: End after so many steps; the same seed then gives the same bits.
         seconds: End after so many seconds, 60 by default.
         seed: Seed of weights, split and batches.
@@ -656,17 +656,17 @@ class NeuralOde(Estimator):
         batch: Samples in a batch. A whole number from 1. Default: natural gradient 128 by time and 256 by steps, Adam 512.
         batch_first: Samples of the first batch, growing to `batch`: for the shortest fits. A whole number from 1. Default: as many as later.
         damping: How the damping of the natural gradient falls. One of ``schedule``, ``loss``, ``adaptive``. Default: loss for a fit by time, schedule for one by steps or under the loss rollout.
-        learning_rate: Learning rate at the start. A number above 0. Default: by the optimiser.
-        weight_decay: Weight decay of Adam. A number not below 0. Default: 0.
-        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number not below 0. Default: 0.0002.
-        patience: Stop after so many validations without improvement (one every 25 steps). A whole number from 1.
+        learning_rate: Learning rate at the start. A number above 0, from 1e-12 to 1000. Default: by the optimiser.
+        weight_decay: Weight decay of Adam. A number 0 or above, at most 1000. Default: 0.
+        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the sum of the nMSE of all torques and that of all accelerations times this weight; 0 adds none. A number 0 or above, at most 1e6. Default: 0.00015.
+        patience: Number of validations without improvement, one every 25 steps, after which the fit ends. A whole number from 1.
         horizon: Samples that are predicted from each start. A whole number from 1. Default: 5.
         integrator: Method that a model is trained through. One of ``rk4``, ``stormer-verlet``, ``implicit-midpoint``. Default: rk4.
         substeps: Its steps from one sample to the next. A whole number from 1. Default: 1.
         observe: What of a rollout is compared with the data. One of ``states``, ``positions``. Default: states.
         starts: Start each segment at the recorded state, or at one that is learned with the weights (noisy data). One of ``recorded``, ``free``. Default: recorded.
-        growth: Part of the fit in which the horizon grows from 1. A number from 0 to below 1. Default: 0.5.
-        warm_start: Part of the fit in which accelerations are fitted first. A number from 0 to below 1. Default: 0.
+        growth: Part of the fit in which the horizon grows from 1. A number 0 or above, at most 0.9. Default: 0.5.
+        warm_start: Part of the fit in which accelerations are fitted first. A number 0 or above, at most 0.9. Default: 0.
         steps: End after so many steps; the same seed then gives the same bits.
         seconds: End after so many seconds, 60 by default.
         seed: Seed of weights, split and batches.
@@ -754,17 +754,17 @@ class Rigid(Estimator):
         batch: Samples in a batch. A whole number from 1. Default: natural gradient 128 by time and 256 by steps, Adam 512.
         batch_first: Samples of the first batch, growing to `batch`: for the shortest fits. A whole number from 1. Default: as many as later.
         damping: How the damping of the natural gradient falls. One of ``schedule``, ``loss``, ``adaptive``. Default: loss for a fit by time, schedule for one by steps or under the loss rollout.
-        learning_rate: Learning rate at the start. A number above 0. Default: by the optimiser.
-        weight_decay: Weight decay of Adam. A number not below 0. Default: 0.
-        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number not below 0. Default: 0.0002.
-        patience: Stop after so many validations without improvement (one every 25 steps). A whole number from 1.
+        learning_rate: Learning rate at the start. A number above 0, from 1e-12 to 1000. Default: by the optimiser.
+        weight_decay: Weight decay of Adam. A number 0 or above, at most 1000. Default: 0.
+        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the sum of the nMSE of all torques and that of all accelerations times this weight; 0 adds none. A number 0 or above, at most 1e6. Default: 0.00015.
+        patience: Number of validations without improvement, one every 25 steps, after which the fit ends. A whole number from 1.
         horizon: Samples that are predicted from each start. A whole number from 1. Default: 5.
         integrator: Method that a model is trained through. One of ``rk4``, ``stormer-verlet``, ``implicit-midpoint``. Default: rk4.
         substeps: Its steps from one sample to the next. A whole number from 1. Default: 1.
         observe: What of a rollout is compared with the data. One of ``states``, ``positions``. Default: states.
         starts: Start each segment at the recorded state, or at one that is learned with the weights (noisy data). One of ``recorded``, ``free``. Default: recorded.
-        growth: Part of the fit in which the horizon grows from 1. A number from 0 to below 1. Default: 0.5.
-        warm_start: Part of the fit in which accelerations are fitted first. A number from 0 to below 1. Default: 0.
+        growth: Part of the fit in which the horizon grows from 1. A number 0 or above, at most 0.9. Default: 0.5.
+        warm_start: Part of the fit in which accelerations are fitted first. A number 0 or above, at most 0.9. Default: 0.
         steps: End after so many steps; the same seed then gives the same bits.
         seconds: End after so many seconds, 60 by default.
         seed: Seed of weights, split and batches.
@@ -850,17 +850,17 @@ class Chain(Estimator):
         batch: Samples in a batch. A whole number from 1. Default: natural gradient 128 by time and 256 by steps, Adam 512.
         batch_first: Samples of the first batch, growing to `batch`: for the shortest fits. A whole number from 1. Default: as many as later.
         damping: How the damping of the natural gradient falls. One of ``schedule``, ``loss``, ``adaptive``. Default: loss for a fit by time, schedule for one by steps or under the loss rollout.
-        learning_rate: Learning rate at the start. A number above 0. Default: by the optimiser.
-        weight_decay: Weight decay of Adam. A number not below 0. Default: 0.
-        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number not below 0. Default: 0.0002.
-        patience: Stop after so many validations without improvement (one every 25 steps). A whole number from 1.
+        learning_rate: Learning rate at the start. A number above 0, from 1e-12 to 1000. Default: by the optimiser.
+        weight_decay: Weight decay of Adam. A number 0 or above, at most 1000. Default: 0.
+        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the sum of the nMSE of all torques and that of all accelerations times this weight; 0 adds none. A number 0 or above, at most 1e6. Default: 0.00015.
+        patience: Number of validations without improvement, one every 25 steps, after which the fit ends. A whole number from 1.
         horizon: Samples that are predicted from each start. A whole number from 1. Default: 5.
         integrator: Method that a model is trained through. One of ``rk4``, ``stormer-verlet``, ``implicit-midpoint``. Default: rk4.
         substeps: Its steps from one sample to the next. A whole number from 1. Default: 1.
         observe: What of a rollout is compared with the data. One of ``states``, ``positions``. Default: states.
         starts: Start each segment at the recorded state, or at one that is learned with the weights (noisy data). One of ``recorded``, ``free``. Default: recorded.
-        growth: Part of the fit in which the horizon grows from 1. A number from 0 to below 1. Default: 0.5.
-        warm_start: Part of the fit in which accelerations are fitted first. A number from 0 to below 1. Default: 0.
+        growth: Part of the fit in which the horizon grows from 1. A number 0 or above, at most 0.9. Default: 0.5.
+        warm_start: Part of the fit in which accelerations are fitted first. A number 0 or above, at most 0.9. Default: 0.
         steps: End after so many steps; the same seed then gives the same bits.
         seconds: End after so many seconds, 60 by default.
         seed: Seed of weights, split and batches.
@@ -937,23 +937,23 @@ class Features(Estimator):
     Args:
         width: The number of random features. A whole number from 1. Default: 128.
         activation: Activation of the hidden layers. One of ``softplus``, ``tanh``, ``gelu``, ``xtanh``. Default: softplus.
-        spread: The standard deviation of the random weights, for inputs of order one: larger for Lagrangians with more detail. A number above 0. Default: 0.05.
+        spread: The standard deviation of the random weights, for inputs of order one: larger for Lagrangians with more detail. A number above 0, from 1e-6 to 1e6. Default: 0.05.
         loss: What is compared with the data. One of ``acceleration``, ``acceleration-relative``, ``acceleration-l1``, ``torque``, ``torque-l1``, ``torque-acceleration``, ``torque-power``, ``positions``, ``positions-trapezoidal``, ``rollout``. Default: acceleration; rollout for neural-ode; positions for vin; torque for delan where torques are recorded and accelerations certain to 0.5 %.
         optimizer: Natural gradient, or Adam. One of ``natural``, ``adam``. Default: natural; adam where the data are noisy and accelerations or torques compared.
         batch: Samples in a batch. A whole number from 1. Default: natural gradient 128 by time and 256 by steps, Adam 512.
         batch_first: Samples of the first batch, growing to `batch`: for the shortest fits. A whole number from 1. Default: as many as later.
         damping: How the damping of the natural gradient falls. One of ``schedule``, ``loss``, ``adaptive``. Default: loss for a fit by time, schedule for one by steps or under the loss rollout.
-        learning_rate: Learning rate at the start. A number above 0. Default: by the optimiser.
-        weight_decay: Weight decay of Adam. A number not below 0. Default: 0.
-        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number not below 0. Default: 0.0002.
-        patience: Stop after so many validations without improvement (one every 25 steps). A whole number from 1.
+        learning_rate: Learning rate at the start. A number above 0, from 1e-12 to 1000. Default: by the optimiser.
+        weight_decay: Weight decay of Adam. A number 0 or above, at most 1000. Default: 0.
+        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the sum of the nMSE of all torques and that of all accelerations times this weight; 0 adds none. A number 0 or above, at most 1e6. Default: 0.00015.
+        patience: Number of validations without improvement, one every 25 steps, after which the fit ends. A whole number from 1.
         horizon: Samples that are predicted from each start. A whole number from 1. Default: 5.
         integrator: Method that a model is trained through. One of ``rk4``, ``stormer-verlet``, ``implicit-midpoint``. Default: rk4.
         substeps: Its steps from one sample to the next. A whole number from 1. Default: 1.
         observe: What of a rollout is compared with the data. One of ``states``, ``positions``. Default: states.
         starts: Start each segment at the recorded state, or at one that is learned with the weights (noisy data). One of ``recorded``, ``free``. Default: recorded.
-        growth: Part of the fit in which the horizon grows from 1. A number from 0 to below 1. Default: 0.5.
-        warm_start: Part of the fit in which accelerations are fitted first. A number from 0 to below 1. Default: 0.
+        growth: Part of the fit in which the horizon grows from 1. A number 0 or above, at most 0.9. Default: 0.5.
+        warm_start: Part of the fit in which accelerations are fitted first. A number 0 or above, at most 0.9. Default: 0.
         steps: End after so many steps; the same seed then gives the same bits.
         seconds: End after so many seconds, 60 by default.
         seed: Seed of weights, split and batches.
@@ -1033,23 +1033,23 @@ class Servo(Estimator):
     
     Args:
         friction: The terms of the friction of gears (arXiv 2410.08650). One of ``m1``, ``m2``, ``m3``, ``m4``, ``m5``, ``m6``. Default: by held-out motions.
-        weight: The moment m g l of the first link's weight, N·m: without a torque only ratios to it are learned. A number above 0. Default: 1.
+        weight: The moment m g l of the first link's weight, N·m: without a torque only ratios to it are learned. A number above 0, from 1e-9 to 1e9. Default: 1.
         loss: What is compared with the data. One of ``acceleration``, ``acceleration-relative``, ``acceleration-l1``, ``torque``, ``torque-l1``, ``torque-acceleration``, ``torque-power``, ``positions``, ``positions-trapezoidal``, ``rollout``. Default: acceleration; rollout for neural-ode; positions for vin; torque for delan where torques are recorded and accelerations certain to 0.5 %.
         optimizer: Natural gradient, or Adam. One of ``natural``, ``adam``. Default: natural; adam where the data are noisy and accelerations or torques compared.
         batch: Samples in a batch. A whole number from 1. Default: natural gradient 128 by time and 256 by steps, Adam 512.
         batch_first: Samples of the first batch, growing to `batch`: for the shortest fits. A whole number from 1. Default: as many as later.
         damping: How the damping of the natural gradient falls. One of ``schedule``, ``loss``, ``adaptive``. Default: loss for a fit by time, schedule for one by steps or under the loss rollout.
-        learning_rate: Learning rate at the start. A number above 0. Default: by the optimiser.
-        weight_decay: Weight decay of Adam. A number not below 0. Default: 0.
-        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the nMSE of all torques and so many times that of all accelerations; 0 adds none. A number not below 0. Default: 0.0002.
-        patience: Stop after so many validations without improvement (one every 25 steps). A whole number from 1.
+        learning_rate: Learning rate at the start. A number above 0, from 1e-12 to 1000. Default: by the optimiser.
+        weight_decay: Weight decay of Adam. A number 0 or above, at most 1000. Default: 0.
+        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the sum of the nMSE of all torques and that of all accelerations times this weight; 0 adds none. A number 0 or above, at most 1e6. Default: 0.00015.
+        patience: Number of validations without improvement, one every 25 steps, after which the fit ends. A whole number from 1.
         horizon: Samples that are predicted from each start. A whole number from 1. Default: 5.
         integrator: Method that a model is trained through. One of ``rk4``, ``stormer-verlet``, ``implicit-midpoint``. Default: rk4.
         substeps: Its steps from one sample to the next. A whole number from 1. Default: 1.
         observe: What of a rollout is compared with the data. One of ``states``, ``positions``. Default: states.
         starts: Start each segment at the recorded state, or at one that is learned with the weights (noisy data). One of ``recorded``, ``free``. Default: recorded.
-        growth: Part of the fit in which the horizon grows from 1. A number from 0 to below 1. Default: 0.5.
-        warm_start: Part of the fit in which accelerations are fitted first. A number from 0 to below 1. Default: 0.
+        growth: Part of the fit in which the horizon grows from 1. A number 0 or above, at most 0.9. Default: 0.5.
+        warm_start: Part of the fit in which accelerations are fitted first. A number 0 or above, at most 0.9. Default: 0.
         steps: End after so many steps; the same seed then gives the same bits.
         seconds: End after so many seconds, 60 by default.
         seed: Seed of weights, split and batches.
