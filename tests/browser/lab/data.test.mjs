@@ -106,7 +106,7 @@ test("rates of a gyroscope are not proposed as positions, and their long names f
   assert.match(await page.locator(".message.bad").textContent(), /^Choose at least one column/);
   await page.getByLabel("Gyroscope x (rad/s) is a coordinate").check();
   await page.getByRole("button", { name: "Check the data" }).click();
-  await page.getByText("The data are").waitFor();
+  await page.locator(".message.bad").filter({ hasText: "rad/s" }).waitFor();
   assert.deepEqual(wrong, []);
   await close();
 });
