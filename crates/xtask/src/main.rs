@@ -232,12 +232,16 @@ fn main() -> ExitCode {
 fn run(steps: &[Step]) -> Result<String, String> {
     let start = Instant::now();
     steps.iter().try_for_each(require)?;
-    steps.iter().try_for_each(carry_out)?;
-    let names: Vec<&str> = steps.iter().map(|step| step.name).collect();
+    let mut passed = Vec::new();
+    for step in steps {
+        let begun = Instant::now();
+        carry_out(step)?;
+        passed.push(format!("{} {} s", step.name, begun.elapsed().as_secs()));
+    }
     Ok(format!(
-        "xtask: passed {} in {} s",
-        names.join(", "),
-        start.elapsed().as_secs()
+        "xtask: passed in {} s: {}",
+        start.elapsed().as_secs(),
+        passed.join(", ")
     ))
 }
 
