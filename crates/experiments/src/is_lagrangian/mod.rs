@@ -1,5 +1,6 @@
 //! Systems of which it is known whether a Lagrangian exists, and what their recordings say.
 
+mod laws;
 mod systems;
 
 use anyhow::Result;
@@ -59,7 +60,6 @@ fn run(lab: &mut Lab) -> Result<()> {
                 let config = SurveyConfig {
                     budget: lab.budget(300, 80),
                     seed,
-                    ..SurveyConfig::default()
                 };
                 let survey = survey(&coordinates, &recordings, &config, &mut lab.progress)?;
                 lab.progress.check()?;
@@ -87,9 +87,9 @@ fn record(lab: &mut Lab, system: &System, noise: f64, survey: &Survey) {
     let who = contestant(system.name, system.name, Role::Lnn, ());
     let truth = system.truth;
     let right = survey.verdict.existence == truth;
-    let asymmetry = survey.asymmetry.as_ref();
-    let damping = survey.damping.as_ref();
-    let divergence = survey.contraction;
+    let asymmetry = survey.asymmetry;
+    let damping = survey.damping;
+    let divergence = survey.divergence;
     lab.row(&format!("noise_{noise}"), &who)
         .add("right", f64::from(u8::from(right)))
         .add("confidence", survey.verdict.confidence)
@@ -100,15 +100,15 @@ fn record(lab: &mut Lab, system: &System, noise: f64, survey: &Survey) {
         .add("asymmetry_chance", asymmetry.map(|a| a.chance))
         .add("coupled_damping", damping.map(|d| d.coupled))
         .add("coupled_chance", damping.map(|d| d.chance))
-        .add("divergence", divergence.map(|c| c.divergence.rate))
-        .add("divergence_error", divergence.map(|c| c.error()))
+        .add("divergence", divergence.map(|d| d.rate))
+        .add("divergence_error", divergence.map(|d| d.error))
         .detail("truth", truth)
         .detail("survey", survey);
 }
 
 /// A dash for each seed of each system: errors of the three fits, Helmholtz' conditions, divergence.
 fn draw(lab: &mut Lab, place: usize, noise: f64, survey: &Survey) {
-    let (asymmetry, divergence) = (survey.asymmetry.as_ref(), survey.contraction);
+    let (asymmetry, divergence) = (survey.asymmetry, survey.divergence);
     let fits = [&survey.conservative, &survey.friction, &survey.unrestricted];
     let [lagrangian, friction, any] = fits.map(|fit| Some(fit.relative));
     let errors = vec![
@@ -121,10 +121,10 @@ fn draw(lab: &mut Lab, place: usize, noise: f64, survey: &Survey) {
         ("learned field", Role::Lnn, learned),
         ("errors of learning", Role::Baseline, chance),
     ];
-    let mean = divergence.map(|c| c.divergence.rate.abs());
+    let mean = divergence.map(|d| d.rate.abs());
     let divergences = vec![
         ("|mean|", Role::Lnn, mean),
-        ("error", Role::Baseline, divergence.map(|c| c.error())),
+        ("error", Role::Baseline, divergence.map(|d| d.error)),
     ];
     let title = "What the best multiplier leaves of the Helmholtz conditions";
     let panels = [

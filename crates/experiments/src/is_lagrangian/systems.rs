@@ -3,6 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::laws::{active_particle, curl_force, van_der_pol};
 use crate::data::column_sizes;
 use crate::plausibility::premises::Premise;
 use lagrangian::analytic::{Analytic, DoublePendulum, Pendulum, System as Known, by_name, normal};
@@ -10,7 +11,7 @@ use lagrangian::rollout::{free, times};
 use lagrangian::{
     Coordinates, Dissipation, Mechanical, Model, Result, RolloutOptions, Trajectory, rollout,
 };
-use lagrangian_analysis::existence::{Existence, active_particle, curl_force, van_der_pol};
+use lagrangian_analysis::existence::Existence;
 
 /// A system whose Lagrangian exists, needs friction beside it, or does not exist.
 pub(super) struct System {

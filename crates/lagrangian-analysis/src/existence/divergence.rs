@@ -3,10 +3,11 @@
 //! A regular Lagrangian keeps the measure det M dq dq̇: d/dt ln |det M| = −tr ∂f/∂q̇. Between two passes of the same state
 //! ln |det M| is the same, so that the mean of the divergence vanishes, whatever M is.
 
+use faer::Mat;
 use serde::Serialize;
 
-use super::field::{Field, FieldScale, States};
-use lagrangian::{Coordinates, Model, Signal, Trajectory};
+use super::field::{Field, FieldScale, Q, QD, states};
+use lagrangian::{Coordinates, Model, Trajectory};
 
 /// A motion returns where the state differs by less than this part of its scale, root mean square.
 const RETURNED: f64 = 0.3;
@@ -16,80 +17,96 @@ const SHORTEST: f64 = 3.0;
 const STATES: usize = 300;
 /// The smallest number of motions that return.
 const FEWEST: usize = 3;
+/// A divergence is significant beyond this many times its error.
+const TIMES_ERROR: f64 = 4.0;
 
-/// A mean divergence, positive where the volume of neighbouring motions grows.
+/// The mean divergence of the learned field, positive where the volume of neighbouring motions grows.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Divergence {
     /// The mean of tr ∂f/∂q̇, 1/s.
     pub rate: f64,
-    /// The standard error of the mean over the motions, 1/s.
+    /// The error of the mean, 1/s: the standard error over the motions, the error of learning, and the divergence of an
+    /// error of q̈ that is proportional to q̇ and as large as that of the unrestricted fit.
     pub error: f64,
     /// The number of motions that return.
     pub motions: usize,
 }
 
-/// The mean divergence of `model` along the returns of these recordings, under their forces; none where too few return,
-/// because the divergence along a motion that goes elsewhere need not vanish.
+impl Divergence {
+    /// Whether volume shrinks or grows.
+    pub(super) fn is_significant(&self) -> bool {
+        self.rate.abs() > TIMES_ERROR * self.error
+    }
+}
+
+/// The mean divergence of the first of two models that learned the same law along the returns of these recordings, under
+/// their forces; none where too few return, because the divergence along a motion that goes elsewhere need not vanish.
+/// `missed` is the relative error of the first on held-out recordings.
 pub(super) fn divergence(
-    model: &dyn Model,
+    models: [&dyn Model; 2],
     recordings: &[Trajectory],
     scale: &FieldScale,
+    missed: f64,
 ) -> Option<Divergence> {
-    let mut field = Field::new(model, scale);
-    let mut returns = Vec::new();
-    for recording in recordings {
-        if let Some((from, to)) = longest_return(model.coordinates(), recording, scale) {
-            let part = recording.part(from..to + 1);
-            let time = part.t[part.len() - 1] - part.t[0];
-            returns.push((mean_trace(&mut field, &part), time));
-        }
-    }
-    returns.retain(|(rate, _)| rate.is_finite());
-    (returns.len() >= FEWEST).then(|| weighted(&returns))
+    let coordinates = models[0].coordinates();
+    let returns = recordings.iter();
+    let returns = returns.filter_map(|recording| longest_return(coordinates, recording, scale));
+    let returns: Vec<Trajectory> = returns.collect();
+    let [own, second] = models.map(|model| mean(model, &returns, scale));
+    let (own, second) = (own?, second?);
+    let error = own.error.hypot(second.rate - own.rate);
+    Some(Divergence {
+        error: error.hypot(missed / scale.time),
+        ..own
+    })
 }
 
-/// Mean by time and its standard error.
-fn weighted(returns: &[(f64, f64)]) -> Divergence {
-    let total: f64 = returns.iter().map(|(_, time)| time).sum();
-    let rate = returns.iter().map(|(x, time)| x * time).sum::<f64>() / total;
-    let count = returns.len() as f64;
-    let apart: f64 = returns
+/// The mean by time and its standard error over the motions.
+fn mean(model: &dyn Model, returns: &[Trajectory], scale: &FieldScale) -> Option<Divergence> {
+    let mut field = Field::new(model, scale);
+    let own = returns.iter();
+    let own = own.map(|motion| {
+        (
+            integral(&mut field, motion),
+            motion.t[motion.len() - 1] - motion.t[0],
+        )
+    });
+    let own: Vec<(f64, f64)> = own.filter(|(change, _)| change.is_finite()).collect();
+    let total: f64 = own.iter().map(|(_, time)| time).sum();
+    let rate = own.iter().map(|(change, _)| change).sum::<f64>() / total;
+    let apart = own
         .iter()
-        .map(|(x, time)| (time * (x - rate)).powi(2))
-        .sum();
-    let error = (apart * count / (count - 1.0)).sqrt() / total;
-    Divergence {
+        .map(|(change, time)| (change - time * rate).powi(2));
+    let count = own.len() as f64;
+    let error = (apart.sum::<f64>() * count / (count - 1.0)).sqrt() / total;
+    (own.len() >= FEWEST).then_some(Divergence {
         rate,
         error,
-        motions: returns.len(),
-    }
+        motions: own.len(),
+    })
 }
 
-/// The two samples farthest apart in time between which the state returns.
+/// The part of a recording between the two samples farthest apart in time between which the state returns.
 fn longest_return(
     coordinates: &Coordinates,
     recording: &Trajectory,
     scale: &FieldScale,
-) -> Option<(usize, usize)> {
+) -> Option<Trajectory> {
     let every = recording.len().div_ceil(STATES).max(1);
-    let samples: Vec<usize> = (0..recording.len()).step_by(every).collect();
-    let mut best: Option<(usize, usize)> = None;
-    for &a in &samples {
-        for &b in samples.iter().rev().take_while(|b| **b > a) {
-            let lasts = recording.t[b] - recording.t[a];
-            let least = best.map_or(SHORTEST * scale.time, |(a, b)| {
-                recording.t[b] - recording.t[a]
-            });
-            if lasts <= least {
-                break;
-            }
-            if distance(coordinates, recording, scale, (a, b)) < RETURNED {
-                best = Some((a, b));
-                break;
-            }
+    let samples = || (0..recording.len()).step_by(every);
+    let lasts = |(a, b): (usize, usize)| recording.t[b] - recording.t[a];
+    let pairs = samples().flat_map(|a| samples().map(move |b| (a, b)));
+    let long = pairs.filter(|pair| lasts(*pair) > SHORTEST * scale.time);
+    let returns = long.filter(|pair| distance(coordinates, recording, scale, *pair) < RETURNED);
+    let longer = |best, pair| {
+        if lasts(pair) > lasts(best) {
+            pair
+        } else {
+            best
         }
-    }
-    best
+    };
+    let (from, to) = returns.reduce(longer)?;
+    Some(recording.part(from..to + 1))
 }
 
 /// Root mean square of the differences of two states in units of the scales; angles on the circle, as chords.
@@ -99,61 +116,42 @@ fn distance(
     scale: &FieldScale,
     (a, b): (usize, usize),
 ) -> f64 {
-    let n = scale.q.len();
-    let mut sum = 0.0;
-    for i in 0..n {
-        let q = recording.q[b * n + i] - recording.q[a * n + i];
-        let q = if coordinates.is_circle(i) {
-            2.0 * (0.5 * q).sin()
-        } else {
-            q
+    let (a, b) = (recording.row(a), recording.row(b));
+    let n = a.q.len();
+    let of = |i: usize| {
+        let q = match coordinates.is_circle(i) {
+            true => 2.0 * (0.5 * (b.q[i] - a.q[i])).sin(),
+            false => b.q[i] - a.q[i],
         };
-        let v = recording.qd[b * n + i] - recording.qd[a * n + i];
-        sum += (q / scale.q[i]).powi(2) + (v / scale.qd[i]).powi(2);
-    }
-    (sum / (2 * n) as f64).sqrt()
+        let (q, qd) = (
+            q / scale.signals[Q][i],
+            (b.qd[i] - a.qd[i]) / scale.signals[QD][i],
+        );
+        q * q + qd * qd
+    };
+    ((0..n).map(of).sum::<f64>() / (2 * n) as f64).sqrt()
 }
 
-/// Mean over time of tr ∂f/∂q̇, 1/s, by the trapezoidal rule.
-fn mean_trace(field: &mut Field, part: &Trajectory) -> f64 {
-    let n = part.dof();
-    let still = vec![0.0; part.q.len()];
-    let tau = part.values(Signal::Tau).unwrap_or(&still);
-    let by_qd = field
-        .jacobians(States {
-            q: &part.q,
-            qd: &part.qd,
-            tau,
-        })
-        .by_qd;
-    let traces: Vec<f64> = by_qd
-        .chunks_exact(n * n)
-        .map(|b| (0..n).map(|i| b[i * n + i]).sum())
-        .collect();
-    let steps = part.t.windows(2).zip(traces.windows(2));
-    let integral: f64 = steps
-        .map(|(t, x)| 0.5 * (t[1] - t[0]) * (x[0] + x[1]))
-        .sum();
-    integral / (part.t[part.len() - 1] - part.t[0])
+/// ∫ tr ∂f/∂q̇ dt by the trapezoidal rule.
+fn integral(field: &mut Field, motion: &Trajectory) -> f64 {
+    let trace = |b: &Mat<f64>| -> f64 { (0..b.nrows()).map(|i| b[(i, i)]).sum() };
+    let by_qd = field.derivative(QD, &states(motion));
+    let steps = motion.t.windows(2).zip(by_qd.windows(2));
+    let areas = steps.map(|(t, b)| 0.5 * (t[1] - t[0]) * (trace(&b[0]) + trace(&b[1])));
+    areas.sum()
 }
 
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-    use super::super::tests::{Starts, recordings};
-    use super::super::van_der_pol;
+    use super::super::tests::{Starts, recordings, unit, van_der_pol};
     use super::*;
     use lagrangian::analytic::by_name;
 
     fn of(model: &dyn Model, duration: f64, q: f64, qd: f64) -> Option<Divergence> {
         let recordings = recordings(model, &Starts { duration, q, qd }, 8, 3);
-        let n = model.coordinates().dof();
-        let scale = FieldScale {
-            q: vec![1.0; n],
-            qd: vec![1.0; n],
-            time: 0.5,
-        };
-        divergence(model, &recordings, &scale)
+        let scale = unit(model.coordinates().dof(), 0.5);
+        divergence([model; 2], &recordings, &scale, 0.0)
     }
 
     #[test]

@@ -4,7 +4,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
-use lagrangian::{Model, Signal, Trajectory};
+use super::field::{accelerations, states};
+use lagrangian::{Model, Trajectory};
 
 /// Fewer recordings than this are cut into pieces, so that there is something to resample.
 const FEWEST: usize = 8;
@@ -26,19 +27,14 @@ pub struct HeldOutErrors {
 }
 
 /// Held-out recordings as pieces: whole, or where there are few, equal parts of each.
-pub(super) fn pieces(recordings: Vec<Trajectory>) -> Vec<Trajectory> {
+pub(super) fn pieces(recordings: &[Trajectory]) -> Vec<Trajectory> {
     let parts = FEWEST.div_ceil(recordings.len().max(1));
     let cut = |r: &Trajectory| -> Vec<Trajectory> {
         let at = |k: usize| r.len() * k / parts;
-        (0..parts)
-            .map(|k| r.part(at(k)..at(k + 1)))
-            .filter(|p| !p.is_empty())
-            .collect()
+        let all = (0..parts).map(|k| r.part(at(k)..at(k + 1)));
+        all.filter(|piece| !piece.is_empty()).collect()
     };
-    match parts {
-        1 => recordings,
-        _ => recordings.iter().flat_map(cut).collect(),
-    }
+    recordings.iter().flat_map(cut).collect()
 }
 
 impl HeldOutErrors {
@@ -46,24 +42,19 @@ impl HeldOutErrors {
     pub(super) fn of(model: &dyn Model, pieces: &[Trajectory], scale: &[f64]) -> Self {
         let n = scale.len();
         let mut evaluator = model.evaluator();
-        let (mut squares, mut sums, mut count) = (Vec::new(), vec![0.0; n], 0.0);
+        let (mut squares, mut sums, mut count) = (Vec::new(), vec![0.0; n], 0);
         for piece in pieces {
-            let still = vec![0.0; piece.q.len()];
-            let tau = piece.values(Signal::Tau).unwrap_or(&still);
-            let mut own = vec![0.0; piece.q.len()];
-            let _ = evaluator.forward_dynamics(&piece.q, &piece.qd, tau, &mut own);
-            let qdd = piece.values(Signal::Qdd).unwrap_or(&still);
+            let own = accelerations(&mut *evaluator, &states(piece));
             let mut sum = 0.0;
-            for (at, (a, b)) in own.iter().zip(qdd).enumerate() {
-                let e = ((a - b) / scale[at % n]).abs();
-                let square = if e < WORST { e * e } else { WORST * WORST };
+            for (at, (a, b)) in own.iter().zip(&piece.qdd).enumerate() {
+                let square = ((a - b) / scale[at % n]).abs().min(WORST).powi(2);
                 sums[at % n] += square;
                 sum += square;
             }
-            squares.push(sum / own.len().max(1) as f64);
-            count += (own.len() / n) as f64;
+            squares.push(sum / own.len() as f64);
+            count += piece.len();
         }
-        let mean = |sum: &f64| sum / f64::max(count, 1.0);
+        let mean = |sum: &f64| sum / count.max(1) as f64;
         Self {
             relative: (sums.iter().map(mean).sum::<f64>() / n as f64).sqrt(),
             accelerations: (sums.iter().zip(scale))

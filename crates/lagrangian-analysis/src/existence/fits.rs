@@ -2,26 +2,25 @@
 
 use std::ops::ControlFlow;
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-
 use super::errors::HeldOutErrors;
 use super::parts::Parts;
 use super::survey::SurveyConfig;
-use lagrangian::analytic::normal;
 use lagrangian::models::{Form, Lnn};
 use lagrangian::{
     Dataset, Family, Fit, FitConfig, ForceTerms, Learned, LnnConfig, Loss, Mechanical, MlpConfig,
-    Model, Observer, Progress, Result, Signals, fit,
+    Model, Observer, Progress, Result, fit,
 };
 
-/// Fits of a survey at most.
+/// The most fits of a survey.
 const MOST: usize = 9;
+/// Width of both networks, and samples of a step.
+const WIDTH: usize = 32;
+const BATCH: usize = 128;
 
 pub(super) struct Fits<'a> {
-    pub(super) parts: &'a Parts,
-    pub(super) config: &'a SurveyConfig,
-    pub(super) observer: &'a mut dyn Observer,
+    parts: &'a Parts,
+    config: &'a SurveyConfig,
+    observer: &'a mut dyn Observer,
     done: usize,
 }
 
@@ -41,44 +40,37 @@ impl<'a> Fits<'a> {
 
     /// A Lagrangian alone, and with friction.
     pub(super) fn lagrangians(&mut self) -> Result<[Fit; 2]> {
-        self.both(self.config.network.clone(), self.config.seed)
+        self.both(Form::Free, self.config.seed)
     }
 
-    /// The same, or what is better on the validation samples of two more tries: other weights at the start, and the other form
-    /// of the network, free or convex in q̇. A free network does not learn every Lagrangian, and not every Lagrangian is
-    /// convex.
+    /// Each of these, or the better one on the validation samples of two more tries: with other initial weights, and with a
+    /// network that is convex in q̇. A free network does not learn every Lagrangian, and not every Lagrangian is convex.
     pub(super) fn otherwise(&mut self, first: [Fit; 2]) -> Result<[Fit; 2]> {
-        let (network, seed) = (self.config.network.clone(), self.config.seed);
-        let other = LnnConfig {
-            form: match network.form {
-                Form::Free => Form::Convex,
-                Form::Convex => Form::Free,
-            },
-            width: network.width.next_multiple_of(16),
-            ..network.clone()
-        };
+        let seed = self.config.seed;
         let better = |one: Fit, other: Fit| if other.best < one.best { other } else { one };
         let mut best = first;
-        for (network, seed) in [(network, seed.wrapping_add(1)), (other, seed)] {
-            let ([a, b], [c, d]) = (best, self.both(network, seed)?);
+        for (form, seed) in [(Form::Free, seed.wrapping_add(1)), (Form::Convex, seed)] {
+            let ([a, b], [c, d]) = (best, self.both(form, seed)?);
             best = [better(a, c), better(b, d)];
         }
         Ok(best)
     }
 
-    fn both(&mut self, network: LnnConfig, seed: u64) -> Result<[Fit; 2]> {
-        let data = &self.parts.dataset;
-        let conservative = self.fit(data, network.clone().into(), ForceTerms::default(), seed)?;
-        let friction = self.fit(data, network.into(), ForceTerms::friction(), seed)?;
-        Ok(self.best([conservative, friction]))
-    }
-
-    /// The same, the first one without friction being the second less its friction where that is better on the validation
-    /// samples: then what friction brought was the luck of training.
-    fn best(&self, [mut conservative, friction]: [Fit; 2]) -> [Fit; 2] {
-        let scale = self.parts.dataset.acceleration_scale();
+    /// Both fits. Where the second less its friction is the better conservative one on the validation samples, it is taken:
+    /// then what friction brought was the luck of training.
+    fn both(&mut self, form: Form, seed: u64) -> Result<[Fit; 2]> {
+        let parts = self.parts;
+        let network = LnnConfig {
+            form,
+            width: WIDTH,
+            ..LnnConfig::default()
+        };
+        let none = ForceTerms::default();
+        let mut conservative = self.fit(&parts.dataset, network.clone().into(), none, seed)?;
+        let friction = self.fit(&parts.dataset, network.into(), ForceTerms::friction(), seed)?;
+        let scale = parts.dataset.acceleration_scale();
         let error =
-            |model: &dyn Model| HeldOutErrors::of(model, &self.parts.validation, &scale).relative;
+            |model: &dyn Model| HeldOutErrors::of(model, &parts.validation, &scale).relative;
         if let Some(lnn) = friction.model.lagrangian_as::<Lnn>() {
             let bare = Learned::from(Mechanical::conservative(lnn.clone()));
             if error(&bare) < error(&conservative.model) {
@@ -86,52 +78,20 @@ impl<'a> Fits<'a> {
                 conservative.model = bare;
             }
         }
-        [conservative, friction]
+        Ok([conservative, friction])
     }
 
-    /// A plain network of any force.
-    pub(super) fn plain(&mut self) -> Result<Learned> {
-        let parts = self.parts;
-        self.plain_from(&parts.dataset)
-    }
-
-    /// The same from recordings drawn with replacement.
-    pub(super) fn plain_drawn(&mut self) -> Result<Learned> {
-        let drawn = self.parts.drawn(self.config.seed)?;
-        self.plain_from(&drawn)
-    }
-
-    /// A plain network of the data as the Lagrangian `model` would have made them: its accelerations at the same states, with
-    /// noise of the size `noise`, `[n]`, that no fit explains.
-    pub(super) fn plain_of(&mut self, model: &dyn Model, noise: &[f64]) -> Result<Learned> {
-        let mut rng = ChaCha8Rng::seed_from_u64(self.config.seed);
-        let mut made = self.parts.dataset.clone();
-        for samples in [&mut made.train, &mut made.validation] {
-            let measured = samples.qdd.clone();
-            let Signals {
-                q, qd, qdd, tau, ..
-            } = &mut samples.signals;
-            let _ = model.evaluator().forward_dynamics(q, qd, tau, qdd);
-            for (at, (own, measured)) in samples.qdd.iter_mut().zip(&measured).enumerate() {
-                // Where it fails it is not worth imitating.
-                let failed = !own.is_finite() || own.abs() > 100.0 * measured.abs().max(1.0);
-                let deviation = noise[at % noise.len()] * normal(&mut rng);
-                *own = if failed { *measured } else { *own + deviation };
-            }
-        }
-        self.plain_from(&made)
-    }
-
-    fn plain_from(&mut self, dataset: &Dataset) -> Result<Learned> {
-        let SurveyConfig { network, seed, .. } = self.config;
+    /// A plain network, which fits any force.
+    pub(super) fn plain(&mut self, dataset: &Dataset) -> Result<Learned> {
+        let network = LnnConfig::default();
         let mlp = MlpConfig {
-            width: network.width,
+            width: WIDTH,
             layers: network.layers,
             activation: network.activation,
             ..MlpConfig::default()
         };
-        let fitted = self.fit(dataset, mlp.into(), ForceTerms::default(), *seed)?;
-        Ok(fitted.model)
+        let (forces, seed) = (ForceTerms::default(), self.config.seed);
+        Ok(self.fit(dataset, mlp.into(), forces, seed)?.model)
     }
 
     fn fit(
@@ -146,7 +106,7 @@ impl<'a> Fits<'a> {
             forces,
             loss: Loss::ACCELERATION,
             budget: self.config.budget,
-            batch: self.config.batch,
+            batch: BATCH,
             seed,
             ..FitConfig::default()
         };

@@ -3,7 +3,7 @@
 //!
 //! [`survey()`] compares fits with and without the restriction to a Lagrangian, tests the conditions of Helmholtz on the
 //! learned field, and measures its divergence along motions that return. From these it derives a verdict, a confidence and
-//! reasons. [`helmholtz()`] tests the conditions on a known model.
+//! reasons.
 
 mod damping;
 mod divergence;
@@ -11,10 +11,8 @@ mod errors;
 mod field;
 mod fits;
 mod helmholtz;
-mod item;
-mod laws;
 mod parts;
-mod reasons;
+mod report;
 mod survey;
 #[cfg(test)]
 mod tests;
@@ -23,9 +21,7 @@ mod verdict;
 pub use damping::Damping;
 pub use divergence::Divergence;
 pub use errors::HeldOutErrors;
-pub use field::FieldScale;
-pub use helmholtz::{Violation, helmholtz};
-pub use item::check_item;
-pub use laws::{LawOfMotion, active_particle, curl_force, van_der_pol};
-pub use survey::{Asymmetry, Contraction, Survey, SurveyConfig, survey};
+pub use helmholtz::Asymmetry;
+pub use report::check_item;
+pub use survey::{Survey, SurveyConfig, survey};
 pub use verdict::{Conclusion, Existence};

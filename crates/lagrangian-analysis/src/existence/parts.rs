@@ -4,16 +4,15 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::errors::pieces;
-use super::field::FieldScale;
-use lagrangian::{Coordinates, Dataset, Error, Result, State, Trajectory, split};
+use super::field::{FieldScale, States, accelerations};
+use lagrangian::analytic::normal;
+use lagrangian::{Coordinates, Dataset, Error, Model, Result, Trajectory, split};
 
 /// The parts of the recordings that are held out of all fits, and that validate the weights.
 const HELD_OUT: f64 = 0.25;
 const VALIDATION: f64 = 0.15;
 /// Fewer samples than this cannot be divided into three.
 const FEWEST_SAMPLES: usize = 100;
-/// The number of motions along which the conditions of Helmholtz are tested.
-const MOTIONS: usize = 24;
 
 pub(super) struct Parts {
     pub(super) dataset: Dataset,
@@ -45,50 +44,81 @@ impl Parts {
         let dataset = Dataset::new(coordinates.clone(), &train, &validation)?;
         // For its errors: they are those of recordings that cannot be used.
         Dataset::new(coordinates.clone(), &test, &[])?;
-        let recordings = test.len();
         Ok(Self {
             dataset,
             train,
             validation,
-            recordings,
-            test: pieces(test),
+            recordings: test.len(),
+            test: pieces(&test),
         })
     }
 
-    /// The training data once more: as many pieces, drawn from them with replacement (Efron 1979).
+    /// The training data with their pieces drawn with replacement, as many as there are (Efron 1979).
     pub(super) fn drawn(&self, seed: u64) -> Result<Dataset> {
-        let (mut rng, from) = (ChaCha8Rng::seed_from_u64(seed), pieces(self.train.clone()));
+        let (mut rng, from) = (ChaCha8Rng::seed_from_u64(seed), pieces(&self.train));
         let one = |_| from[rng.random_range(0..from.len())].clone();
         let drawn: Vec<Trajectory> = (0..from.len()).map(one).collect();
         Dataset::new(self.dataset.coordinates.clone(), &drawn, &self.validation)
     }
 
+    /// The data as `model` would have made them: its accelerations at the same states, with noise of the size `noise`, `[n]`,
+    /// that no fit explains.
+    pub(super) fn imitated(&self, model: &dyn Model, noise: &[f64], seed: u64) -> Dataset {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut made = self.dataset.clone();
+        let mut evaluator = model.evaluator();
+        for samples in [&mut made.train, &mut made.validation] {
+            let states = [&samples.q, &samples.qd, &samples.tau].map(Vec::clone);
+            let own = accelerations(&mut *evaluator, &states);
+            for (at, (qdd, own)) in samples.qdd.iter_mut().zip(own).enumerate() {
+                let deviation = noise[at % noise.len()] * normal(&mut rng);
+                // Accelerations at which the model fails are not worth imitating.
+                if own.abs() <= 100.0 * qdd.abs().max(1.0) {
+                    *qdd = own + deviation;
+                }
+            }
+        }
+        made
+    }
+
     /// The scales of the data; the time is that in which the velocity turns, the root mean square of q̇ over that of q̈.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for data at rest, or without accelerations.
     pub(super) fn scale(&self) -> Result<FieldScale> {
         let (scaling, data) = (self.dataset.scaling(), &self.dataset.train);
         let unit = &scaling.qd_scale;
         let square = |(at, x): (usize, &f64)| (x / unit[at % unit.len()]).powi(2);
         let squares = |x: &[f64]| -> f64 { x.iter().enumerate().map(square).sum() };
         let time = (squares(&data.qd) / squares(&data.qdd)).sqrt();
-        let scale = FieldScale {
-            time,
-            q: scaling.q_scale,
-            qd: scaling.qd_scale,
-        };
-        scale.validate(self.dataset.coordinates.dof())?;
-        Ok(scale)
+        if !(time.is_finite() && time > 0.0) {
+            let must = "finite and above 0: give recordings that move and accelerate";
+            return Err(Error::argument(
+                "time in which the velocity turns",
+                time,
+                must,
+            ));
+        }
+        let signals = [
+            scaling.q_scale,
+            scaling.qd_scale,
+            self.dataset.force_scale(),
+        ];
+        Ok(FieldScale { signals, time })
     }
+}
 
-    /// Evenly chosen held-out states.
-    pub(super) fn starts(&self) -> Vec<State> {
-        let n = self.dataset.coordinates.dof();
-        let samples: usize = self.test.iter().map(Trajectory::len).sum();
-        let states = |t: &Trajectory| -> Vec<State> {
-            let rows = t.q.chunks_exact(n).zip(t.qd.chunks_exact(n));
-            rows.map(|(q, qd)| State::new(q.to_vec(), qd.to_vec()))
-                .collect()
-        };
-        let all = self.test.iter().flat_map(states);
-        all.step_by((samples / MOTIONS).max(1)).collect()
+/// Evenly chosen states of recordings, some `most` of them; forces that were not recorded are 0.
+pub(super) fn thinned(recordings: &[Trajectory], most: usize) -> States {
+    let samples: usize = recordings.iter().map(Trajectory::len).sum();
+    let rows = recordings.iter();
+    let rows = rows.flat_map(|r| (0..r.len()).map(move |k| r.row(k)));
+    let [mut q, mut qd, mut tau] = [const { Vec::new() }; 3];
+    for row in rows.step_by((samples / most).max(1)) {
+        q.extend_from_slice(row.q);
+        qd.extend_from_slice(row.qd);
+        tau.extend_from_slice(row.tau);
+        tau.resize(q.len(), 0.0);
     }
+    [q, qd, tau]
 }

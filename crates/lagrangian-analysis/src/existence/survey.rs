@@ -1,83 +1,28 @@
 //! The survey of one data set: three fits, the conditions of Helmholtz, the divergence, and a verdict.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::damping::{Damping, damping};
 use super::divergence::{Divergence, divergence};
 use super::errors::HeldOutErrors;
-use super::field::FieldScale;
 use super::fits::Fits;
-use super::helmholtz::{Violation, helmholtz, helmholtz_between};
-use super::parts::Parts;
-use super::verdict::{Conclusion, hidden, unsupported, verdict};
-use lagrangian::{Budget, Coordinates, LnnConfig, Model, Observer, Result, State, Trajectory};
+use super::helmholtz::{Asymmetry, asymmetry};
+use super::parts::{Parts, thinned};
+use super::verdict::{Conclusion, conclude, unsupported};
+use lagrangian::{Budget, Coordinates, Model, Observer, Result, Trajectory};
+
+/// The numbers of held-out states at which the damping is measured, and from which motions start for the conditions of
+/// Helmholtz.
+const STATES: usize = 200;
+const MOTIONS: usize = 24;
 
 /// Settings of the fits of a survey.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurveyConfig {
-    /// The Lagrangian network; the plain network has the same width, layers and activation.
-    pub network: LnnConfig,
     /// The budget of each fit. There are five, or nine where the first Lagrangian fits are not good enough.
     pub budget: Budget,
-    /// The number of samples of a step.
-    pub batch: usize,
     /// The seed of weights, batches and the split.
     pub seed: u64,
-}
-
-impl Default for SurveyConfig {
-    fn default() -> Self {
-        Self {
-            network: LnnConfig {
-                width: 32,
-                ..LnnConfig::default()
-            },
-            budget: Budget::Steps(300),
-            batch: 128,
-            seed: 0,
-        }
-    }
-}
-
-/// The violation of the conditions of Helmholtz by the learned field.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Asymmetry {
-    /// The median over all motions of [`Violation::asymmetry`].
-    pub median: f64,
-    /// The asymmetry that errors of learning and noise can explain, the smaller of two medians: that of a field that was
-    /// learned in the same manner from the accelerations of the Lagrangian fit, and that of the difference of Φ to a field
-    /// that was learned from recordings drawn with replacement.
-    pub chance: f64,
-    /// The median of [`Violation::regularity`].
-    pub regularity: f64,
-    /// The number of motions that did not end early.
-    pub motions: usize,
-    /// The asymmetry of each motion.
-    pub all: Vec<f64>,
-    /// The asymmetry of each motion that errors can explain.
-    pub all_by_chance: Vec<f64>,
-}
-
-/// The mean divergence of the learned field.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Contraction {
-    /// The divergence of the field.
-    pub divergence: Divergence,
-    /// The difference to the divergence of a field that was learned in the same manner from recordings drawn with
-    /// replacement, 1/s.
-    pub chance: f64,
-    /// The divergence of an error of q̈ that is proportional to q̇ and has the size of the error of the unrestricted fit, 1/s.
-    pub floor: f64,
-}
-
-impl Contraction {
-    /// The error of the rate, 1/s: the standard error over motions, the error of learning, and the part that held-out errors
-    /// allow.
-    #[must_use]
-    pub fn error(&self) -> f64 {
-        self.divergence.error.hypot(self.chance).hypot(self.floor)
-    }
 }
 
 /// The result of a survey.
@@ -94,11 +39,9 @@ pub struct Survey {
     /// The conditions of Helmholtz; none for one coordinate, and where all motions of the learned field end early.
     pub asymmetry: Option<Asymmetry>,
     /// The mean divergence; none where too few motions return.
-    pub contraction: Option<Contraction>,
+    pub divergence: Option<Divergence>,
     /// The damping; none for free motions.
     pub damping: Option<Damping>,
-    /// The size of accelerations by an additional force that would not have changed the verdict, m/s² or rad/s², `[n]`.
-    pub hidden: Vec<f64>,
     /// The number of held-out recordings.
     pub recordings: usize,
     /// The number of held-out samples.
@@ -120,7 +63,9 @@ pub struct Survey {
 /// them, and less where the other two tests do not support the verdict.
 ///
 /// # Errors
-/// As [`Dataset::new`](lagrangian::Dataset::new) and [`fit`](lagrangian::fit()); [`Error::TooShort`](lagrangian::Error::TooShort) where too little is left to hold out.
+/// As [`Dataset::new`](lagrangian::Dataset::new) and [`fit`](lagrangian::fit());
+/// [`Error::TooShort`](lagrangian::Error::TooShort) where too little is left to hold out, and
+/// [`Error::Argument`](lagrangian::Error::Argument) for recordings at rest.
 pub fn survey(
     coordinates: &Coordinates,
     recordings: &[Trajectory],
@@ -128,29 +73,26 @@ pub fn survey(
     observer: &mut dyn Observer,
 ) -> Result<Survey> {
     let parts = Parts::new(coordinates, recordings, config.seed)?;
-    let scale = parts.scale()?;
-    let (qdd, tau) = (
-        parts.dataset.acceleration_scale(),
-        parts.dataset.force_scale(),
-    );
-    let mut fits = Fits::new(&parts, config, observer);
+    let (scale, qdd) = (parts.scale()?, parts.dataset.acceleration_scale());
     let held_out = |model: &dyn Model| HeldOutErrors::of(model, &parts.test, &qdd);
-    let plain = fits.plain()?;
-    let models: [&dyn Model; 2] = [&plain, &fits.plain_drawn()?];
+    let mut fits = Fits::new(&parts, config, observer);
+    let plain = fits.plain(&parts.dataset)?;
+    let unrestricted = held_out(&plain);
+    let models: [&dyn Model; 2] = [&plain, &fits.plain(&parts.drawn(config.seed)?)?];
     let mut lagrangians = fits.lagrangians()?;
-    let null = fits.plain_of(&lagrangians[0].model, &held_out(&plain).accelerations)?;
+    let noise = &unrestricted.accelerations;
+    let imitated = parts.imitated(&lagrangians[0].model, noise, config.seed);
+    let null = fits.plain(&imitated)?;
+    let states = |most| thinned(&parts.test, most);
+    let damped = || damping(models, &states(STATES), &scale);
     let mut found = Survey {
-        verdict: Conclusion::none(),
-        hidden: Vec::new(),
-        asymmetry: asymmetry(models, &null, &parts.starts(), &scale)?,
-        contraction: contraction(models, recordings, &scale, held_out(&plain).relative),
-        damping: match parts.dataset.forced {
-            true => damping(models, &parts.test, &scale, &tau),
-            false => None,
-        },
+        verdict: Conclusion::default(),
+        asymmetry: asymmetry(models, &null, &states(MOTIONS), &scale)?,
+        divergence: divergence(models, recordings, &scale, unrestricted.relative),
+        damping: parts.dataset.forced.then(damped).flatten(),
         conservative: held_out(&lagrangians[0].model),
         friction: held_out(&lagrangians[1].model),
-        unrestricted: held_out(&plain),
+        unrestricted,
         recordings: parts.recordings,
         samples: parts.test.iter().map(Trajectory::len).sum(),
     };
@@ -159,65 +101,6 @@ pub fn survey(
         found.conservative = held_out(&lagrangians[0].model);
         found.friction = held_out(&lagrangians[1].model);
     }
-    found.hidden = hidden(&found);
-    found.verdict = verdict(&found, coordinates.dof(), config.seed);
+    found.verdict = conclude(&found, coordinates.dof(), config.seed);
     Ok(found)
-}
-
-fn asymmetry(
-    models: [&dyn Model; 2],
-    null: &dyn Model,
-    starts: &[State],
-    scale: &FieldScale,
-) -> Result<Option<Asymmetry>> {
-    if scale.q.len() == 1 {
-        return Ok(None);
-    }
-    let found = helmholtz_between(models, starts, scale)?;
-    let values = |of: &dyn Fn(&(Violation, f64)) -> f64| -> Vec<f64> {
-        found.iter().map(of).filter(|x| x.is_finite()).collect()
-    };
-    let all = values(&|(v, _)| v.asymmetry);
-    let all_by_chance = values(&|(_, chance)| *chance);
-    let of_null = helmholtz(null, starts, scale)?;
-    let of_null: Vec<f64> = of_null.iter().map(|v| v.asymmetry).collect();
-    // Both are more rather than less than what errors do: the one is a bound, the other that of a field that may be harder.
-    let all_by_chance = match (median(&all_by_chance), median(&of_null)) {
-        (Some(bound), Some(null)) if null < bound => of_null,
-        _ => all_by_chance,
-    };
-    let regularities = values(&|(v, _)| v.regularity);
-    let medians = [&all, &all_by_chance, &regularities].map(|values| median(values));
-    let [Some(median), Some(chance), Some(regularity)] = medians else {
-        return Ok(None);
-    };
-    Ok(Some(Asymmetry {
-        median,
-        chance,
-        regularity,
-        motions: all.len(),
-        all,
-        all_by_chance,
-    }))
-}
-
-fn contraction(
-    [own, second]: [&dyn Model; 2],
-    recordings: &[Trajectory],
-    scale: &FieldScale,
-    error: f64,
-) -> Option<Contraction> {
-    let measured = divergence(own, recordings, scale)?;
-    let chance = (divergence(second, recordings, scale)?.rate - measured.rate).abs();
-    Some(Contraction {
-        divergence: measured,
-        chance,
-        floor: error / scale.time,
-    })
-}
-
-fn median(values: &[f64]) -> Option<f64> {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied()
 }

@@ -5,7 +5,7 @@ use std::fmt::{Display, Formatter};
 use serde::Serialize;
 
 use super::errors::frequency;
-use super::reasons::reasons;
+use super::report::reasons;
 use super::survey::Survey;
 
 /// Errors within this factor count as equal, because training depends on its initial weights.
@@ -18,14 +18,12 @@ const NEGLIGIBLE: f64 = 0.01;
 const FAILED: f64 = 0.5;
 /// Where only the fits contradict a Lagrangian, their error must exceed this part of the accelerations.
 const MUCH: f64 = 0.1;
-/// A divergence is significant beyond this many standard errors.
-const STANDARD_ERRORS: f64 = 4.0;
 /// An asymmetry or a coupling is significant beyond this many times what errors of learning explain (of 18 learned fields of
 /// Lagrangian systems, clean and noisy, none exceeded 1.0 times that; ADR 0046).
-const TIMES_CHANCE: f64 = 1.5;
+pub(super) const TIMES_CHANCE: f64 = 1.5;
 
 /// Whether a Lagrangian exists for recorded motions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Existence {
     /// A Lagrangian exists.
@@ -35,6 +33,7 @@ pub enum Existence {
     /// The motions follow a law, but no Lagrangian of it was found, with or without friction.
     NoneFound,
     /// The recordings do not decide it.
+    #[default]
     Undecided,
 }
 
@@ -50,7 +49,7 @@ impl Display for Existence {
 }
 
 /// The verdict of a survey, with its confidence and reasons.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Conclusion {
     /// Whether a Lagrangian exists.
     pub existence: Existence,
@@ -60,13 +59,16 @@ pub struct Conclusion {
     pub reasons: Vec<String>,
 }
 
-impl Conclusion {
-    pub(super) fn none() -> Self {
-        Self {
-            existence: Existence::Undecided,
-            confidence: 0.0,
-            reasons: Vec::new(),
-        }
+/// The verdict on a survey of `n` coordinates.
+pub(super) fn conclude(found: &Survey, n: usize, seed: u64) -> Conclusion {
+    let fits = [&found.conservative, &found.friction, &found.unrestricted];
+    let existence = by_errors(fits.map(|f| f.relative));
+    let frequency = frequency(fits, |errors| by_errors(errors) == existence, seed);
+    let (existence, confidence) = weighed(found, existence, frequency);
+    Conclusion {
+        existence,
+        confidence: confidence.min(most_certain(found.recordings)),
+        reasons: reasons(found, existence, n),
     }
 }
 
@@ -89,10 +91,26 @@ fn by_errors([conservative, friction, unrestricted]: [f64; 3]) -> Existence {
 pub(super) fn unsupported(found: &Survey) -> bool {
     let fits = [&found.conservative, &found.friction, &found.unrestricted];
     match by_errors(fits.map(|f| f.relative)) {
-        Existence::WithFriction => contracts(found) != Some(true),
+        Existence::WithFriction => !contracts(found),
         // Friction draws motions together and leaves no multiplier either.
         Existence::NoneFound => !excluded(found) || least(found) < MUCH,
         Existence::Lagrangian | Existence::Undecided => false,
+    }
+}
+
+/// The verdict and its confidence after the other tests, which do not depend on how well a Lagrangian network learns.
+fn weighed(found: &Survey, existence: Existence, frequency: f64) -> (Existence, f64) {
+    // Without a divergence or a damping, the fit with friction may be better by its initial weights alone.
+    let lucky = found.damping.is_none()
+        && found.conservative.relative <= INITIAL_WEIGHTS * found.friction.relative;
+    match existence {
+        Existence::NoneFound if !excluded(found) && least(found) < MUCH => {
+            (Existence::Undecided, 0.5)
+        }
+        Existence::NoneFound if !excluded(found) => (existence, 0.7 * frequency),
+        Existence::Lagrangian if contracts(found) => (existence, 0.5 * frequency),
+        Existence::WithFriction if lucky && !contracts(found) => (existence, 0.7 * frequency),
+        _ => (existence, frequency),
     }
 }
 
@@ -101,79 +119,22 @@ fn least(found: &Survey) -> f64 {
     found.conservative.relative.min(found.friction.relative)
 }
 
+/// Whether volume shrinks or grows.
+fn contracts(found: &Survey) -> bool {
+    found.divergence.is_some_and(|d| d.is_significant())
+}
+
 /// Whether a test that does not depend on how well a Lagrangian network learns excludes one.
 fn excluded(found: &Survey) -> bool {
-    [asymmetric(found), contracts(found), coupled(found)].contains(&Some(true))
-}
-
-/// The verdict on a survey of `n` coordinates.
-pub(super) fn verdict(found: &Survey, n: usize, seed: u64) -> Conclusion {
-    let fits = [&found.conservative, &found.friction, &found.unrestricted];
-    let existence = by_errors(fits.map(|f| f.relative));
-    let frequency = frequency(fits, |errors| by_errors(errors) == existence, seed);
-    let (existence, confidence) = weighed(found, existence, frequency);
-    Conclusion {
-        existence,
-        confidence: confidence.min(most_certain(found.recordings)),
-        reasons: reasons(found, existence, n),
-    }
-}
-
-/// Whether the fit with friction may be better by its initial weights alone: no other test supports friction, and the errors
-/// are not far apart.
-fn by_initial_weights(found: &Survey) -> bool {
-    contracts(found) != Some(true)
-        && found.damping.is_none()
-        && found.conservative.relative <= INITIAL_WEIGHTS * found.friction.relative
-}
-
-/// The verdict and its confidence after the other tests, which do not depend on how well a Lagrangian network learns.
-fn weighed(found: &Survey, existence: Existence, frequency: f64) -> (Existence, f64) {
-    match existence {
-        Existence::NoneFound if !excluded(found) && least(found) < MUCH => {
-            (Existence::Undecided, 0.5)
-        }
-        Existence::NoneFound if !excluded(found) => (existence, 0.7 * frequency),
-        Existence::Lagrangian if contracts(found) == Some(true) => (existence, 0.5 * frequency),
-        Existence::WithFriction if by_initial_weights(found) => (existence, 0.7 * frequency),
-        _ => (existence, frequency),
-    }
+    contracts(found)
+        || found.asymmetry.is_some_and(|a| a.is_significant())
+        || found.damping.is_some_and(|d| d.is_significant())
 }
 
 /// k recordings that all agree do so by chance once in 2ᵏ; pieces of fewer than four count as one recording more.
 fn most_certain(recordings: usize) -> f64 {
     let k = recordings + usize::from(recordings < 4);
     1.0 - 0.5_f64.powi(i32::try_from(k).unwrap_or(i32::MAX))
-}
-
-/// Whether no multiplier makes the field that of a Lagrangian; `None` where nothing was measured.
-pub(super) fn asymmetric(found: &Survey) -> Option<bool> {
-    let asymmetry = found.asymmetry.as_ref();
-    asymmetry.map(|a| a.median > TIMES_CHANCE * a.chance)
-}
-
-/// Whether volume shrinks or grows.
-pub(super) fn contracts(found: &Survey) -> Option<bool> {
-    let contraction = found.contraction;
-    contraction.map(|c| c.divergence.rate.abs() > STANDARD_ERRORS * c.error())
-}
-
-/// Whether damping couples coordinates, as no friction of single ones does.
-pub(super) fn coupled(found: &Survey) -> Option<bool> {
-    let damping = found.damping.as_ref();
-    damping.map(|d| d.coupled > TIMES_CHANCE * d.chance)
-}
-
-/// Accelerations below which a force would have changed no verdict, `[n]`: what the best fit would have to leave more.
-pub(super) fn hidden(found: &Survey) -> Vec<f64> {
-    let fits = [&found.conservative, &found.friction, &found.unrestricted].into_iter();
-    let best = fits.min_by(|a, b| a.relative.total_cmp(&b.relative));
-    let Some(best) = best.filter(|b| b.relative > 0.0) else {
-        return Vec::new();
-    };
-    let bound = f64::max(NEGLIGIBLE, (EQUAL * EQUAL - 1.0).sqrt() * best.relative);
-    let accelerations = best.accelerations.iter();
-    accelerations.map(|a| a * bound / best.relative).collect()
 }
 
 #[cfg(test)]

@@ -34,7 +34,7 @@ pub(super) fn item(
     let (trajectories, _) = data::trajectories(recordings.to_vec(), &options)?;
     let config = SurveyConfig {
         budget: Budget::Seconds(args.seconds),
-        ..SurveyConfig::default()
+        seed: 0,
     };
     let mut shown = Shown::start("searching for a Lagrangian", mode.quiet);
     interrupt::listen()?;

@@ -4,19 +4,16 @@ use lagrangian::{Coordinates, Evaluation, Evaluator, Model};
 
 /// A law of motion of unit masses, q̈ = a(q, q̇) + τ, as a [`Model`].
 #[derive(Debug, Clone)]
-pub struct LawOfMotion {
+pub(super) struct LawOfMotion {
     coordinates: Coordinates,
+    /// Writes a(q, q̇), `[n]`.
     accelerations: fn(&[f64], &[f64], &mut [f64]),
 }
 
-impl LawOfMotion {
-    /// The law q̈ = a(q, q̇) + τ of these coordinates; `accelerations` writes a(q, q̇), `[n]`.
-    #[must_use]
-    pub fn new(coordinates: Coordinates, accelerations: fn(&[f64], &[f64], &mut [f64])) -> Self {
-        Self {
-            coordinates,
-            accelerations,
-        }
+fn law(coordinates: Coordinates, accelerations: fn(&[f64], &[f64], &mut [f64])) -> LawOfMotion {
+    LawOfMotion {
+        coordinates,
+        accelerations,
     }
 }
 
@@ -46,33 +43,18 @@ impl Evaluator for LawOfMotion {
         qdd.iter_mut().zip(tau).for_each(|(a, tau)| *a += tau);
         Evaluation::of(qdd, n, 0)
     }
-
-    fn inverse_dynamics(
-        &mut self,
-        q: &[f64],
-        qd: &[f64],
-        qdd: &[f64],
-        tau: &mut [f64],
-    ) -> Evaluation {
-        let free = vec![0.0; tau.len()];
-        let outcome = self.forward_dynamics(q, qd, &free, tau);
-        tau.iter_mut().zip(qdd).for_each(|(tau, a)| *tau = a - *tau);
-        outcome
-    }
 }
 
 /// The oscillator q̈ = 2 (1 − q²) q̇ − q (van der Pol 1926): every motion ends in one cycle, on which no Lagrangian exists.
-#[must_use]
-pub fn van_der_pol() -> LawOfMotion {
-    LawOfMotion::new(Coordinates::lines(1), |q, qd, qdd| {
+pub(super) fn van_der_pol() -> LawOfMotion {
+    law(Coordinates::lines(1), |q, qd, qdd| {
         qdd[0] = 2.0 * (1.0 - q[0] * q[0]) * qd[0] - q[0];
     })
 }
 
 /// A particle that drives itself to a speed of its own, q̈ = −∇V + (1 − v²) v with V = ½ (x² + 1.5 y²).
-#[must_use]
-pub fn active_particle() -> LawOfMotion {
-    LawOfMotion::new(Coordinates::lines(2), |q, qd, qdd| {
+pub(super) fn active_particle() -> LawOfMotion {
+    law(Coordinates::lines(2), |q, qd, qdd| {
         let drive = 1.0 - (qd[0] * qd[0] + qd[1] * qd[1]);
         qdd[0] = -q[0] + drive * qd[0];
         qdd[1] = -1.5 * q[1] + drive * qd[1];
@@ -81,9 +63,8 @@ pub fn active_particle() -> LawOfMotion {
 
 /// A particle in a force of positions alone that is not the gradient of a potential, q̈ = −q + k r² (−y, x) with k = 0.1. A
 /// multiplier g would have to make g ∂f/∂q symmetric at all q, and only g = 0 does.
-#[must_use]
-pub fn curl_force() -> LawOfMotion {
-    LawOfMotion::new(Coordinates::lines(2), |q, _, qdd| {
+pub(super) fn curl_force() -> LawOfMotion {
+    law(Coordinates::lines(2), |q, _, qdd| {
         let k = 0.1 * (q[0] * q[0] + q[1] * q[1]);
         qdd[0] = -q[0] - k * q[1];
         qdd[1] = -q[1] + k * q[0];
