@@ -6,13 +6,13 @@ use anyhow::{Result, anyhow};
 use lagrangian::analytic::AnalyticModel;
 use lagrangian::models::Form;
 use lagrangian::{FitConfig, Lagrangian, Learned, LnnConfig, Loss, random_states};
-use lagrangian_analysis::action::{DiscreteAction, Path, PathKind, action_variation};
+use lagrangian_analysis::action::{DiscreteAction, Path, PathKind};
 use lagrangian_report::{Axis, Role};
 
 use crate::harness::{Contestant, Experiment, Lab, contestant, less, neither};
 use paths::{
-    CASES, Case, Comparison, Measured, SIZES, compare, directions, energy_scale,
-    first_conjugate_time, mass_scale, measure,
+    CASES, Case, Comparison, Measured, SIZES, compare, directions, energy_scale, mass_scale,
+    measure,
 };
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
@@ -65,7 +65,8 @@ impl Paths {
         let (Some(short), Some(long)) = (short, long) else {
             return Ok(None);
         };
-        let conjugate = first_conjugate_time(lagrangian, &long.stationary.path);
+        let conjugate = long.stationary.second_variation.conjugate_times.first();
+        let conjugate = conjugate.copied();
         Ok(Some(Self {
             short,
             long,
@@ -220,8 +221,8 @@ fn draw(
             .x(Axis::linear("size of the variation ε", ""))
             .y(Axis::linear("S(ε) − S(0)", "J·s"));
         for (k, one) in measured.families.iter().enumerate() {
-            let change = one.change.iter().map(|s| s / scale).collect();
-            plot.add(&format!("{name} {}", k + 1), role, &one.epsilon, change);
+            let change = one.iter().map(|s| s / scale).collect();
+            plot.add(&format!("{name} {}", k + 1), role, &*SIZES, change);
         }
     }
     let eigenvalues = paths.long.eigenvalues.iter();
@@ -241,13 +242,13 @@ fn draw_truth(lab: &mut Lab, case: &Case, system: &dyn AnalyticModel, paths: &Pa
     let stationary = &paths.long.stationary;
     let mut action = DiscreteAction::new(system.lagrangian());
     let mode = &stationary.second_variation.mode;
-    let along = action_variation(&mut action, &stationary.path, mode, &*SIZES);
+    let along = action.changes(&stationary.path, mode, &*SIZES);
     let [short, long] = [case.short, case.long].map(|seconds| group(case, seconds));
     lab.plot_of([case.system, &long], "saddle", VARIED).add(
         "least curved variation",
         Role::Other(0),
-        &along.epsilon,
-        along.change,
+        &*SIZES,
+        along,
     );
     let path = &paths.short.stationary.path;
     let epsilon = (-14..=-1).map(|k| 10.0_f64.powf(0.5 * f64::from(k)));
@@ -266,7 +267,7 @@ fn draw_truth(lab: &mut Lab, case: &Case, system: &dyn AnalyticModel, paths: &Pa
         ),
     ];
     for (name, role, path) in lines {
-        let change = action_variation(&mut action, &path, eta, &epsilon).change;
+        let change = action.changes(&path, eta, &epsilon);
         let change = change.iter().map(|s| s.abs()).collect();
         let caption = "Along the motion the action changes by the square of the variation, down to rounding; along any \
                            other path in proportion to it.";

@@ -14,10 +14,7 @@ use lagrangian::analytic::{AnalyticModel, by_name};
 use lagrangian::mechanics::{Jet, dot};
 use lagrangian::rollout::free;
 use lagrangian::{Error, Lagrangian, Model, Result, RolloutOptions, rollout};
-use lagrangian_analysis::action::{
-    ActionVariation, DiscreteAction, Path, StationaryPath, action_variation, conjugate_times,
-    stationary_path_from,
-};
+use lagrangian_analysis::action::{DiscreteAction, Path, StationaryPath, stationary_path_from};
 
 /// Segments of the paths.
 pub(crate) const SEGMENTS: usize = 400;
@@ -95,7 +92,7 @@ pub(crate) struct Measured {
     /// Its stationary path.
     pub(crate) stationary: StationaryPath,
     /// S(ε) − S(0) along sines of one and of two half waves of each coordinate, `[2 n]`.
-    pub(crate) families: Vec<ActionVariation>,
+    pub(crate) families: Vec<Vec<f64>>,
     /// Largest |dS/dε| at ε = 0 over the change of S at the largest ε: 0 where the path is stationary.
     pub(crate) slope: f64,
     /// Least eigenvalue of the second variation at parts of the time, (s, 1/s² in units of mass).
@@ -111,14 +108,13 @@ pub(crate) fn measure(lagrangian: &dyn Lagrangian, first: &Path) -> Result<Optio
     let path = &stationary.path;
     let directions = directions(path);
     let families = directions.iter();
-    let families = families.map(|eta| action_variation(&mut action, path, eta, &*SIZES));
-    let families: Vec<ActionVariation> = families.collect();
+    let families = families.map(|eta| action.changes(path, eta, &*SIZES));
+    let families: Vec<Vec<f64>> = families.collect();
     let slope = directions.iter().zip(&families).map(|(eta, far)| {
         // Small enough for the cubic part, large enough for rounding.
-        let near = action_variation(&mut action, path, eta, &[-1e-4, 1e-4]);
-        let slope = (near.change[1] - near.change[0]) / 2e-4;
-        let far = far.change.iter();
-        let largest = far.fold(f64::MIN_POSITIVE, |l, x| l.max(x.abs()));
+        let near = action.changes(path, eta, &[-1e-4, 1e-4]);
+        let slope = (near[1] - near[0]) / 2e-4;
+        let largest = far.iter().fold(f64::MIN_POSITIVE, |l, x| l.max(x.abs()));
         slope.abs() * LARGEST / largest
     });
     let slope = slope.fold(0.0, f64::max);
@@ -134,9 +130,7 @@ pub(crate) fn measure(lagrangian: &dyn Lagrangian, first: &Path) -> Result<Optio
 /// The variations that all are compared along, each `[N + 1, n]`.
 pub(crate) fn directions(path: &Path) -> Vec<Vec<f64>> {
     let pairs = (0..path.dof).flat_map(|i| [(i, 1), (i, 2)]);
-    pairs
-        .map(|(i, k)| ActionVariation::sine(path, i, k))
-        .collect()
+    pairs.map(|(i, k)| path.sine(i, k)).collect()
 }
 
 /// λ of the first parts of a path, from an eighth of it on.
@@ -158,12 +152,6 @@ fn eigenvalues(lagrangian: &dyn Lagrangian, path: &Path) -> Result<Vec<(f64, f64
     Ok(all)
 }
 
-/// First conjugate time of the motion that starts as a path does, s; `None` where none lies within it.
-pub(crate) fn first_conjugate_time(lagrangian: &dyn Lagrangian, path: &Path) -> Option<f64> {
-    let times = conjugate_times(&mut DiscreteAction::new(lagrangian), path);
-    times.into_iter().reduce(f64::min)
-}
-
 /// A learned Lagrangian beside the true one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Comparison {
@@ -180,7 +168,7 @@ pub(crate) fn compare(truth: &Measured, learned: &Measured, scale: f64) -> Compa
     let [q, other] = [truth, learned].map(|measured| &measured.stationary.path.q);
     let (mut missed, mut all) = (0.0, 0.0);
     for (own, other) in truth.families.iter().zip(&learned.families) {
-        for (s, model) in own.change.iter().zip(&other.change) {
+        for (s, model) in own.iter().zip(other) {
             missed += (model / scale - s).powi(2);
             all += s * s;
         }
@@ -259,17 +247,12 @@ mod tests {
             assert_eq!(short.stationary.kind, PathKind::Minimum, "{}", case.system);
             assert_eq!(long.stationary.kind, PathKind::Saddle, "{}", case.system);
             assert!(short.slope < 1e-5 && long.slope < 1e-5, "{}", case.system);
-            assert!(
-                short
-                    .families
-                    .iter()
-                    .all(|f| f.change.iter().all(|s| *s >= 0.0))
-            );
+            assert!(short.families.iter().all(|f| f.iter().all(|s| *s >= 0.0)));
             let crossing = long
                 .eigenvalues
                 .windows(2)
                 .find(|w| w[0].1 > 0.0 && w[1].1 <= 0.0);
-            let at = first_conjugate_time(system.lagrangian(), &long.stationary.path).unwrap();
+            let at = long.stationary.second_variation.conjugate_times[0];
             let crossing = crossing.unwrap();
             assert!(
                 (crossing[0].0..=crossing[1].0).contains(&at),

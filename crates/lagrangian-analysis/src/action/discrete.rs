@@ -1,5 +1,7 @@
 //! The action of a path by the midpoint rule, its gradient and its Hessian.
 
+use std::f64::consts::PI;
+
 use super::tridiagonal::BlockTridiagonal;
 use lagrangian::Lagrangian;
 use lagrangian::mechanics::{Curvature, Jet, Jets};
@@ -46,7 +48,19 @@ impl Path {
         &self.q[self.dof..self.q.len() - self.dof]
     }
 
-    /// The same path with a node between every two: cubic inside, quadratic at the ends.
+    /// The variation sin(k π t/T) of one coordinate at all nodes, `[N + 1, n]`.
+    #[must_use]
+    pub fn sine(&self, coordinate: usize, k: u32) -> Vec<f64> {
+        let last = self.segments();
+        let mut eta = vec![0.0; self.q.len()];
+        for node in 1..last {
+            let phase = PI * f64::from(k) * node as f64 / last as f64;
+            eta[node * self.dof + coordinate] = phase.sin();
+        }
+        eta
+    }
+
+    /// The path refined by a node between every two: cubic inside, quadratic at the ends.
     pub(super) fn refined(&self) -> Self {
         let (n, last) = (self.dof, self.segments());
         let mut q = Vec::with_capacity((2 * last + 1) * n);
@@ -54,15 +68,10 @@ impl Path {
             q.extend_from_slice(self.node(k));
             for i in 0..n {
                 let at = |k: usize| self.q[k * n + i];
-                let between = 0.5 * (at(k) + at(k + 1));
                 let bend = |k: usize| at(k - 1) - 2.0 * at(k) + at(k + 1);
-                let bends: Vec<f64> = [k, k + 1]
-                    .into_iter()
-                    .filter(|&k| k > 0 && k < last)
-                    .map(bend)
-                    .collect();
-                let mean = bends.iter().sum::<f64>() / bends.len().max(1) as f64;
-                q.push(between - 0.125 * mean);
+                // The ends have no second difference; their segments take that of the other node.
+                let (a, b) = (k.clamp(1, last - 1), (k + 1).clamp(1, last - 1));
+                q.push(0.5 * (at(k) + at(k + 1)) - 0.0625 * (bend(a) + bend(b)));
             }
         }
         q.extend_from_slice(self.node(last));
@@ -100,15 +109,30 @@ impl<'a> DiscreteAction<'a> {
         path.step() * self.jet.lagrangian.iter().sum::<f64>()
     }
 
+    /// The changes S(q + ε η) − S(q) of the action along a variation η, `[N + 1, n]`, for each ε; η should vanish at the
+    /// ends.
+    pub fn changes(&mut self, path: &Path, eta: &[f64], epsilon: &[f64]) -> Vec<f64> {
+        let still = self.action(path);
+        let mut change = |epsilon: &f64| {
+            let q = path.q.iter().zip(eta).map(|(q, e)| q + epsilon * e);
+            let varied = Path {
+                q: q.collect(),
+                ..*path
+            };
+            self.action(&varied) - still
+        };
+        epsilon.iter().map(&mut change).collect()
+    }
+
     /// Writes ∂S/∂q at the inner nodes, `[N − 1, n]`, which is 0 along a motion.
     pub fn gradient(&mut self, path: &Path, gradient: &mut Vec<f64>) {
         self.evaluate(path);
         let n = path.dof;
         gradient.clear();
         for k in 1..path.segments() {
-            gradient.extend((0..n).map(|i| {
-                self.slope(path, k - 1, i, Side::Last) + self.slope(path, k, i, Side::First)
-            }));
+            gradient.extend(
+                (0..n).map(|i| self.slope(path, k - 1, i, 1.0) + self.slope(path, k, i, -1.0)),
+            );
         }
     }
 
@@ -116,8 +140,8 @@ impl<'a> DiscreteAction<'a> {
     pub fn end_momenta(&mut self, path: &Path) -> [Vec<f64>; 2] {
         self.evaluate(path);
         let last = path.segments() - 1;
-        let first = (0..path.dof).map(|i| -self.slope(path, 0, i, Side::First));
-        let end = (0..path.dof).map(|i| self.slope(path, last, i, Side::Last));
+        let first = (0..path.dof).map(|i| -self.slope(path, 0, i, -1.0));
+        let end = (0..path.dof).map(|i| self.slope(path, last, i, 1.0));
         [first.collect(), end.collect()]
     }
 
@@ -128,25 +152,20 @@ impl<'a> DiscreteAction<'a> {
             .curvature(&self.middle, &self.speed, &mut self.curvature);
         let (n, h) = (path.dof, path.step());
         let mut hessian = BlockTridiagonal::zeros(n, path.segments() - 1);
-        for s in 0..path.segments() {
-            for i in 0..n {
-                for j in 0..n {
-                    let at = |i: usize, j: usize| (s * n + i) * n + j;
-                    let quarter = 0.25 * h * self.curvature.dl_dqdq[at(i, j)];
-                    let mass = self.jet.mass_matrix[at(i, j)] / h;
-                    let (pq, qp) = (
-                        self.curvature.dp_dq[at(i, j)],
-                        self.curvature.dp_dq[at(j, i)],
-                    );
-                    let mixed = 0.5 * (pq + qp);
-                    if s > 0 {
-                        hessian.add_diagonal(s - 1, i, j, quarter - mixed + mass);
-                        hessian.set_upper(s - 1, i, j, quarter + 0.5 * (qp - pq) - mass);
-                    }
-                    if s + 1 < path.segments() {
-                        hessian.add_diagonal(s, i, j, quarter + mixed + mass);
-                    }
-                }
+        let size = n * n;
+        for at in 0..path.segments() * size {
+            let (s, ij) = (at / size, at % size);
+            let transposed = s * size + ij % n * n + ij / n;
+            let quarter = 0.25 * h * self.curvature.dl_dqdq[at];
+            let mass = self.jet.mass_matrix[at] / h;
+            let (pq, qp) = (self.curvature.dp_dq[at], self.curvature.dp_dq[transposed]);
+            let mixed = 0.5 * (pq + qp);
+            if s > 0 {
+                hessian.diagonal[at - size] += quarter - mixed + mass;
+                hessian.upper[at - size] = quarter + 0.5 * (qp - pq) - mass;
+            }
+            if s + 1 < path.segments() {
+                hessian.diagonal[at] += quarter + mixed + mass;
             }
         }
         (hessian, &self.jet.mass_matrix)
@@ -162,20 +181,9 @@ impl<'a> DiscreteAction<'a> {
         self.jets.jet(&self.middle, &self.speed, &mut self.jet);
     }
 
-    /// ∂Lᵈ/∂qᵢ of segment `s` by its first or last node: h/2 ∂L/∂q ∓ p.
-    fn slope(&self, path: &Path, s: usize, i: usize, side: Side) -> f64 {
+    /// ∂Lᵈ/∂qᵢ of segment `s` by its first node (`sign` −1) or its last one (1): h/2 ∂L/∂q ∓ p.
+    fn slope(&self, path: &Path, s: usize, i: usize, sign: f64) -> f64 {
         let at = s * path.dof + i;
-        let force = 0.5 * path.step() * self.jet.dl_dq[at];
-        match side {
-            Side::First => force - self.jet.momentum[at],
-            Side::Last => force + self.jet.momentum[at],
-        }
+        0.5 * path.step() * self.jet.dl_dq[at] + sign * self.jet.momentum[at]
     }
-}
-
-/// Which node of a segment.
-#[derive(Clone, Copy)]
-enum Side {
-    First,
-    Last,
 }

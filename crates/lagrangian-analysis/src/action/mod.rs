@@ -33,14 +33,12 @@ mod search;
 mod second_variation;
 mod stationary;
 mod tridiagonal;
-mod variations;
 
 pub use boundary::Boundary;
 pub use discrete::{DiscreteAction, Path};
 pub use search::{Failure, Search, SearchOptions, stationary_path_from, stationary_paths};
-pub use second_variation::{SecondVariation, conjugate_times};
+pub use second_variation::SecondVariation;
 pub use stationary::{PathKind, StationaryPath};
-pub use variations::{ActionVariation, action_variation};
 
 #[cfg(test)]
 mod tests;

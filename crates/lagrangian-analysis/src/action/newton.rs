@@ -1,6 +1,7 @@
 //! Newton's method for ∂S/∂q = 0 over the inner nodes of a path.
 
 use super::discrete::{DiscreteAction, Path};
+use super::search::Failure;
 
 /// The largest number of iterations.
 const MOST: usize = 60;
@@ -10,28 +11,21 @@ const SHORTEST: f64 = 1e-6;
 /// smaller than rounding.
 const CONVERGED: f64 = 1e-9;
 
-/// How the iteration ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum End {
-    Converged,
-    /// L has no finite value along the initial path.
-    Undefined,
-    /// No step made the next correction smaller, or all iterations were used.
-    Stuck,
-}
-
 /// Moves the inner nodes to where S is stationary.
 ///
 /// The length λ of a step d = −H⁻¹ ∂S is chosen by the natural monotonicity test: the simplified correction
 /// −H⁻¹ ∂S(q + λ d) must be shorter than (1 − λ/4) d (Deuflhard, *Newton Methods for Nonlinear Problems*, 2004,
 /// section 3.3). Unlike |∂S|, this measure does not depend on how the equations are scaled.
-pub(super) fn newton(action: &mut DiscreteAction<'_>, path: &mut Path) -> End {
+///
+/// # Errors
+/// [`Failure::Undefined`], or [`Failure::NotConverged`] where no step makes the next correction smaller.
+pub(super) fn newton(action: &mut DiscreteAction<'_>, path: &mut Path) -> Result<(), Failure> {
     let mut step = Vec::new();
     let mut trial = path.clone();
     let mut length: f64 = 1.0;
     action.gradient(path, &mut step);
     if !step.iter().all(|x| x.is_finite()) {
-        return End::Undefined;
+        return Err(Failure::Undefined);
     }
     for _ in 0..MOST {
         let (hessian, _) = action.hessian(path);
@@ -39,7 +33,7 @@ pub(super) fn newton(action: &mut DiscreteAction<'_>, path: &mut Path) -> End {
         factored.solve(&mut step);
         let size = norm(&step);
         if !size.is_finite() {
-            return End::Stuck;
+            return Err(Failure::NotConverged);
         }
         let small = size <= CONVERGED * norm(path.inner()).max(f64::MIN_POSITIVE);
         length = if small { 1.0 } else { (2.0 * length).min(1.0) };
@@ -56,16 +50,16 @@ pub(super) fn newton(action: &mut DiscreteAction<'_>, path: &mut Path) -> End {
             }
             length *= 0.5;
             if small || length < SHORTEST {
-                return End::Stuck;
+                return Err(Failure::NotConverged);
             }
         }
         std::mem::swap(path, &mut trial);
         if small {
-            return End::Converged;
+            return Ok(());
         }
         step = correction;
     }
-    End::Stuck
+    Err(Failure::NotConverged)
 }
 
 /// `to` = `path` − λ `step` at the inner nodes.

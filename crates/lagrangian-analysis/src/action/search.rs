@@ -3,18 +3,17 @@
 use std::fmt;
 
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::boundary::Boundary;
 use super::discrete::{DiscreteAction, Path};
 use super::guess::guess;
-use super::newton::{End, newton};
-use super::stationary::{Grids, StationaryPath, extent};
+use super::newton::newton;
+use super::stationary::{StationaryPath, extent};
 use lagrangian::{Error, Lagrangian, Result};
 
 /// Settings of a search for stationary paths.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SearchOptions {
     /// The number N of segments of a path, even.
     pub segments: usize,
@@ -40,19 +39,13 @@ impl SearchOptions {
     /// # Errors
     /// [`Error::Argument`] for the first that is outside its domain.
     pub fn validate(&self) -> Result<()> {
-        let argument = |name, value: usize, must| {
-            let value = value.to_string();
-            Err(Error::Argument { name, value, must })
-        };
+        let steps = "an even number from 4 to 100000";
         if !(4..=100_000).contains(&self.segments) || !self.segments.is_multiple_of(2) {
-            return argument(
-                "steps of the path",
-                self.segments,
-                "an even number from 4 to 100000",
-            );
+            return Err(Error::argument("steps of the path", self.segments, steps));
         }
         if !(1..=1000).contains(&self.guesses) {
-            return argument("number of initial paths", self.guesses, "from 1 to 1000");
+            let (name, must) = ("number of initial paths", "from 1 to 1000");
+            return Err(Error::argument(name, self.guesses, must));
         }
         Ok(())
     }
@@ -149,30 +142,21 @@ pub fn stationary_paths(
     Ok(search)
 }
 
-/// The stationary path that Newton's method finds from an initial path; it has twice as many segments.
+/// The stationary path that Newton's method finds from an initial path; it has twice as many segments. A [`Failure`] is an
+/// outcome.
 ///
 /// # Errors
-/// [`Error::Shape`] for a path of other coordinates than `lagrangian`; [`Error::Argument`] for fewer than two segments.
-/// A [`Failure`] is an outcome.
+/// [`Error::Shape`] for a path of other coordinates than `lagrangian`, or of fewer than three nodes.
 pub fn stationary_path_from(
     lagrangian: &dyn Lagrangian,
     first: &Path,
 ) -> Result<std::result::Result<StationaryPath, Failure>> {
     let n = lagrangian.coordinates().dof();
-    if first.dof != n || !first.q.len().is_multiple_of(n.max(1)) {
-        return Err(Error::shape(
-            "a node of the path",
-            first.dof,
-            n,
-            "give one value per coordinate of the Lagrangian",
-        ));
-    }
-    if first.segments() < 2 {
-        return Err(Error::argument(
-            "segments of the path",
-            first.segments(),
-            "2 or more",
-        ));
+    let whole = first.dof == n && first.q.len().is_multiple_of(n.max(1));
+    if !whole || first.segments() < 2 {
+        let remedy = "give three nodes or more, with one value per coordinate of the Lagrangian";
+        let what = "the nodes of the path";
+        return Err(Error::shape(what, first.q.len(), 3 * n, remedy));
     }
     Ok(improve(lagrangian, first.clone()))
 }
@@ -183,34 +167,17 @@ fn improve(
 ) -> std::result::Result<StationaryPath, Failure> {
     let mut action = DiscreteAction::new(lagrangian);
     let mut coarse = first;
-    converge(&mut action, &mut coarse)?;
+    newton(&mut action, &mut coarse)?;
     let mut path = coarse.refined();
-    converge(&mut action, &mut path)?;
-    let n = path.dof;
-    let error = coarse
-        .q
-        .chunks_exact(n)
-        .zip(path.q.chunks_exact(n).step_by(2))
+    newton(&mut action, &mut path)?;
+    let nodes = coarse.q.chunks_exact(path.dof);
+    let error = nodes
+        .zip(path.q.chunks_exact(path.dof).step_by(2))
         .flat_map(|(a, b)| a.iter().zip(b))
         .fold(0.0, |error: f64, (a, b)| error.max((a - b).abs() / 3.0));
     if error > 0.05 * extent(&path) {
         return Err(Failure::Unresolved);
     }
-    Ok(StationaryPath::of(
-        lagrangian,
-        &mut action,
-        Grids {
-            coarse,
-            fine: path,
-            path_error: error,
-        },
-    ))
-}
-
-fn converge(action: &mut DiscreteAction<'_>, path: &mut Path) -> std::result::Result<(), Failure> {
-    match newton(action, path) {
-        End::Converged => Ok(()),
-        End::Undefined => Err(Failure::Undefined),
-        End::Stuck => Err(Failure::NotConverged),
-    }
+    let grids = [coarse, path];
+    Ok(StationaryPath::of(lagrangian, &mut action, grids, error))
 }

@@ -43,27 +43,19 @@ impl DiscreteAction<'_> {
     }
 }
 
-/// Conjugate times of a path, s: the zeros of the Jacobi fields that vanish at its start (theory.md, equation 77).
-/// Empty for a path of fewer than two segments.
-pub fn conjugate_times(action: &mut DiscreteAction<'_>, path: &Path) -> Vec<f64> {
-    if path.segments() < 2 {
-        return Vec::new();
-    }
-    let (hessian, _) = action.hessian(path);
-    let factored = hessian.factor();
-    crossings(&hessian, &factored, path.step())
-}
-
-/// Dₖ = −Uₖ Jₖ₊₁ Jₖ⁻¹ for the Jacobi fields J that vanish at the start: an eigenvalue μ < 0 of (Dₖ, −Uₖ)
-/// is the ratio of a field at two neighbouring nodes, with a zero 1/(1 − μ) of the way from one to the other.
+/// The conjugate times, s. Dₖ = −Uₖ Jₖ₊₁ Jₖ⁻¹ for the Jacobi fields J that vanish at the start: an eigenvalue μ < 0 of (Dₖ, −Uₖ)
+/// is the ratio of a field at two neighbouring nodes, with a zero 1/(1 − μ) of the way from one to the other (theory.md, 77).
 fn crossings(hessian: &BlockTridiagonal, factored: &Factored<'_>, step: f64) -> Vec<f64> {
     let mut times = Vec::new();
-    for k in (0..hessian.blocks()).filter(|&k| factored.negative(k) > 0) {
-        let ratios = ratios(factored.block(k), hessian.upper(k), hessian.n());
+    for (k, pivot) in factored.pivots.iter().enumerate() {
+        let ratios = match pivot.negative() {
+            0 => continue,
+            _ => ratios(&pivot.block, hessian.upper(k), hessian.n),
+        };
         let known = ratios.into_iter().filter(|mu| *mu < 0.0);
         let node = (k + 1) as f64 * step;
         let mut here: Vec<f64> = known.map(|mu| node + step / (1.0 - mu)).collect();
-        here.resize(factored.negative(k), node);
+        here.resize(pivot.negative(), node);
         here.sort_by(f64::total_cmp);
         times.extend(here);
     }
@@ -91,10 +83,11 @@ fn is_positive(m: &[f64], n: usize) -> bool {
 
 /// The least eigenvalue of H by bisection: H − σ has as many negative eigenvalues as H has below σ.
 fn least_eigenvalue(hessian: &BlockTridiagonal) -> f64 {
-    let (mut low, mut high) = hessian.bounds();
-    if !(low.is_finite() && high.is_finite()) {
+    let bound = hessian.bound();
+    if !bound.is_finite() {
         return f64::NAN;
     }
+    let (mut low, mut high) = (-bound, bound);
     for _ in 0..BISECTIONS {
         let middle = 0.5 * (low + high);
         match hessian.shifted(middle).factor().inertia() {
@@ -107,10 +100,10 @@ fn least_eigenvalue(hessian: &BlockTridiagonal) -> f64 {
 
 /// Its eigenvector by inverse iteration, with the fixed ends, its largest entry 1.
 fn mode(hessian: &BlockTridiagonal, least: f64) -> Vec<f64> {
-    let n = hessian.n();
+    let n = hessian.n;
     let shifted = hessian.shifted(least);
     let factored = shifted.factor();
-    let count = hessian.blocks() * n;
+    let count = hessian.diagonal.len() / n;
     // A start that is orthogonal to no mode in particular.
     let mut v: Vec<f64> = (0..count).map(|i| 1.0 + 0.3 * (i as f64).sin()).collect();
     for _ in 0..4 {

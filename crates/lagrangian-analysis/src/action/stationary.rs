@@ -93,27 +93,14 @@ pub(super) fn extent(path: &Path) -> f64 {
         .fold(0.0, |far: f64, (a, b)| far.max((a - b).abs()))
 }
 
-/// The same stationary path on two grids.
-pub(super) struct Grids {
-    /// The path with half as many segments.
-    pub(super) coarse: Path,
-    /// The path.
-    pub(super) fine: Path,
-    /// The largest error of a node of the fine path.
-    pub(super) path_error: f64,
-}
-
 impl StationaryPath {
+    /// The stationary path on the finer of two grids; `path_error` is the largest error of a node.
     pub(super) fn of(
         lagrangian: &dyn Lagrangian,
         action: &mut DiscreteAction<'_>,
-        grids: Grids,
+        [coarse, path]: [Path; 2],
+        path_error: f64,
     ) -> Self {
-        let Grids {
-            coarse,
-            fine: path,
-            path_error,
-        } = grids;
         let fine = action.action(&path);
         let action_error = (fine - action.action(&coarse)).abs() / 3.0;
         let coarse_index = action.second_variation(&coarse).morse_index;
@@ -123,21 +110,20 @@ impl StationaryPath {
         let residual = gradient.iter().fold(0.0, |r: f64, g| r.max(g.abs())) / path.step();
         let momenta = action.end_momenta(&path);
         let last = path.segments();
-        let ends = [(0, 0, 1), (last, last - 1, last)];
         let mut jets = lagrangian.jets();
-        let states = [0, 1].map(|k| {
-            let (node, before, after) = ends[k];
-            let pairs = path.node(before).iter().zip(path.node(after));
+        let mut end = |node: usize, p: &[f64]| {
+            let segment = node.min(last - 1);
+            let pairs = path.node(segment).iter().zip(path.node(segment + 1));
             let start: Vec<f64> = pairs.map(|(a, b)| (b - a) / path.step()).collect();
-            velocity(&mut *jets, path.node(node), &momenta[k], start)
-        });
+            velocity(&mut *jets, path.node(node), p, start)
+        };
+        let [(first, e0), (end, e1)] = [end(0, &momenta[0]), end(last, &momenta[1])];
         let kind = match second_variation.morse_index {
             _ if !second_variation.convex => PathKind::Irregular,
             index if index != coarse_index => PathKind::Conjugate,
             0 => PathKind::Minimum,
             _ => PathKind::Saddle,
         };
-        let [(first, e0), (end, e1)] = states;
         Self {
             path,
             action: fine,
@@ -173,7 +159,7 @@ impl StationaryPath {
         )
     }
 
-    /// Whether both are the same path within the error of the grid.
+    /// Whether both are one path within rounding.
     pub(super) fn is_same(&self, other: &Self) -> bool {
         let apart = self.path.q.iter().zip(&other.path.q);
         let far = apart.fold(0.0, |far: f64, (a, b)| far.max((a - b).abs()));

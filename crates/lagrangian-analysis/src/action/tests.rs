@@ -102,8 +102,8 @@ fn behind_half_a_period_the_path_of_an_oscillator_is_a_saddle() {
         let system = oscillator();
         let mut action = DiscreteAction::new(system.lagrangian());
         let path = &found.paths[0].path;
-        let along = action_variation(&mut action, path, &second.mode, &[-0.1, 0.1]);
-        assert!(along.change.iter().all(|s| (*s < 0.0) == (index > 0)));
+        let along = action.changes(path, &second.mode, &[-0.1, 0.1]);
+        assert!(along.iter().all(|s| (*s < 0.0) == (index > 0)));
     }
 }
 
@@ -265,11 +265,8 @@ fn the_conjugate_points_of_a_circular_orbit_are_those_of_hill() {
         q: first,
     };
     let mut action = DiscreteAction::new(system.lagrangian());
-    assert_eq!(
-        super::newton::newton(&mut action, &mut path),
-        super::newton::End::Converged
-    );
-    let times = conjugate_times(&mut action, &path);
+    super::newton::newton(&mut action, &mut path).unwrap();
+    let times = action.second_variation(&path).conjugate_times;
     assert_eq!(times.len(), 2);
     assert!((times[0] - TAU).abs() < 5e-3, "{times:?}");
     let x = times[1];

@@ -2,25 +2,30 @@
 
 use lagrangian::mechanics::{diagonalise, dot};
 
-/// K blocks of n × n on the diagonal, and blocks between neighbours; the upper block of the last row couples to what
-/// follows and is no part of the matrix.
+/// K blocks of n × n on the diagonal, and blocks between neighbours.
 #[derive(Debug, Clone)]
 pub(super) struct BlockTridiagonal {
-    n: usize,
-    diagonal: Vec<f64>,
-    upper: Vec<f64>,
+    pub(super) n: usize,
+    /// The blocks on the diagonal, `[K, n, n]`.
+    pub(super) diagonal: Vec<f64>,
+    /// The blocks between k and k + 1, `[K, n, n]`; the last one couples to what follows and is outside of the matrix.
+    pub(super) upper: Vec<f64>,
 }
 
-/// H = L D Lᵀ with Dₖ = Hₖₖ − Uₖ₋₁ᵀ Dₖ₋₁⁻¹ Uₖ₋₁ (theory.md, equation 76), each block as its eigenvalues
-/// and eigenvectors.
+/// H = L D Lᵀ with Dₖ = Hₖₖ − Uₖ₋₁ᵀ Dₖ₋₁⁻¹ Uₖ₋₁ (theory.md, equation 76).
 #[derive(Debug, Clone)]
 pub(super) struct Factored<'a> {
     matrix: &'a BlockTridiagonal,
-    /// The Dₖ themselves, `[K, n, n]`.
-    blocks: Vec<f64>,
-    /// `[K, n]`.
+    pub(super) pivots: Vec<Pivot>,
+}
+
+/// One Dₖ with its eigenvalues and eigenvectors.
+#[derive(Debug, Clone)]
+pub(super) struct Pivot {
+    /// Dₖ, `[n, n]`.
+    pub(super) block: Vec<f64>,
     values: Vec<f64>,
-    /// One eigenvector a row, `[K, n, n]`.
+    /// One eigenvector a row, `[n, n]`.
     vectors: Vec<f64>,
 }
 
@@ -33,23 +38,6 @@ impl BlockTridiagonal {
         }
     }
 
-    pub(super) fn n(&self) -> usize {
-        self.n
-    }
-
-    /// Number of blocks K.
-    pub(super) fn blocks(&self) -> usize {
-        self.diagonal.len() / (self.n * self.n)
-    }
-
-    pub(super) fn add_diagonal(&mut self, k: usize, i: usize, j: usize, x: f64) {
-        self.diagonal[(k * self.n + i) * self.n + j] += x;
-    }
-
-    pub(super) fn set_upper(&mut self, k: usize, i: usize, j: usize, x: f64) {
-        self.upper[(k * self.n + i) * self.n + j] = x;
-    }
-
     /// The block between `k` and `k + 1`.
     pub(super) fn upper(&self, k: usize) -> &[f64] {
         &self.upper[k * self.n * self.n..][..self.n * self.n]
@@ -57,139 +45,106 @@ impl BlockTridiagonal {
 
     /// H − σ 1.
     pub(super) fn shifted(&self, sigma: f64) -> Self {
-        let mut shifted = self.clone();
-        for k in 0..self.blocks() {
-            (0..self.n).for_each(|i| shifted.add_diagonal(k, i, i, -sigma));
+        let (mut shifted, n) = (self.clone(), self.n);
+        for (row, entries) in shifted.diagonal.chunks_exact_mut(n).enumerate() {
+            entries[row % n] -= sigma;
         }
         shifted
     }
 
-    /// Bounds of all eigenvalues (Gershgorin).
-    pub(super) fn bounds(&self) -> (f64, f64) {
-        let (n, count) = (self.n, self.blocks());
-        let mut bounds = (f64::INFINITY, f64::NEG_INFINITY);
-        for k in 0..count {
-            for i in 0..n {
-                let row = |x: &[f64], i: usize| -> f64 {
-                    x[i * n..(i + 1) * n].iter().map(|x| x.abs()).sum()
-                };
-                let own = &self.diagonal[k * n * n..][..n * n];
-                let center = own[i * n + i];
-                let mut radius = row(own, i) - center.abs();
-                if k + 1 < count {
-                    radius += row(self.upper(k), i);
-                }
-                if k > 0 {
-                    let before = self.upper(k - 1);
-                    radius += (0..n).map(|j| before[j * n + i].abs()).sum::<f64>();
-                }
-                bounds = (bounds.0.min(center - radius), bounds.1.max(center + radius));
-            }
-        }
-        bounds
+    fn largest(&self) -> f64 {
+        let entries = self.diagonal.iter().chain(&self.upper);
+        entries.fold(f64::MIN_POSITIVE, |largest, x| largest.max(x.abs()))
+    }
+
+    /// A bound of |λ| of all eigenvalues: a row has 3 n entries (Gershgorin).
+    pub(super) fn bound(&self) -> f64 {
+        3.0 * self.n as f64 * self.largest()
     }
 
     /// Its factors; a block that is singular to rounding is taken as barely positive.
     pub(super) fn factor(&self) -> Factored<'_> {
         let n = self.n;
-        let entries = self.diagonal.iter().chain(&self.upper);
-        let smallest = f64::EPSILON * entries.fold(f64::MIN_POSITIVE, |s, x| s.max(x.abs()));
-        let mut factored = Factored {
-            matrix: self,
-            blocks: self.diagonal.clone(),
-            values: vec![0.0; self.blocks() * n],
-            vectors: vec![0.0; self.diagonal.len()],
-        };
-        let mut solved = vec![0.0; n];
-        for k in 0..self.blocks() {
-            if k > 0 {
+        let smallest = f64::EPSILON * self.largest();
+        let mut pivots: Vec<Pivot> = Vec::new();
+        for (k, block) in self.diagonal.chunks_exact(n * n).enumerate() {
+            let mut block = block.to_vec();
+            if let Some(before) = pivots.last() {
                 let upper = self.upper(k - 1);
                 for j in 0..n {
                     let column: Vec<f64> = (0..n).map(|i| upper[i * n + j]).collect();
-                    factored.solve_block(k - 1, &column, &mut solved);
+                    let solved = before.solve(&column);
                     for i in 0..n {
                         let product: f64 = (0..n).map(|l| upper[l * n + i] * solved[l]).sum();
-                        factored.blocks[(k * n + i) * n + j] -= product;
+                        block[i * n + j] -= product;
                     }
                 }
             }
-            factored.diagonalise(k, smallest);
+            pivots.push(Pivot::of(block, n, smallest));
         }
-        factored
+        Factored {
+            matrix: self,
+            pivots,
+        }
     }
 }
 
-impl Factored<'_> {
-    /// The eigenvalues of block `k`, none smaller than `smallest`.
-    fn diagonalise(&mut self, k: usize, smallest: f64) {
-        let n = self.matrix.n;
-        let size = n * n;
-        let mut block = self.blocks[k * size..][..size].to_vec();
-        for i in 0..n {
-            for j in 0..i {
-                let mean = 0.5 * (block[i * n + j] + block[j * n + i]);
-                (block[i * n + j], block[j * n + i]) = (mean, mean);
-            }
-        }
-        diagonalise(&mut block, &mut self.vectors[k * size..][..size], n);
-        for i in 0..n {
-            let value = block[i * n + i];
-            let small = value.abs() < smallest;
-            self.values[k * n + i] = if small { smallest } else { value };
+impl Pivot {
+    /// The eigenvalues of a block, none smaller than `smallest`.
+    fn of(block: Vec<f64>, n: usize, smallest: f64) -> Self {
+        let mean = |ij: usize| 0.5 * (block[ij] + block[ij % n * n + ij / n]);
+        let mut values: Vec<f64> = (0..n * n).map(mean).collect();
+        let mut vectors = vec![0.0; n * n];
+        diagonalise(&mut values, &mut vectors, n);
+        let values = values.iter().step_by(n + 1);
+        let values = values.map(|x| if x.abs() < smallest { smallest } else { *x });
+        Self {
+            values: values.collect(),
+            block,
+            vectors,
         }
     }
 
     /// Dₖ⁻¹ b.
-    fn solve_block(&self, k: usize, b: &[f64], x: &mut [f64]) {
-        let n = self.matrix.n;
-        x.fill(0.0);
-        for i in 0..n {
-            let v = &self.vectors[(k * n + i) * n..][..n];
-            let weight = dot(v, b) / self.values[k * n + i];
+    fn solve(&self, b: &[f64]) -> Vec<f64> {
+        let mut x = vec![0.0; b.len()];
+        for (v, value) in self.vectors.chunks_exact(b.len()).zip(&self.values) {
+            let weight = dot(v, b) / value;
             x.iter_mut().zip(v).for_each(|(x, v)| *x += weight * v);
         }
+        x
     }
 
-    /// Dₖ, `[n, n]`.
-    pub(super) fn block(&self, k: usize) -> &[f64] {
-        let size = self.matrix.n * self.matrix.n;
-        &self.blocks[k * size..][..size]
-    }
-
-    /// Negative eigenvalues of Dₖ; their sum over k is that of H (Sylvester).
-    pub(super) fn negative(&self, k: usize) -> usize {
-        let n = self.matrix.n;
-        let values = &self.values[k * n..][..n];
-        values.iter().filter(|x| **x < 0.0).count()
-    }
-
-    /// Negative eigenvalues of H.
-    pub(super) fn inertia(&self) -> usize {
+    /// The number of negative eigenvalues.
+    pub(super) fn negative(&self) -> usize {
         self.values.iter().filter(|x| **x < 0.0).count()
+    }
+}
+
+impl Factored<'_> {
+    /// The number of negative eigenvalues of H, that of all Dₖ together (Sylvester).
+    pub(super) fn inertia(&self) -> usize {
+        self.pivots.iter().map(Pivot::negative).sum()
     }
 
     /// Replaces b by H⁻¹ b.
     pub(super) fn solve(&self, b: &mut [f64]) {
-        let (n, count) = (self.matrix.n, self.matrix.blocks());
-        let mut x = vec![0.0; n];
+        let (n, count) = (self.matrix.n, self.pivots.len());
         for k in 1..count {
-            self.solve_block(k - 1, &b[(k - 1) * n..k * n], &mut x);
+            let x = self.pivots[k - 1].solve(&b[(k - 1) * n..k * n]);
             let upper = self.matrix.upper(k - 1);
             for i in 0..n {
                 b[k * n + i] -= (0..n).map(|l| upper[l * n + i] * x[l]).sum::<f64>();
             }
         }
         for k in (0..count).rev() {
+            let (own, next) = b[k * n..].split_at_mut(n);
             if k + 1 < count {
-                let upper = self.matrix.upper(k);
-                for i in 0..n {
-                    let next = &b[(k + 1) * n..(k + 2) * n];
-                    let coupled = dot(&upper[i * n..(i + 1) * n], next);
-                    b[k * n + i] -= coupled;
-                }
+                let rows = self.matrix.upper(k).chunks_exact(n);
+                let pairs = own.iter_mut().zip(rows);
+                pairs.for_each(|(x, row)| *x -= dot(row, &next[..n]));
             }
-            self.solve_block(k, &b[k * n..(k + 1) * n], &mut x);
-            b[k * n..(k + 1) * n].copy_from_slice(&x);
+            own.copy_from_slice(&self.pivots[k].solve(own));
         }
     }
 }
@@ -215,7 +170,7 @@ mod tests {
                 }
                 for j in 0..n {
                     let x = rng.random_range(-1.0..1.0);
-                    matrix.set_upper(k, i, j, x);
+                    matrix.upper[(k * n + i) * n + j] = x;
                     if k + 1 < blocks {
                         dense[(k * n + i) * size + (k + 1) * n + j] = x;
                         dense[((k + 1) * n + j) * size + k * n + i] = x;
@@ -230,12 +185,12 @@ mod tests {
     fn a_block_of_zeros_is_no_obstacle() {
         // (0 1; 1 0) along a chain: eigenvalues 2 cos(k π/(K + 1)), as many below 0 as above.
         let mut matrix = BlockTridiagonal::zeros(1, 8);
-        (0..8).for_each(|k| matrix.set_upper(k, 0, 0, 1.0));
+        matrix.upper.fill(1.0);
         assert_eq!(matrix.factor().inertia(), 4);
     }
 
     #[test]
-    fn inertia_bounds_and_solutions_are_those_of_the_dense_matrix() {
+    fn inertia_bound_and_solutions_are_those_of_the_dense_matrix() {
         for (n, shift) in [(1, 0.0), (2, 0.0), (3, 1.5), (3, -4.0)] {
             let (matrix, dense) = random(n, 12, shift);
             let size = 12 * n;
@@ -247,8 +202,8 @@ mod tests {
                 factored.inertia(),
                 values.iter().filter(|x| **x < 0.0).count()
             );
-            let (low, high) = matrix.bounds();
-            assert!(values.iter().all(|x| (low..=high).contains(x)));
+            let bound = matrix.bound();
+            assert!(values.iter().all(|x| x.abs() <= bound));
             let b: Vec<f64> = (0..size).map(|i| (i as f64).sin()).collect();
             let mut x = b.clone();
             factored.solve(&mut x);

@@ -7,8 +7,7 @@ use anyhow::Result;
 use lagrangian::score::{Judgement, outside};
 use lagrangian::{Coordinates, Lagrangian, Model, counted};
 use lagrangian_analysis::action::{
-    ActionVariation, Boundary, DiscreteAction, PathKind, Search, SearchOptions, StationaryPath,
-    action_variation, stationary_paths,
+    Boundary, DiscreteAction, PathKind, Search, SearchOptions, StationaryPath, stationary_paths,
 };
 use lagrangian_report::{
     Command, Figure, Headline, Report, Role, Series, Table, VariedPath, action_of_families,
@@ -128,7 +127,7 @@ fn write(args: &ActionArgs, lagrangian: &dyn Lagrangian, found: &Found) -> Resul
 /// The path with its neighbours, a figure for each coordinate, and the action of these.
 fn figures(lagrangian: &dyn Lagrangian, found: &StationaryPath, unit: &str) -> Vec<Figure> {
     let (path, coordinates) = (&found.path, lagrangian.coordinates());
-    let sine = |i: usize| ActionVariation::sine(path, i, 1);
+    let sine = |i: usize| path.sine(i, 1);
     let drawn = |i: usize| {
         let path = VariedPath {
             t: &path.times(),
@@ -141,8 +140,8 @@ fn figures(lagrangian: &dyn Lagrangian, found: &StationaryPath, unit: &str) -> V
     let mut all: Vec<Figure> = (0..path.dof).map(drawn).collect();
     let mut action = DiscreteAction::new(lagrangian);
     let mut family = |name: &str, role, eta: &[f64]| {
-        let family = action_variation(&mut action, path, eta, &SIZES);
-        Series::line(name, role, family.epsilon, family.change)
+        let changes = action.changes(path, eta, &SIZES);
+        Series::line(name, role, SIZES.to_vec(), changes)
     };
     let mut families = Vec::new();
     for i in 0..path.dof {
