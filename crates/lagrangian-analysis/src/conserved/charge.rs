@@ -1,14 +1,15 @@
 //! A charge: how far its direction is from a symmetry, and the total derivative that it needs.
 
+use faer::Mat;
 use serde::Serialize;
 
 use super::states::States;
 use super::symmetry::Symmetry;
 use lagrangian::Coordinates;
-use lagrangian::mechanics::{Jet, SymmetricSolver, dot};
+use lagrangian::mechanics::{Jet, dot};
 
 /// The part F of a charge Q = ξ·p − F (theory.md, equation 79).
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Gauge {
     /// Whether F contains ξ·p(q, 0), the gauge of the model.
     pub at_rest: bool,
@@ -35,7 +36,7 @@ impl Charge {
         Self {
             name: "energy".into(),
             violation: 0.0,
-            gauge: Gauge::none(),
+            gauge: Gauge::default(),
             scale: states.rms(|k| states.norm(k, states.speed(k)).powi(2)),
             symmetry: None,
             fitted: Vec::new(),
@@ -51,7 +52,7 @@ impl Charge {
         let mut best = Self {
             name: symmetry.name.clone(),
             violation: f64::INFINITY,
-            gauge: Gauge::none(),
+            gauge: Gauge::default(),
             scale,
             symmetry: Some(symmetry.clone()),
             fitted: Vec::new(),
@@ -114,13 +115,6 @@ impl Charge {
 }
 
 impl Gauge {
-    fn none() -> Self {
-        Self {
-            at_rest: false,
-            terms: Vec::new(),
-        }
-    }
-
     fn of(coordinates: &Coordinates, at_rest: bool, fitted: &[f64]) -> Self {
         let largest = fitted.iter().fold(0.0, |l: f64, f| l.max(f.abs()));
         let named = names(coordinates).into_iter().zip(fitted.iter().copied());
@@ -136,18 +130,18 @@ impl Gauge {
 /// δL, less the rate of ξ·a where that is in F, at state `k`.
 pub(super) fn rate(symmetry: &Symmetry, states: &States, k: usize, at_rest: bool) -> f64 {
     let (n, jet) = (states.n(), &states.jet);
-    let row = |signal: &'_ [f64]| -> Vec<f64> { signal[k * n..(k + 1) * n].to_vec() };
+    let along = |x: &[f64], signal: &[f64]| dot(x, &signal[k * n..(k + 1) * n]);
     let xi = symmetry.at(states.position(k));
     let turned: Vec<f64> = symmetry.turned(states.speed(k)).collect();
-    let change = dot(&xi, &row(&jet.dl_dq)) + dot(&turned, &row(&jet.momentum));
-    if !at_rest {
-        return change;
+    let change = along(&xi, &jet.dl_dq) + along(&turned, &jet.momentum);
+    match at_rest {
+        true => change - along(&turned, &states.rest) - along(&xi, &states.rest_rate),
+        false => change,
     }
-    change - dot(&turned, &row(&states.rest)) - dot(&xi, &row(&states.rest_rate))
 }
 
 /// φ(q): coordinates on the line, their products, cos and sin of angles.
-pub(super) fn functions(coordinates: &Coordinates, q: &[f64]) -> Vec<f64> {
+fn functions(coordinates: &Coordinates, q: &[f64]) -> Vec<f64> {
     over_functions(
         coordinates,
         |i| q[i],
@@ -157,7 +151,7 @@ pub(super) fn functions(coordinates: &Coordinates, q: &[f64]) -> Vec<f64> {
 }
 
 /// dφ/dt.
-pub(super) fn function_rates(coordinates: &Coordinates, q: &[f64], qd: &[f64]) -> Vec<f64> {
+fn function_rates(coordinates: &Coordinates, q: &[f64], qd: &[f64]) -> Vec<f64> {
     over_functions(
         coordinates,
         |i| qd[i],
@@ -196,43 +190,40 @@ fn over_functions<T>(
     all
 }
 
-/// f that makes `rate` − f·φ′ least, from every other state, and the root mean square that is left at the others.
+/// f that makes `rate` − f·φ′ least, from every other state, and the root mean square that is left at the others; empty where
+/// the states are too few.
 fn fit_functions(states: &States, rate: &[f64]) -> (Vec<f64>, f64) {
-    let of = |k: usize| function_rates(&states.coordinates, states.position(k), states.speed(k));
-    let rows: Vec<Vec<f64>> = (0..states.len()).map(of).collect();
-    let Some(width) = rows.first().map(Vec::len) else {
-        return (Vec::new(), f64::INFINITY);
-    };
-    let fitted: Vec<usize> = (0..rows.len()).step_by(2).collect();
-    if fitted.len() < 2 * width {
+    let rows = rates_of_functions(states);
+    let (fitted, others) = (rows.len().div_ceil(2), rows.len() / 2);
+    let width = rows.first().map_or(0, Vec::len);
+    if fitted < 2 * width {
         return (Vec::new(), rms(rate));
     }
-    let column = |c: usize| fitted.iter().map(move |&r| (r, c));
     let norm = |c: usize| {
-        column(c)
-            .map(|(r, c)| rows[r][c].powi(2))
+        rows.iter()
+            .step_by(2)
+            .map(|row| row[c].powi(2))
             .sum::<f64>()
-            .sqrt()
     };
-    let sizes: Vec<f64> = (0..width).map(|c| norm(c).max(f64::MIN_POSITIVE)).collect();
-    let entry = |a: usize, b: usize| {
-        let products = fitted.iter().map(|&r| rows[r][a] * rows[r][b]);
-        products.sum::<f64>() / (sizes[a] * sizes[b])
-    };
-    let normal: Vec<f64> = (0..width * width)
-        .map(|ab| entry(ab / width, ab % width))
+    let sizes: Vec<f64> = (0..width)
+        .map(|c| norm(c).sqrt().max(f64::MIN_POSITIVE))
         .collect();
-    let against = |c: usize| fitted.iter().map(|&r| rows[r][c] * rate[r]).sum::<f64>() / sizes[c];
-    let right: Vec<f64> = (0..width).map(against).collect();
-    let mut f = vec![0.0; width];
-    SymmetricSolver::new(width).solve(&normal, &right, &mut f);
-    f.iter_mut().zip(&sizes).for_each(|(f, size)| *f /= size);
-    if !f.iter().all(|f| f.is_finite()) {
+    let scaled = Mat::from_fn(fitted, width, |r, c| rows[2 * r][c] / sizes[c]);
+    let right = Mat::from_fn(fitted, 1, |r, _| rate[2 * r]);
+    let Ok(svd) = scaled.thin_svd() else {
         return (Vec::new(), rms(rate));
-    }
-    let left = rows.iter().zip(rate).skip(1).step_by(2);
-    let left: Vec<f64> = left.map(|(row, rate)| rate - dot(row, &f)).collect();
+    };
+    let f = svd.pseudoinverse() * right;
+    let f: Vec<f64> = (0..width).map(|c| f[(c, 0)] / sizes[c]).collect();
+    let left = |r: usize| rate[2 * r + 1] - dot(&rows[2 * r + 1], &f);
+    let left: Vec<f64> = (0..others).map(left).collect();
     (f, rms(&left))
+}
+
+/// The rates of the functions φ, a row a state.
+pub(super) fn rates_of_functions(states: &States) -> Vec<Vec<f64>> {
+    let of = |k: usize| function_rates(&states.coordinates, states.position(k), states.speed(k));
+    (0..states.len()).map(of).collect()
 }
 
 fn rms(x: &[f64]) -> f64 {

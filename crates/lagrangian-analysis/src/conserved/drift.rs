@@ -8,7 +8,7 @@ use lagrangian::mechanics::{Jet, dot};
 use lagrangian::{Result, Signal, Trajectory};
 
 /// The change of a quantity along motions.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Drift {
     /// The value at the start of each motion, in the unit of the quantity.
     pub start: Vec<f64>,
@@ -28,8 +28,6 @@ pub struct Drift {
 /// The change of a quantity along one motion, the work of forces and friction taken off.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Change {
-    /// The name of the motion.
-    pub motion: String,
     /// Times, s, `[len]`.
     pub t: Vec<f64>,
     /// The value less that at the start, relative to the scale of the quantity, `[len]`.
@@ -55,7 +53,7 @@ pub(super) fn along(
     motions: &[Trajectory],
     under: Forces,
 ) -> Result<Vec<Drift>> {
-    let mut drifts: Vec<Drift> = charges.iter().map(|_| Drift::none()).collect();
+    let mut drifts = vec![Drift::default(); charges.len()];
     let coordinates = physics.lagrangian.coordinates();
     let mut jets = physics.lagrangian.jets();
     let (mut jet, mut at_rest) = (Jet::default(), Jet::default());
@@ -106,17 +104,6 @@ fn subtract_work(charge: &Charge, motion: &Trajectory, force: &[f64], values: &m
 }
 
 impl Drift {
-    fn none() -> Self {
-        Self {
-            start: Vec::new(),
-            largest: 0.0,
-            at_end: 0.0,
-            relative: 0.0,
-            seconds: 0.0,
-            changes: Vec::new(),
-        }
-    }
-
     fn add(&mut self, values: &[f64], motion: &Trajectory) {
         let (Some(&first), Some(&last)) = (values.first(), values.last()) else {
             return;
@@ -129,7 +116,6 @@ impl Drift {
         self.seconds = self.seconds.max(motion.t[motion.len() - 1] - motion.t[0]);
         if self.changes.len() < KEPT {
             self.changes.push(Change {
-                motion: motion.name.clone(),
                 t: motion.t.clone(),
                 relative: values.iter().map(|x| x - first).collect(),
             });

@@ -1,8 +1,9 @@
 //! The search for symmetries among all linear directions ξ = A q + b.
 
+use faer::{Mat, Scale};
 use serde::Serialize;
 
-use super::charge::{function_rates, rate};
+use super::charge::{rate, rates_of_functions};
 use super::states::States;
 use super::symmetry::Symmetry;
 use lagrangian::Topology;
@@ -37,9 +38,9 @@ pub(super) fn search(states: &States, tolerance: f64) -> Option<Vec<Generator>> 
     let count = directions.len();
     let functions = match states.magnetic {
         true => functions(states),
-        false => Vec::new(),
+        false => Mat::zeros(states.len(), 0),
     };
-    if count > MOST || states.len() < 4 * (count + functions.len()) {
+    if count > MOST || states.len() < 4 * (count + functions.ncols()) {
         return None;
     }
     let sizes = sizes(&directions, states);
@@ -81,15 +82,16 @@ fn sizes(directions: &[Symmetry], states: &States) -> Vec<f64> {
 }
 
 /// mean Rᵢ Rⱼ, the functions projected out, `[count, count]`.
-fn forces(directions: &[Symmetry], functions: &[Vec<f64>], states: &States) -> Vec<f64> {
+fn forces(directions: &[Symmetry], functions: &Mat<f64>, states: &States) -> Vec<f64> {
     let count = directions.len();
-    let column = |d: &Symmetry| {
-        let rates = (0..states.len()).map(|k| rate(d, states, k, true));
-        without(rates.collect(), functions)
-    };
-    let left: Vec<Vec<f64>> = directions.iter().map(column).collect();
-    let mean = |ab: usize| dot(&left[ab / count], &left[ab % count]) / states.len() as f64;
-    (0..count * count).map(mean).collect()
+    let rates = Mat::from_fn(states.len(), count, |k, a| {
+        rate(&directions[a], states, k, true)
+    });
+    let left = &rates - functions * (functions.transpose() * &rates);
+    let mean = left.transpose() * &left * Scale(1.0 / states.len() as f64);
+    (0..count * count)
+        .map(|ab| mean[(ab / count, ab % count)])
+        .collect()
 }
 
 /// One direction for each entry of b, and of A where both coordinates are on the line.
@@ -108,31 +110,23 @@ fn directions(states: &States) -> Vec<Symmetry> {
     all
 }
 
-/// An orthonormal basis of the rates of the functions φ over the states.
-fn functions(states: &States) -> Vec<Vec<f64>> {
-    let of = |k: usize| function_rates(&states.coordinates, states.position(k), states.speed(k));
-    let rows: Vec<Vec<f64>> = (0..states.len()).map(of).collect();
+/// An orthonormal basis of the rates of the functions φ over the states, a column each.
+fn functions(states: &States) -> Mat<f64> {
+    let rows = rates_of_functions(states);
     let width = rows.first().map_or(0, Vec::len);
-    let mut basis: Vec<Vec<f64>> = Vec::new();
-    for c in 0..width {
-        let column: Vec<f64> = rows.iter().map(|row| row[c]).collect();
-        let size = dot(&column, &column).sqrt();
-        // Twice is enough (Kahan, Parlett).
-        let column = without(without(column, &basis), &basis);
-        let left = dot(&column, &column).sqrt();
-        if left > 1e-8 * size {
-            basis.push(column.iter().map(|x| x / left).collect());
-        }
-    }
-    basis
-}
-
-fn without(mut column: Vec<f64>, basis: &[Vec<f64>]) -> Vec<f64> {
-    for b in basis {
-        let part = dot(&column, b);
-        column.iter_mut().zip(b).for_each(|(x, b)| *x -= part * b);
-    }
-    column
+    let norm = |c: usize| rows.iter().map(|row| row[c].powi(2)).sum::<f64>().sqrt();
+    let sizes: Vec<f64> = (0..width).map(|c| norm(c).max(f64::MIN_POSITIVE)).collect();
+    let scaled = Mat::from_fn(rows.len(), width, |k, c| rows[k][c] / sizes[c]);
+    let Ok(svd) = scaled.thin_svd() else {
+        return Mat::zeros(rows.len(), 0);
+    };
+    let rank = svd
+        .S()
+        .column_vector()
+        .iter()
+        .filter(|s| **s > 1e-8)
+        .count();
+    svd.U().subcols(0, rank).to_owned()
 }
 
 /// Reduced row echelon form with the largest pivots: a basis that is easy to read.
@@ -140,24 +134,18 @@ fn reduce(mut rows: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     for k in 0..rows.len() {
         let entries = rows.iter().enumerate().skip(k);
         let entries =
-            entries.flat_map(|(r, row)| row.iter().enumerate().map(move |(c, x)| (r, c, x.abs())));
-        let Some((r, c, _)) = entries.max_by(|a, b| a.2.total_cmp(&b.2)) else {
+            entries.flat_map(|(r, row)| row.iter().map(move |x| (r, x.abs())).enumerate());
+        let Some((c, (r, _))) = entries.max_by(|(_, a), (_, b)| a.1.total_cmp(&b.1)) else {
             return rows;
         };
         rows.swap(k, r);
         let pivot = rows[k][c];
         rows[k].iter_mut().for_each(|x| *x /= pivot);
         let head = rows[k].clone();
-        for row in rows
-            .iter_mut()
-            .enumerate()
-            .filter(|(i, _)| *i != k)
-            .map(|(_, row)| row)
-        {
+        for (_, row) in rows.iter_mut().enumerate().filter(|(i, _)| *i != k) {
             let factor = row[c];
-            row.iter_mut()
-                .zip(&head)
-                .for_each(|(x, h)| *x -= factor * h);
+            let pairs = row.iter_mut().zip(&head);
+            pairs.for_each(|(x, h)| *x -= factor * h);
         }
     }
     rows

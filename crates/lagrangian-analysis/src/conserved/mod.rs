@@ -44,10 +44,6 @@ pub struct ConservedOptions {
     pub tolerance: f64,
     /// The number of rollouts of the model, each from the first state of a motion; 0 for none.
     pub rollouts: usize,
-    /// The settings of the rollouts.
-    pub rollout: RolloutOptions,
-    /// Whether to search for linear symmetries besides the candidates.
-    pub search: bool,
 }
 
 impl Default for ConservedOptions {
@@ -55,8 +51,6 @@ impl Default for ConservedOptions {
         Self {
             tolerance: 0.01,
             rollouts: 10,
-            rollout: RolloutOptions::default(),
-            search: true,
         }
     }
 }
@@ -85,26 +79,23 @@ impl Quantity {
     /// How well the motions bear out what the model says of the quantity; none where both let it change.
     #[must_use]
     pub fn judged(&self) -> Option<Judgement> {
-        let percent = |drift: &Drift| format!("{:.2} % of its size", 100.0 * drift.relative);
-        let along_data = Grade::of_change(self.data.relative);
+        let of = |drift: &Drift, along: &str| {
+            let percent = 100.0 * drift.relative;
+            let why = format!("along {along} it changes by {percent:.2} % of its size");
+            Judgement::new(Grade::of_change(drift.relative), why)
+        };
+        let data = of(&self.data, "the motions");
         if !self.symmetric {
-            let kept = along_data == Grade::Good;
             let why = "the motions keep it where the model does not: it missed the symmetry, or these motions do not test it";
-            return kept.then(|| Judgement::new(Grade::Fair, why));
+            return (data.grade == Grade::Good).then(|| Judgement::new(Grade::Fair, why));
         }
-        if along_data != Grade::Good {
-            let why = format!("along the motions it changes by {}", percent(&self.data));
-            return Some(Judgement::new(along_data, why));
-        }
-        let own = self.own.as_ref();
-        let drifting = own.filter(|own| Grade::of_change(own.relative) != Grade::Good);
-        Some(match drifting {
-            None => Judgement::new(Grade::Good, ""),
-            Some(own) => Judgement::new(
-                Grade::of_change(own.relative),
-                format!("along rollouts of the model it changes by {}", percent(own)),
-            ),
-        })
+        let own = self
+            .own
+            .as_ref()
+            .map(|own| of(own, "rollouts of the model"));
+        let mut drifting = [Some(data), own].into_iter().flatten();
+        let first = drifting.find(|judged| judged.grade != Grade::Good);
+        Some(first.unwrap_or_else(|| Judgement::new(Grade::Good, "")))
     }
 }
 
@@ -113,7 +104,7 @@ impl Quantity {
 pub struct Conserved {
     /// The quantities: first the energy, then the candidates in their order.
     pub quantities: Vec<Quantity>,
-    /// A reduced basis of all linear symmetries; none where there was no search, or too few states for it.
+    /// A reduced basis of all linear symmetries; none where the states are too few or too much alike to tell.
     pub generators: Option<Vec<Generator>>,
     /// The number of states at which the symmetries were measured.
     pub states: usize,
@@ -139,13 +130,9 @@ pub fn conserved(
 ) -> Result<Conserved> {
     validate(physics, symmetries, motions, options)?;
     let states = States::of(physics.lagrangian, motions, MOST_STATES)?;
-    let charges: Vec<Charge> = std::iter::once(Charge::energy(&states))
-        .chain(
-            symmetries
-                .iter()
-                .map(|s| Charge::of(s, &states, options.tolerance)),
-        )
-        .collect();
+    let mut charges = vec![Charge::energy(&states)];
+    let of = |symmetry| Charge::of(symmetry, &states, options.tolerance);
+    charges.extend(symmetries.iter().map(of));
     let data = drift::along(physics, &charges, motions, Forces::Recorded)?;
     let own = own_motions(physics, motions, options)?;
     let own = match own.is_empty() {
@@ -163,10 +150,7 @@ pub fn conserved(
     };
     Ok(Conserved {
         states: states.len(),
-        generators: options
-            .search
-            .then(|| generators::search(&states, options.tolerance))
-            .flatten(),
+        generators: generators::search(&states, options.tolerance),
         quantities: charges.into_iter().enumerate().map(quantity).collect(),
     })
 }
@@ -179,34 +163,23 @@ fn validate(
 ) -> Result<()> {
     let n = physics.lagrangian.coordinates().dof();
     if motions.iter().all(|motion| motion.len() < 2) {
-        return Err(Error::argument(
-            "motions",
-            "none of two samples or more",
-            "at least one: give recordings, or roll the model out",
-        ));
+        let must = "at least one: give recordings, or roll the model out";
+        let found = "none of two samples or more";
+        return Err(Error::argument("motions", found, must));
     }
     if !(options.tolerance.is_finite() && options.tolerance > 0.0) {
-        return Err(Error::argument(
-            "tolerance",
-            options.tolerance,
-            "a number above 0, e.g. 0.01",
-        ));
+        let must = "a number above 0, e.g. 0.01";
+        return Err(Error::argument("tolerance", options.tolerance, must));
     }
     for motion in motions {
         motion.validate()?;
-        let found = motion.dof();
-        if found != n && !motion.is_empty() {
-            return Err(Error::shape(
-                format!("a state of '{}'", motion.name),
-                found,
-                n,
-                "give motions of the model's coordinates",
-            ));
+        if !motion.is_empty() {
+            let what = format!("a state of '{}'", motion.name);
+            let remedy = "give motions of the model's coordinates";
+            Error::check_shape(what, motion.dof(), n, remedy)?;
         }
     }
-    symmetries
-        .iter()
-        .try_for_each(|symmetry| symmetry.validate(n))
+    symmetries.iter().try_for_each(|s| s.validate(n))
 }
 
 /// Free motions of the model from the first states of those given, over their times.
@@ -222,7 +195,15 @@ fn own_motions(
     let own = |motion: &Trajectory| {
         let n = motion.dof();
         let (q, qd) = (&motion.q[..n], &motion.qd[..n]);
-        rollout(physics.model, q, qd, &motion.t, &free, &options.rollout).map(|r| r.trajectory)
+        let rolled = rollout(
+            physics.model,
+            q,
+            qd,
+            &motion.t,
+            &free,
+            &RolloutOptions::default(),
+        );
+        rolled.map(|r| r.trajectory)
     };
     let all: Result<Vec<Trajectory>> = long.take(options.rollouts).map(own).collect();
     Ok(all?.into_iter().filter(|motion| motion.len() > 1).collect())

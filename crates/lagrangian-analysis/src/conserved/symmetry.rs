@@ -42,19 +42,10 @@ impl Symmetry {
     }
 
     pub(super) fn validate(&self, n: usize) -> Result<()> {
-        let sizes = [(self.matrix.len(), n * n), (self.shift.len(), n)];
-        match sizes
-            .into_iter()
-            .find(|(found, expected)| found != expected)
-        {
-            None => Ok(()),
-            Some((found, expected)) => Err(Error::shape(
-                format!("the direction of '{}'", self.name),
-                found,
-                expected,
-                "give A for each pair of coordinates, and b for each",
-            )),
-        }
+        let what = format!("the direction of '{}'", self.name);
+        let remedy = "give A for each pair of coordinates, and b for each";
+        Error::check_shape(&what, self.matrix.len(), n * n, remedy)?;
+        Error::check_shape(&what, self.shift.len(), n, remedy)
     }
 
     /// A q, `[n]`.
@@ -115,28 +106,23 @@ pub fn candidates(coordinates: &Coordinates, points: &[Vec<usize>]) -> Result<Ve
 
 fn check(coordinates: &Coordinates, points: &[Vec<usize>]) -> Result<()> {
     let wrong = |value: String, must| Err(Error::argument("points", value, must));
-    let n = coordinates.dof();
-    let mut seen = vec![false; n];
+    let mut seen = Vec::new();
     for point in points {
         if !(2..=3).contains(&point.len()) || point.len() != points[0].len() {
-            let value = format!("one of {} coordinates", point.len());
-            return wrong(
-                value,
-                "two or three Cartesian coordinates each, of all points as many",
-            );
+            let must = "two or three Cartesian coordinates each, the same number for all points";
+            return wrong(format!("one of {} coordinates", point.len()), must);
         }
-        for &i in point {
-            if i >= n || coordinates.0[i].topology != Topology::Line {
-                let name = coordinates.0.get(i).map_or("?", |c| &c.name);
-                return wrong(
-                    format!("'{name}'"),
-                    "Cartesian coordinates of the model, no angles",
-                );
+        for i in point {
+            let coordinate = coordinates.0.get(*i);
+            let name = coordinate.map_or("?", |c| &c.name);
+            if coordinate.is_none_or(|c| c.topology != Topology::Line) {
+                let must = "Cartesian coordinates of the model, no angles";
+                return wrong(format!("'{name}'"), must);
             }
-            if std::mem::replace(&mut seen[i], true) {
-                let value = format!("'{}' twice", coordinates.0[i].name);
-                return wrong(value, "points that share no coordinate");
+            if seen.contains(&i) {
+                return wrong(format!("'{name}' twice"), "points that share no coordinate");
             }
+            seen.push(i);
         }
     }
     Ok(())
@@ -160,11 +146,8 @@ pub fn points_by_name(coordinates: &Coordinates) -> Vec<Vec<usize>> {
         }
     }
     let points: Vec<Vec<usize>> = points.into_iter().map(|(_, point)| point).collect();
-    match points
-        .iter()
-        .all(|p| (2..=3).contains(&p.len()) && p.len() == points[0].len())
-    {
-        true => points,
-        false => Vec::new(),
+    match check(coordinates, &points) {
+        Ok(()) => points,
+        Err(_) => Vec::new(),
     }
 }
