@@ -23,13 +23,13 @@ pub(crate) struct ExportArgs {
     #[arg(long, value_name = "FOLDER")]
     pub(crate) c: Option<PathBuf>,
 
-    /// File for a functional mock-up unit of FMI 3.0, for co-simulation and model exchange; compiled for this machine where it has a C compiler
+    /// File for a functional mock-up unit of FMI 2.0, for co-simulation and model exchange; compiled for this machine where it has a C compiler
     #[arg(long, value_name = "FILE")]
     pub(crate) fmu: Option<PathBuf>,
 
-    /// Version of FMI
-    #[arg(long, value_name = "VERSION", default_value_t = 3, requires = "fmu", value_parser = clap::value_parser!(u8).range(2..=3))]
-    pub(crate) fmi: u8,
+    /// Version of FMI: 2.0 alone is written
+    #[arg(long, value_name = "VERSION", requires = "fmu", hide = true)]
+    pub(crate) fmi: Option<String>,
 
     /// Prefix of all names in C [default: from the name of the file or the run]
     #[arg(long, value_name = "NAME")]

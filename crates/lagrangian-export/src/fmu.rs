@@ -1,4 +1,4 @@
-//! Functional mock-up units of FMI 2.0 and 3.0, for co-simulation and for model exchange.
+//! Functional mock-up units of FMI 2.0, for co-simulation and for model exchange.
 //!
 //! A unit is a zip of `modelDescription.xml`, the sources (the model, and one file that is generated here) and, where a compiler
 //! made one, a library for this platform. Inputs are `tau[i]`, states `q[i]` and `qd[i]`, outputs the states, the accelerations
@@ -6,70 +6,30 @@
 //! co-simulation the forces are constant during a step, which is divided into steps of at most [`LONGEST_STEP`] by the
 //! classical Runge–Kutta method. Directional derivatives of the accelerations are exact.
 //!
-//! Source: Functional Mock-up Interface Specification 2.0.4 and 3.0.1, Modelica Association. The types of its headers are
-//! declared in the generated file, so that no header is needed.
+//! Source: Functional Mock-up Interface Specification 2.0.4, Modelica Association. The types of its headers are declared in
+//! the generated file, so that no header is needed.
 
 mod archive;
 mod description;
 
 use crate::{Call, Error, File, Interface};
 
-pub use archive::{Binary, archive};
+pub use archive::archive;
 
-const SHARED: &str = include_str!("../templates/fmu.c");
-const FMI2: &str = include_str!("../templates/fmi2.c");
-const FMI3: &str = include_str!("../templates/fmi3.c");
+/// The motion of a model, and the functions of FMI around it.
+const TEMPLATES: [&str; 2] = [
+    include_str!("../templates/fmu.c"),
+    include_str!("../templates/fmi2.c"),
+];
 
 /// The longest internal step of co-simulation, s.
 pub const LONGEST_STEP: f64 = 1e-3;
 
-/// A version of FMI. A unit has one of them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Version {
-    /// FMI 2.0.
-    Two,
-    /// FMI 3.0.
-    Three,
-}
-
-impl Version {
-    /// The name of the file that is generated for it, after the prefix.
-    fn suffix(self) -> &'static str {
-        match self {
-            Self::Two => "fmi2",
-            Self::Three => "fmi3",
-        }
-    }
-
-    /// The folder of a unit that holds the library for this platform; none where FMI has no name for the platform.
-    #[must_use]
-    pub fn platform(self) -> Option<String> {
-        let (system, machine) = (std::env::consts::OS, std::env::consts::ARCH);
-        let system = if system == "macos" { "darwin" } else { system };
-        if !["linux", "darwin", "windows"].contains(&system) {
-            return None;
-        }
-        match (self, machine) {
-            (Self::Two, "x86_64") => Some(if system == "windows" {
-                "win64".into()
-            } else {
-                format!("{system}64")
-            }),
-            // FMI 2.0 has names for processors of Intel alone; importers look here on others too.
-            (Self::Two, "aarch64") if system == "darwin" => Some("darwin64".into()),
-            (Self::Three, "x86_64" | "aarch64") => Some(format!("{machine}-{system}")),
-            _ => None,
-        }
-    }
-}
-
-/// What a unit is made from.
+/// Parts of a unit.
 #[derive(Debug, Clone, Copy)]
 pub struct Fmu<'a> {
     /// The functions of the model; `forward_dynamics` must be among them.
     pub interface: &'a Interface,
-    /// The version of FMI.
-    pub version: Version,
     /// The sources of the model, `NAME.c` and `NAME.h`.
     pub sources: &'a [File],
 }
@@ -81,25 +41,19 @@ impl Fmu<'_> {
     /// [`Error::Missing`] without `forward_dynamics`; those of [`Interface::check`].
     pub fn files(&self, compiled: bool) -> Result<Vec<File>, Error> {
         self.check()?;
-        let mut files = vec![File {
+        let description = File {
             name: "modelDescription.xml".into(),
             text: description::model(self, compiled),
-        }];
-        if self.version == Version::Three {
-            files.push(File {
-                name: "sources/buildDescription.xml".into(),
-                text: description::build(self),
-            });
-        }
+        };
         let own = [File {
             name: self.adapter_name(),
             text: self.adapter(),
         }];
-        files.extend(self.sources.iter().chain(&own).map(|file| File {
+        let sources = self.sources.iter().chain(&own).map(|file| File {
             name: format!("sources/{}", file.name),
             text: file.text.clone(),
-        }));
-        Ok(files)
+        });
+        Ok([description].into_iter().chain(sources).collect())
     }
 
     fn check(&self) -> Result<(), Error> {
@@ -123,7 +77,7 @@ impl Fmu<'_> {
     }
 
     fn adapter_name(&self) -> String {
-        format!("{}_{}.c", self.interface.name, self.version.suffix())
+        format!("{}_fmi2.c", self.interface.name)
     }
 
     /// The functions of FMI around the model.
@@ -135,10 +89,6 @@ impl Fmu<'_> {
             .iter()
             .map(|x| format!("{x:?}"))
             .collect();
-        let own = match self.version {
-            Version::Two => FMI2,
-            Version::Three => FMI3,
-        };
         let text = format!(
             "#define MODEL_TOKEN \"{}\"\n\
              #define MODEL_START {}\n\
@@ -152,7 +102,7 @@ impl Fmu<'_> {
             has(Call::DistanceFromData),
             has(Call::ForwardDynamicsDerivatives),
         );
-        let text = (text + SHARED + own).replace("MODEL", &self.interface.name);
+        let text = (text + &TEMPLATES.concat()).replace("MODEL", &self.interface.name);
         format!("/* {} */\n{text}", self.interface.origin())
     }
 

@@ -116,17 +116,17 @@ pub struct Export {
 }
 
 impl Export {
-    /// All files of a folder for a controller: the C, its example, test and build, and its declarations for `CasADi` and Rust; `units` are
-    /// the names of functional mock-up units beside them.
+    /// All files of a folder for a controller: the C, its example, test and build, and its declarations for `CasADi` and Rust; `unit` is
+    /// the name of a functional mock-up unit beside them.
     ///
     /// # Errors
     /// None that [`export`] did not have.
-    pub fn files(&self, units: &[String]) -> Result<Vec<File>, Error> {
+    pub fn files(&self, unit: Option<&str>) -> Result<Vec<File>, Error> {
         let interface = &self.interface;
         let around = Surroundings {
             interface,
             casadi: true,
-            mock_ups: units,
+            mock_up: unit,
             rust: true,
             stack: Some([8, 4].map(|number| self.code.stack_bytes(number))),
         };

@@ -15,8 +15,8 @@ pub struct Surroundings<'a> {
     pub interface: &'a Interface,
     /// Whether `NAME_casadi.c` is among the files.
     pub casadi: bool,
-    /// The names of the functional mock-up units beside them.
-    pub mock_ups: &'a [String],
+    /// The name of the functional mock-up unit beside them.
+    pub mock_up: Option<&'a str>,
     /// Whether `NAME.rs` is among the files.
     pub rust: bool,
     /// The stack that no call exceeds, bytes, with doubles and with floats, where it is known.
@@ -89,7 +89,7 @@ impl Surroundings<'_> {
         text += &self.stack_section();
         text += &self.rust_section();
         text += &self.casadi_section();
-        text += &self.mock_ups_section();
+        text += &self.mock_up_section();
         text
     }
 
@@ -199,19 +199,14 @@ impl Surroundings<'_> {
         }
     }
 
-    fn mock_ups_section(&self) -> String {
-        if self.mock_ups.is_empty() {
+    fn mock_up_section(&self) -> String {
+        let Some(file) = self.mock_up else {
             return String::new();
-        }
-        let files: Vec<String> = self
-            .mock_ups
-            .iter()
-            .map(|file| format!("`{}`", escaped(file)))
-            .collect();
+        };
         format!(
-            "## Functional mock-up units\n\n{}: co-simulation and model exchange. Inputs are `tau[i]`, states and outputs `q[i]` and `qd[i]`, \
+            "## Functional mock-up unit\n\n`{}`: FMI 2.0, for co-simulation and model exchange. Inputs are `tau[i]`, states and outputs `q[i]` and `qd[i]`, \
              further outputs `qdd[i]`, and `energy` and `distance_from_data` where the model knows them; indices begin at 1.\n",
-            files.join(", ")
+            escaped(file)
         )
     }
 }

@@ -1,5 +1,4 @@
-/* What functional mock-up units of versions 2 and 3 of FMI share: the variables of a model, their derivatives, and its
- * integration for co-simulation.
+/* A functional mock-up unit: the variables of a model, their derivatives, and its integration for co-simulation.
  *
  * States are q and qd, inputs are tau. The references of variables, with 1-based names, are
  *   time 0 · tau[i] i · then, for n joints each: q[i], qd[i], der(q[i]), qdd[i] · energy · distance_from_data.

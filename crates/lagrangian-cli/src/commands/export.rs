@@ -6,7 +6,7 @@ use std::process::{Command, ExitCode};
 
 use anyhow::Result;
 use lagrangian::{Learned, Model as _, SavedModel, counted};
-use lagrangian_export::fmu::{Binary, Fmu, Version, archive};
+use lagrangian_export::fmu::{Fmu, archive};
 use lagrangian_export::{About, Export, File, export};
 use lagrangian_run::{
     Existing, Hashed, file_name, refuse_existing, refuse_overwriting, write_bytes,
@@ -37,7 +37,7 @@ pub(super) fn run(args: &ExportArgs, mode: OutputMode) -> Result<ExitCode> {
         format!("cannot export '{}'", path.display()),
         "--name gives the prefix of all names in C",
     )?;
-    let unit = args.fmu.as_ref().map(|file| unit(&export, args.fmi, file));
+    let unit = args.fmu.as_ref().map(|file| unit(&export, file));
     let unit = unit.transpose()?;
     drop(task);
     let mut written = Vec::new();
@@ -79,6 +79,12 @@ fn check(args: &ExportArgs, model: &Path, existing: Existing) -> Result<()> {
             "give --c FOLDER for C99 (with CasADi and Rust), --fmu FILE for a functional mock-up unit, or both",
         ));
     }
+    if let Some(version) = (args.fmi.as_deref()).filter(|version| !["2", "2.0"].contains(version)) {
+        return Err(mistake(
+            format!("units of FMI {version} are not written: those of FMI 2.0 are"),
+            "omit --fmi: importing programs read FMI 2.0, among them Simulink, Dymola, OpenModelica, SimulationX and FMPy",
+        ));
+    }
     if let Some(folder) = args
         .c
         .as_ref()
@@ -103,9 +109,9 @@ fn write(
     unit: Option<&Path>,
     existing: Existing,
 ) -> Result<Vec<PathBuf>> {
-    let units: Vec<String> = unit.iter().map(|path| path.display().to_string()).collect();
+    let unit = unit.map(|path| path.display().to_string());
     let files = export
-        .files(&units)
+        .files(unit.as_deref())
         .advise("cannot export", "--name gives the prefix of all names in C")?;
     let mut paths = files.iter().map(|file| folder.join(&file.name));
     if let Some(path) = paths.find(|path| existing == Existing::Keep && path.exists()) {
@@ -133,16 +139,10 @@ struct Unit {
     problem: Option<String>,
 }
 
-fn unit(export: &Export, version: u8, file: &Path) -> Result<Unit> {
+fn unit(export: &Export, file: &Path) -> Result<Unit> {
     let sources = [export.code.header.clone(), export.code.source.clone()];
-    let version = if version == 2 {
-        Version::Two
-    } else {
-        Version::Three
-    };
     let fmu = Fmu {
         interface: &export.interface,
-        version,
         sources: &sources,
     };
     let hint = "export it with --c alone";
@@ -151,25 +151,10 @@ fn unit(export: &Export, version: u8, file: &Path) -> Result<Unit> {
         &fmu.files(true).advise(&shown, hint)?,
         &export.interface.name,
     );
-    let extension = std::env::consts::DLL_EXTENSION;
-    let (bytes, problem) = match (library, version.platform()) {
-        (Ok(bytes), Some(platform)) => {
-            let binary = Binary {
-                platform: &platform,
-                extension,
-                bytes: &bytes,
-            };
-            (archive(&fmu, Some(binary)), None)
-        }
-        (Ok(_), None) => (
-            archive(&fmu, None),
-            Some("FMI has no name for this platform".into()),
-        ),
-        (Err(problem), _) => (archive(&fmu, None), Some(problem)),
-    };
+    let bytes = archive(&fmu, library.as_deref().ok()).advise(&shown, hint)?;
     Ok(Unit {
-        bytes: bytes.advise(&shown, hint)?,
-        problem,
+        bytes,
+        problem: library.err(),
     })
 }
 

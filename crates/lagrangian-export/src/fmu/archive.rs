@@ -8,44 +8,41 @@ use zip::{CompressionMethod, DateTime, ZipWriter};
 use super::Fmu;
 use crate::Error;
 
-/// A library that a compiler made of the sources.
-#[derive(Debug, Clone, Copy)]
-pub struct Binary<'a> {
-    /// The folder of its platform, [`Version::platform`](super::Version::platform).
-    pub platform: &'a str,
-    /// `so`, `dylib` or `dll`.
-    pub extension: &'a str,
-    /// Its bytes.
-    pub bytes: &'a [u8],
-}
-
-/// The bytes of a unit, `NAME.fmu`; the same for the same arguments. Without a library it holds sources alone, which its
-/// importer has to compile, and its description says so.
+/// The bytes of a unit, `NAME.fmu`; the same for the same arguments. `library` is what a compiler of this platform made of the
+/// sources. Without it the unit holds sources alone, which its importer has to compile, and its description says so.
 ///
 /// # Errors
 /// Those of [`Fmu::files`]; [`Error::Archive`] where names of sources repeat or are too long.
-pub fn archive(unit: &Fmu<'_>, binary: Option<Binary<'_>>) -> Result<Vec<u8>, Error> {
+pub fn archive(unit: &Fmu<'_>, library: Option<&[u8]>) -> Result<Vec<u8>, Error> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
-    let files = unit.files(binary.is_some())?;
+    let files = unit.files(library.is_some())?;
     let texts = files
         .iter()
         .map(|file| (file.name.clone(), file.text.as_bytes()));
-    let library = binary.map(|b| {
-        (
-            format!(
-                "binaries/{}/{}.{}",
-                b.platform, unit.interface.name, b.extension
-            ),
-            b.bytes,
-        )
+    let (name, extension) = (&unit.interface.name, std::env::consts::DLL_EXTENSION);
+    let libraries = library.into_iter().flat_map(|bytes| {
+        let place = |platform| format!("binaries/{platform}/{name}.{extension}");
+        platforms().into_iter().map(move |p| (place(p), bytes))
     });
-    for (name, bytes) in texts.chain(library) {
+    for (name, bytes) in texts.chain(libraries) {
         add(&mut zip, &name, bytes).map_err(|error| Error::Archive(error.to_string()))?;
     }
     let bytes = zip
         .finish()
         .map_err(|error| Error::Archive(error.to_string()))?;
     Ok(bytes.into_inner())
+}
+
+/// The folders where importers look for a library of this platform.
+fn platforms() -> Vec<String> {
+    use std::env::consts::{ARCH, OS};
+    let system = if OS == "macos" { "darwin" } else { OS };
+    let of_bits = format!("{}{}", system.trim_end_matches("dows"), usize::BITS);
+    match ARCH {
+        "x86" | "x86_64" => vec![of_bits],
+        // FMI 2.0.4 has names like `aarch64-linux` for other processors (section 2.3); FMPy and OpenModelica use those of x86.
+        _ => vec![format!("{ARCH}-{system}"), of_bits],
+    }
 }
 
 fn add(

@@ -1,8 +1,8 @@
-//! The XML files of a unit: its variables, their units and how they depend on each other, and how it is compiled.
+//! The description of a unit in XML: its variables, their units and how they depend on each other, and its sources.
 
 use std::fmt::Write;
 
-use super::{Fmu, Version};
+use super::Fmu;
 use crate::{Call, Drive, Interface};
 
 /// A variable of the unit.
@@ -72,8 +72,8 @@ impl Variable {
         }
     }
 
-    /// Unit, first value and the state that it is the rate of, which the two versions number differently.
-    fn details(&self, number: impl Fn(usize) -> usize) -> String {
+    /// Unit, first value and the state that it is the rate of, by its place in the list.
+    fn details(&self) -> String {
         let mut text = match self.unit {
             "" => String::new(),
             unit => format!("unit=\"{unit}\""),
@@ -82,10 +82,16 @@ impl Variable {
             let _ = write!(text, " start=\"{start:?}\"");
         }
         if let Role::Rate { of, .. } = self.role {
-            let _ = write!(text, " derivative=\"{}\"", number(of));
+            let _ = write!(text, " derivative=\"{}\"", place(of));
         }
         text
     }
+}
+
+/// The place of a variable in the list, from 1. It is one more than its reference, but for those after a scalar that the model lacks, which
+/// nothing depends on.
+fn place(reference: usize) -> usize {
+    reference + 1
 }
 
 /// The variables of a unit while they are listed. The generated adapter repeats the order of their references.
@@ -248,10 +254,6 @@ const UNITS: &[(&str, &str)] = &[
 pub(super) fn model(unit: &Fmu<'_>, compiled: bool) -> String {
     let variables = variables(unit.interface);
     let interface = unit.interface;
-    let (version, token) = match unit.version {
-        Version::Two => ("2.0", "guid"),
-        Version::Three => ("3.0", "instantiationToken"),
-    };
     let about = match compiled {
         true => interface.description.clone(),
         false => format!(
@@ -261,18 +263,13 @@ pub(super) fn model(unit: &Fmu<'_>, compiled: bool) -> String {
     };
     let mut text = format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
-         <fmiModelDescription fmiVersion=\"{version}\" modelName=\"{name}\" {token}=\"{}\" description=\"{}\" version=\"{}\" \
-         generationTool=\"lagrangian {}\" variableNamingConvention=\"structured\"{}>\n",
+         <fmiModelDescription fmiVersion=\"2.0\" modelName=\"{}\" guid=\"{}\" description=\"{}\" version=\"{}\" \
+         generationTool=\"lagrangian {}\" variableNamingConvention=\"structured\" numberOfEventIndicators=\"0\">\n",
+        interface.name,
         unit.token(),
         escaped(&about),
         escaped(&interface.hash),
         escaped(&interface.version),
-        if unit.version == Version::Two {
-            " numberOfEventIndicators=\"0\""
-        } else {
-            ""
-        },
-        name = interface.name,
     );
     text += &kinds(unit);
     text += "  <UnitDefinitions>\n";
@@ -286,119 +283,77 @@ pub(super) fn model(unit: &Fmu<'_>, compiled: bool) -> String {
              name=\"logStatusError\"/>\n  </LogCategories>\n  <DefaultExperiment startTime=\"0\" stopTime=\"10\" stepSize=\"0.01\"/>\n";
     text += "  <ModelVariables>\n";
     for variable in &variables {
-        text += &line(unit.version, variable);
+        text += &line(variable);
     }
     text += "  </ModelVariables>\n";
-    text += &structure(unit.version, &variables);
+    text += &structure(&variables);
     text + "</fmiModelDescription>\n"
 }
 
-/// What the unit can do.
+/// The kinds of simulation that the unit serves, what it can do in each, and the sources that are compiled.
 fn kinds(unit: &Fmu<'_>) -> String {
-    let slopes = unit.interface.has(Call::ForwardDynamicsDerivatives);
-    let state = if unit.version == Version::Two {
-        "FMUstate"
-    } else {
-        "FMUState"
+    let files: String = unit
+        .compiled_names()
+        .map(|name| format!("      <File name=\"{}\"/>\n", escaped(&name)))
+        .collect();
+    let kind = |tag: &str, more: &str| {
+        format!(
+            "  <{tag} modelIdentifier=\"{}\" canGetAndSetFMUstate=\"true\" canSerializeFMUstate=\"true\" \
+             providesDirectionalDerivative=\"{}\"{more}>\n    <SourceFiles>\n{files}    </SourceFiles>\n  </{tag}>\n",
+            unit.interface.name,
+            unit.interface.has(Call::ForwardDynamicsDerivatives),
+        )
     };
-    let common = format!(
-        "modelIdentifier=\"{}\" canGetAndSet{state}=\"true\" canSerialize{state}=\"true\"",
-        unit.interface.name
-    );
-    let step = "canHandleVariableCommunicationStepSize=\"true\"";
-    match unit.version {
-        Version::Two => {
-            let files: String = unit
-                .compiled_names()
-                .map(|name| format!("      <File name=\"{}\"/>\n", escaped(&name)))
-                .collect();
-            let files = format!("    <SourceFiles>\n{files}    </SourceFiles>\n");
-            format!(
-                "  <ModelExchange {common} providesDirectionalDerivative=\"{slopes}\">\n{files}  </ModelExchange>\n  \
-                 <CoSimulation {common} providesDirectionalDerivative=\"{slopes}\" {step}>\n{files}  </CoSimulation>\n"
-            )
-        }
-        Version::Three => format!(
-            "  <ModelExchange {common} providesDirectionalDerivatives=\"{slopes}\"/>\n  \
-             <CoSimulation {common} providesDirectionalDerivatives=\"{slopes}\" {step}/>\n"
-        ),
-    }
+    kind("ModelExchange", "")
+        + &kind(
+            "CoSimulation",
+            " canHandleVariableCommunicationStepSize=\"true\"",
+        )
 }
 
 /// A variable as an element of XML.
-fn line(version: Version, variable: &Variable) -> String {
+fn line(variable: &Variable) -> String {
     let Variable {
         name,
         reference,
         about,
         ..
     } = variable;
-    let (kind, about) = (variable.kind(), escaped(about));
-    match version {
-        // FMI 2.0 numbers variables by their place, from 1. All states stand at their reference plus one.
-        Version::Two => format!(
-            "    <ScalarVariable name=\"{name}\" valueReference=\"{reference}\" description=\"{about}\" {kind}><Real {}/>\
-             </ScalarVariable>\n",
-            variable.details(|of| of + 1)
-        ),
-        Version::Three => format!(
-            "    <Float64 name=\"{name}\" valueReference=\"{reference}\" description=\"{about}\" {kind} {}/>\n",
-            variable.details(|of| of)
-        ),
-    }
+    format!(
+        "    <ScalarVariable name=\"{name}\" valueReference=\"{reference}\" description=\"{}\" {}><Real {}/></ScalarVariable>\n",
+        escaped(about),
+        variable.kind(),
+        variable.details()
+    )
 }
 
 /// Which variables are outputs, rates and unknown at first, and what they depend on.
-fn structure(version: Version, variables: &[Variable]) -> String {
-    let element = |tag: &str, place: usize, variable: &Variable| {
-        let (key, number, shift) = match version {
-            Version::Two => ("index", place + 1, 1),
-            Version::Three => ("valueReference", variable.reference, 0),
-        };
+fn structure(variables: &[Variable]) -> String {
+    let element = |(k, variable): (usize, &Variable)| {
         let from: Vec<String> = variable
             .from
             .iter()
-            .map(|k| (k + shift).to_string())
+            .map(|&r| place(r).to_string())
             .collect();
         format!(
-            "    <{tag} {key}=\"{number}\" dependencies=\"{}\"/>\n",
+            "    <Unknown index=\"{}\" dependencies=\"{}\"/>\n",
+            k + 1,
             from.join(" ")
         )
     };
-    let group = |section: &str, tag: &str, belongs: fn(&Variable) -> bool| {
+    let group = |section: &str, belongs: fn(&Variable) -> bool| {
         let lines = variables.iter().enumerate().filter(|(_, v)| belongs(v));
-        let lines: String = lines.map(|(k, v)| element(tag, k, v)).collect();
-        match version {
-            Version::Two => format!("    <{section}>\n{lines}    </{section}>\n"),
-            Version::Three => lines,
-        }
-    };
-    let tags = match version {
-        Version::Two => ["Unknown"; 3],
-        Version::Three => ["Output", "ContinuousStateDerivative", "InitialUnknown"],
+        let lines: String = lines.map(element).collect();
+        format!("    <{section}>\n{lines}    </{section}>\n")
     };
     [
         "  <ModelStructure>\n".into(),
-        group("Outputs", tags[0], Variable::is_output),
-        group("Derivatives", tags[1], Variable::is_rate),
-        group("InitialUnknowns", tags[2], Variable::is_initially_unknown),
+        group("Outputs", Variable::is_output),
+        group("Derivatives", Variable::is_rate),
+        group("InitialUnknowns", Variable::is_initially_unknown),
         "  </ModelStructure>\n".into(),
     ]
     .concat()
-}
-
-/// `buildDescription.xml` of FMI 3.0.
-pub(super) fn build(unit: &Fmu<'_>) -> String {
-    let files: String = unit
-        .compiled_names()
-        .map(|name| format!("      <SourceFile name=\"{}\"/>\n", escaped(&name)))
-        .collect();
-    format!(
-        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiBuildDescription fmiVersion=\"3.0\">\n  <BuildConfiguration \
-         modelIdentifier=\"{}\">\n    <SourceFileSet language=\"C99\">\n{files}    </SourceFileSet>\n  </BuildConfiguration>\n\
-         </fmiBuildDescription>\n",
-        unit.interface.name
-    )
 }
 
 /// Text as the value of an attribute.

@@ -9,7 +9,9 @@ use lagrangian::{
 };
 use lagrangian_export::{About, export};
 
-use crate::tools::{adapters, exists, folder, library, python, script, succeed, units, write};
+use crate::tools::{
+    exists, folder, library, python, script, succeed, unit_sources, write, write_unit,
+};
 
 /// Motions of the cart with a pole of tests/python/plant.py under forces of many frequencies, and what was learned from them.
 fn learned() -> Result<Learned> {
@@ -59,8 +61,8 @@ fn a_learned_cart_pole_is_swung_up_through_casadi_and_its_adapters_agree() {
     let export = export(&model, about).unwrap();
     let folder = folder("learned");
     let sources = [export.code.header.clone(), export.code.source.clone()];
-    write(&folder, &export.files(&[]).unwrap());
-    write(&folder, &adapters(&export.interface, &sources));
+    write(&folder, &export.files(None).unwrap());
+    write(&folder, &unit_sources(&export.interface, &sources));
     let library = library(
         &folder,
         &["learned.c", "learned_casadi.c"],
@@ -73,7 +75,7 @@ fn a_learned_cart_pole_is_swung_up_through_casadi_and_its_adapters_agree() {
             .arg(library)
             .arg("learned"),
     );
-    units(&folder, &export.interface, &sources);
+    write_unit(&folder, &export.interface, &sources);
     let mut both = Command::new(python);
     succeed(both.arg(script("any_model.py")).arg(folder).arg("learned"));
 }

@@ -10,10 +10,12 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use lagrangian_export::fmu::{Fmu, Version, archive};
+use lagrangian_export::fmu::{Fmu, archive};
 use lagrangian_export::surroundings::Surroundings;
 use lagrangian_export::{Call, Drive, Error, File, Interface, Joint, Unit, casadi};
-use tools::{adapters, exists, folder, library, python, script, succeed, unit, units, write};
+use tools::{
+    exists, folder, library, python, script, succeed, unit, unit_sources, write, write_unit,
+};
 
 fn cart_pole() -> Interface {
     let joint = |name: &str, unit| Joint {
@@ -64,13 +66,13 @@ fn all_files(interface: &Interface) -> Vec<File> {
     let around = Surroundings {
         interface,
         casadi: true,
-        mock_ups: &["cart_pole_fmi3.fmu".into()],
+        mock_up: Some("cart_pole.fmu"),
         rust: false,
         stack: None,
     };
     let mut files = around.files().unwrap();
     files.push(casadi::file(interface).unwrap());
-    files.extend(adapters(interface, &sources()));
+    files.extend(unit_sources(interface, &sources()));
     files
 }
 
@@ -90,7 +92,7 @@ fn all_c_compiles_without_warnings() {
     ];
     let names = files.iter().map(|file| file.name.as_str());
     let c: Vec<&str> = names.filter(|name| name.ends_with(".c")).collect();
-    assert_eq!(c.len(), 7, "{c:?}");
+    assert_eq!(c.len(), 5, "{c:?}");
     for compiler in ["gcc", "clang"].into_iter().filter(|c| exists(c)) {
         for name in &c {
             let mut cc = Command::new(compiler);
@@ -146,15 +148,15 @@ fn casadi_computes_differentiates_and_swings_a_pole_up() {
 }
 
 #[test]
-fn functional_mock_up_units_simulate_as_the_model_does() {
+fn a_functional_mock_up_unit_simulates_as_the_model_does() {
     let (Some(python), true) = (python(), exists("cc")) else {
         return;
     };
     let folder = folder("fmu");
     let (interface, sources) = (cart_pole(), sources());
     write(&folder, &all_files(&interface));
-    units(&folder, &interface, &sources);
-    let alone = archive(&unit(&interface, Version::Three, &sources), None).unwrap();
+    write_unit(&folder, &interface, &sources);
+    let alone = archive(&unit(&interface, &sources), None).unwrap();
     fs::write(folder.join("sources_only.fmu"), alone).unwrap();
     succeed(
         Command::new(&python)
@@ -224,12 +226,10 @@ fn a_unit_needs_accelerations_and_a_finite_first_state() {
         expected: 4,
         given: 3,
     };
-    let files = unit(&bad, Version::Three, &sources).files(true);
+    let files = unit(&bad, &sources).files(true);
     assert_eq!(files.map_err(text), Err(text(expected)));
     interface.calls.remove(&Call::ForwardDynamics);
-    let error = unit(&interface, Version::Two, &sources)
-        .files(true)
-        .unwrap_err();
+    let error = unit(&interface, &sources).files(true).unwrap_err();
     assert!(error.to_string().contains("forward_dynamics"), "{error}");
 }
 
@@ -258,14 +258,14 @@ fn a_model_of_accelerations_alone_compiles_everywhere() {
         ]);
         succeed(cc.current_dir(&folder));
     }
-    let description = unit(&interface, Version::Three, &[]).files(true).unwrap();
+    let description = unit(&interface, &[]).files(true).unwrap();
     assert!(!description[0].text.contains("energy"));
     assert!(!description[0].text.contains("unit=\"N\""));
     let forces = Interface {
         drive: Drive::Forces,
         ..cart_pole()
     };
-    let forces = unit(&forces, Version::Two, &[]).files(true).unwrap();
+    let forces = unit(&forces, &[]).files(true).unwrap();
     assert!(
         forces[0]
             .text
@@ -274,14 +274,14 @@ fn a_model_of_accelerations_alone_compiles_everywhere() {
     assert!(
         description[0]
             .text
-            .contains(r#"providesDirectionalDerivatives="false""#)
+            .contains(r#"providesDirectionalDerivative="false""#)
     );
 }
 
 #[test]
 fn the_same_unit_has_the_same_bytes() {
     let (interface, sources) = (cart_pole(), sources());
-    let unit = unit(&interface, Version::Three, &sources);
+    let unit = unit(&interface, &sources);
     assert_eq!(archive(&unit, None).unwrap(), archive(&unit, None).unwrap());
     let twice = [sources.clone(), sources.clone()].concat();
     let unit = Fmu {

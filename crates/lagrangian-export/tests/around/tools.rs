@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use lagrangian_export::fmu::{Binary, Fmu, Version, archive};
+use lagrangian_export::fmu::{Fmu, archive};
 use lagrangian_export::{File, Interface};
 
 /// An empty folder for one test.
@@ -23,12 +23,8 @@ pub(crate) fn write(folder: &Path, files: &[File]) {
     }
 }
 
-pub(crate) fn unit<'a>(interface: &'a Interface, version: Version, sources: &'a [File]) -> Fmu<'a> {
-    Fmu {
-        interface,
-        version,
-        sources,
-    }
+pub(crate) fn unit<'a>(interface: &'a Interface, sources: &'a [File]) -> Fmu<'a> {
+    Fmu { interface, sources }
 }
 
 pub(crate) fn exists(program: &str) -> bool {
@@ -77,28 +73,18 @@ pub(crate) fn library(folder: &Path, sources: &[&str], name: &str) -> PathBuf {
     out
 }
 
-/// Writes mock-up units of both versions, compiled for this platform, of sources that are in the folder with their adapters.
-pub(crate) fn units(folder: &Path, interface: &Interface, sources: &[File]) {
+/// Writes the mock-up unit, compiled for this platform, of sources that are in the folder with their adapter.
+pub(crate) fn write_unit(folder: &Path, interface: &Interface, sources: &[File]) {
     let name = &interface.name;
-    for (version, suffix) in [(Version::Two, "fmi2"), (Version::Three, "fmi3")] {
-        let unit = unit(interface, version, sources);
-        let (model, adapter) = (format!("{name}.c"), format!("{name}_{suffix}.c"));
-        let bytes = fs::read(library(folder, &[&model, &adapter], suffix)).unwrap();
-        let platform = version.platform().unwrap();
-        let binary = Binary {
-            platform: &platform,
-            extension: std::env::consts::DLL_EXTENSION,
-            bytes: &bytes,
-        };
-        let packed = archive(&unit, Some(binary)).unwrap();
-        fs::write(folder.join(format!("{name}_{suffix}.fmu")), packed).unwrap();
-    }
+    let (model, adapter) = (format!("{name}.c"), format!("{name}_fmi2.c"));
+    let library = fs::read(library(folder, &[&model, &adapter], "fmi2")).unwrap();
+    let packed = archive(&unit(interface, sources), Some(&library)).unwrap();
+    fs::write(folder.join(format!("{name}.fmu")), packed).unwrap();
 }
 
-/// The sources of both units, apart from the model.
-pub(crate) fn adapters(interface: &Interface, sources: &[File]) -> Vec<File> {
-    let of = |version| unit(interface, version, sources).files(true).unwrap();
-    let all = [Version::Two, Version::Three].into_iter().flat_map(of);
+/// The sources of the unit, with the model.
+pub(crate) fn unit_sources(interface: &Interface, sources: &[File]) -> Vec<File> {
+    let all = unit(interface, sources).files(true).unwrap().into_iter();
     let named = all.filter_map(|file| {
         let name = file.name.strip_prefix("sources/")?.to_string();
         Some(File { name, ..file })

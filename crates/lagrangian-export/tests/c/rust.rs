@@ -9,7 +9,7 @@ use lagrangian_export::Export;
 /// Compiles a program of the generated module and the C, and runs it.
 pub(crate) fn check(folder: &Path, export: &Export) {
     let name = &export.interface.name;
-    for file in export.files(&[]).unwrap() {
+    for file in export.files(None).unwrap() {
         fs::write(folder.join(&file.name), &file.text).unwrap();
     }
     // The module uses `core` alone; the program around it needs to print nothing.
