@@ -11,7 +11,7 @@ use lagrangian::{
     Recording, Signal, Trajectory, prepared,
 };
 use lagrangian_run::{
-    FileHash, OneFile, Source, bag_files, delayed, format_named, layout_beside, read_file, text,
+    FileHash, ReadFile, Source, bag_files, delayed, format_named, layout_beside, read_file, text,
 };
 
 use crate::cli::{DataArgs, EstimateArgs};
@@ -183,7 +183,7 @@ pub(crate) fn read_sample(
     ))
 }
 
-fn read_one(path: &Path, args: &DataArgs, sample: Option<Sampling>) -> Result<OneFile> {
+fn read_one(path: &Path, args: &DataArgs, sample: Option<Sampling>) -> Result<ReadFile> {
     let layout = Layout {
         sample,
         ..args.layout_for(path)?

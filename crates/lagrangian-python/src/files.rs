@@ -6,7 +6,7 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use lagrangian::{Format, Layout, Readings, Recording};
-use lagrangian_run::{OneFile, bag_files, format_named, layout_beside, read_file, text, unused};
+use lagrangian_run::{ReadFile, bag_files, format_named, layout_beside, read_file, text, unused};
 use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -75,7 +75,7 @@ fn notes(readings: &Readings) -> Vec<String> {
 }
 
 /// The content of a file, and its layout, completed from the file beside it.
-fn one_file(path: &Path, layout: Layout) -> lagrangian_run::Result<(OneFile, Layout)> {
+fn one_file(path: &Path, layout: Layout) -> lagrangian_run::Result<(ReadFile, Layout)> {
     let layout = match layout_beside(path) {
         Some(file) => layout.or(Layout::from_toml(
             &text(&file).map_err(lagrangian::Error::Io)?,

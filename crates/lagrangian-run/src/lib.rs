@@ -47,7 +47,7 @@ pub use page::{Evaluation, Links, MOST_LINKS, Page, Scored, Skin, as_chain, ener
 pub use record::{DataFile, RunRecord};
 pub use resolved::Columns;
 pub use shell::quoted;
-pub use source::{OneFile, Source, delayed, layout_beside, read_file, unused};
+pub use source::{ReadFile, Source, delayed, layout_beside, read_file, unused};
 pub use spec::Specification;
 pub use unfinished::remove_unfinished;
 pub use watch::Watch;

@@ -15,7 +15,7 @@ const LAYOUT: &str = "lagrangian.toml";
 
 /// The content of one file.
 #[derive(Debug)]
-pub struct OneFile {
+pub struct ReadFile {
     /// Its recordings, in their order.
     pub recordings: Vec<Recording>,
     /// Its hash.
@@ -69,7 +69,7 @@ pub fn layout_beside(path: &Path) -> Option<PathBuf> {
 ///
 /// # Errors
 /// [`Error::Refused`](crate::Error::Refused), which names the file.
-pub fn read_file(path: &Path, layout: &Layout, advice: &str) -> Result<OneFile> {
+pub fn read_file(path: &Path, layout: &Layout, advice: &str) -> Result<ReadFile> {
     let shown = format!("cannot read '{}'", path.display());
     let format = format_named(path).advise(&shown, "rename or convert the file")?;
     refuse_unfinished(path)?;
@@ -81,7 +81,7 @@ pub fn read_file(path: &Path, layout: &Layout, advice: &str) -> Result<OneFile> 
     let hash = hashing.finish().advise(shown, access)?;
     let notes = readings.notes.iter().cloned();
     let told = unused(&readings).into_iter().chain(notes);
-    Ok(OneFile {
+    Ok(ReadFile {
         source: Source::of(path, &readings),
         told: told.chain(passive(&readings)).collect(),
         recordings: readings.recordings,

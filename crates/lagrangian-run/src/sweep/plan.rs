@@ -16,7 +16,7 @@ use crate::files::{Existing, write_bytes};
 use crate::input;
 use crate::job::Data;
 use crate::record::DataFile;
-use crate::source::{OneFile, layout_beside, read_file};
+use crate::source::{ReadFile, layout_beside, read_file};
 
 /// The record of a sweep in its folder: the data that it began with.
 const SWEEP: &str = "sweep.json";
@@ -194,7 +194,7 @@ impl Plan {
         }
     }
 
-    fn read_one(&self, path: &Path) -> Result<(OneFile, Layout)> {
+    fn read_one(&self, path: &Path) -> Result<(ReadFile, Layout)> {
         let own = Layout::from_toml(&self.data.layout.to_string()).advise(
             "cannot read the layout of the plan",
             "it says what a layout file may say",
