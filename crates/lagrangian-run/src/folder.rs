@@ -309,6 +309,15 @@ impl RunFolder {
     }
 }
 
+/// The model of a run where a path leads to the folder of one, else the path.
+#[must_use]
+pub fn model_file(path: &Path) -> PathBuf {
+    match path.is_dir() {
+        true => path.join(MODEL),
+        false => path.into(),
+    }
+}
+
 /// Whether a folder is locked by this process.
 enum Lock {
     /// It is, until the file is closed; without a file where the system cannot lock folders.

@@ -33,6 +33,12 @@ impl FileHash {
     }
 }
 
+/// The beginning of a hash, for readers.
+#[must_use]
+pub fn brief_hash(sha256: &str) -> String {
+    format!("{}…", sha256.get(..12).unwrap_or(sha256))
+}
+
 /// A file that is read by the reader of its format. Text is hashed as it streams by; of an archive, which is read where
 /// its directory leads, the rest follows at the end.
 pub struct Hashed {

@@ -89,7 +89,7 @@ pub fn refuse_overwriting<'a>(
 }
 
 /// Whether two paths lead to one file: the same path, a symbolic link or a hard link.
-fn is_same(a: &Path, b: &Path) -> bool {
+pub(crate) fn is_same(a: &Path, b: &Path) -> bool {
     let real = |path: &Path| fs::canonicalize(path).ok();
     real(a).is_some_and(|a| real(b) == Some(a)) || is_hard_link(a, b)
 }

@@ -38,8 +38,10 @@ pub use ensemble::{ENSEMBLE, FittedEnsemble, Measured, SavedEnsemble};
 pub use error::{Advise, Cause, Error, Result};
 pub use file_names::{file_name, file_names};
 pub use files::{Existing, Sink, format_named, refuse_existing, write_bytes, write_file};
-pub use folder::{CHECKPOINT, FIGURES, METRICS, MODEL, Occupied, REPORT, RUN, RunFolder};
-pub use hashed::{FileHash, Hashed, Hashing};
+pub use folder::{
+    CHECKPOINT, FIGURES, METRICS, MODEL, Occupied, REPORT, RUN, RunFolder, model_file,
+};
+pub use hashed::{FileHash, Hashed, Hashing, brief_hash};
 pub use input::{MOST_TEXT, is_same_name, open, refuse_overwriting, text};
 pub use job::{Data, Figures, Fitted, Kept, Place, Ready};
 pub use metrics::{Metric, Metrics, Tensorboard};

@@ -49,6 +49,13 @@ impl Metric {
         }
     }
 
+    /// Steps and values of a figure, where it is known.
+    pub(crate) fn curve(metrics: &[Self], name: &str) -> (Vec<f64>, Vec<f64>) {
+        let known = metrics.iter();
+        let known = known.filter_map(|m| Some((m.step as f64, *m.figures.get(name)?)));
+        known.unzip()
+    }
+
     /// The line of the file.
     pub(crate) fn line(&self) -> Result<Vec<u8>> {
         let mut line = serde_json::to_vec(self).advise("cannot write the metrics", "")?;

@@ -20,7 +20,7 @@ use crate::task::{Size, Task};
 
 pub(super) fn run(args: &ExportArgs, mode: OutputMode) -> Result<ExitCode> {
     let existing = Existing::from_force(args.force);
-    let path = model_file(&args.model);
+    let path = lagrangian_run::model_file(&args.model);
     check(args, &path, existing)?;
     let name = args.name.clone().unwrap_or_else(|| name_of(&path));
     let task = Task::start(
@@ -205,14 +205,6 @@ fn as_text(export: &Export, written: &[PathBuf], model: &Learned) -> String {
         text += "note: the model does not know the states of its data (it was saved by an older version): the C cannot tell when it is outside of them\n";
     }
     text
-}
-
-/// The model of a run, where a run is given.
-fn model_file(path: &Path) -> PathBuf {
-    match path.is_dir() {
-        true => path.join("model.safetensors"),
-        false => path.to_path_buf(),
-    }
 }
 
 /// A prefix in C from the name of the file, or of its run where all files have the same.

@@ -1,19 +1,15 @@
-//! What else differs between runs: settings, data, and so whether their losses can be compared.
+//! Settings and data that differ between runs, and so whether their losses can be compared.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
-use lagrangian::train::Contestant;
 use serde::Serialize;
 use toml::{Table, Value};
 
-use super::{About, Ground, Run};
+use super::LoadedRun;
 use crate::page::file_name;
-use crate::record::{DataFile, RunRecord};
+use crate::record::DataFile;
 
-/// The loss that weights are kept by.
-const VALIDATION: &str = "loss/validation";
-
-/// The role of a file of which it is only known that a fit used it.
+/// The role of a file that a fit used for an unknown purpose.
 const OF_A_FIT: &str = "data of the fit";
 
 /// A setting that differs.
@@ -28,166 +24,133 @@ pub struct Setting {
 /// A file of data that not all runs share.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct DataUse {
-    /// What it was for.
+    /// Its purpose.
     pub role: String,
     /// Its SHA-256.
     pub sha256: String,
-    /// Where it was for each run; none for a run that does not have it.
+    /// Its path for each run; none for a run that does not have it.
     pub paths: Vec<Option<String>>,
-}
-
-/// A run in the list.
-pub(super) fn about(run: &Run, ground: &Ground) -> About {
-    let losses = run.metrics.iter().filter_map(|m| m.figures.get(VALIDATION));
-    let last = run.metrics.last();
-    About {
-        name: run.name.clone(),
-        path: run.path.clone(),
-        family: run.model.family().into(),
-        loss: of_fit(run, "loss").map(|loss| word(&loss)),
-        least: losses.copied().reduce(f64::min),
-        steps: last.map(|m| m.step),
-        seconds: last.map(|m| m.seconds),
-        seen: run.seen(&ground.hashes),
-    }
 }
 
 /// A file that a fit has used.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Seen {
+pub struct DataOverlap {
     /// The name of the file.
     pub file: String,
-    /// What it was for: `training`, `validation`, or `data of the fit` where only that is known.
+    /// Its purpose: `training`, `validation`, or `data of the fit` where only that is known.
     pub role: String,
 }
 
-impl Run {
+impl LoadedRun {
     /// Those of the files with these hashes that the fit has used.
     #[must_use]
-    pub fn seen(&self, hashes: &[String]) -> Vec<Seen> {
-        let known = files(self).into_iter();
+    pub fn overlap(&self, hashes: &[String]) -> Vec<DataOverlap> {
+        let known = self.files().into_iter();
         let known = known.filter(|file| hashes.contains(&file.sha256));
-        let seen = |file: Used| Seen {
+        let overlap = |file: DataFile| DataOverlap {
             file: file_name(&file.path).into(),
             role: file.role,
         };
-        known.map(seen).collect()
+        known.map(overlap).collect()
     }
-}
 
-/// A file as the record of a run, or a model, has it.
-struct Used {
-    role: String,
-    sha256: String,
-    path: String,
-}
-
-/// The files of a run. A model without its run does not know what they were for.
-fn files(run: &Run) -> Vec<Used> {
-    let Some(record) = &run.record else {
-        let file = |(path, sha256): (&String, &String)| Used {
-            role: OF_A_FIT.into(),
-            sha256: sha256.clone(),
-            path: path.clone(),
+    /// The files of its fit. A model without its run does not know what they were for, nor their sizes.
+    fn files(&self) -> Vec<DataFile> {
+        let Some(record) = &self.record else {
+            let file = |(path, sha256): (&String, &String)| DataFile {
+                role: OF_A_FIT.into(),
+                path: path.clone(),
+                bytes: 0,
+                sha256: sha256.clone(),
+            };
+            return self.provenance.data.iter().map(file).collect();
         };
-        return run.provenance.data.iter().map(file).collect();
-    };
-    let file = |file: &DataFile| Used {
-        role: file.role.clone(),
-        sha256: file.sha256.clone(),
-        path: file.path.clone(),
-    };
-    record.data.iter().map(file).collect()
+        record.data.clone()
+    }
+
+    /// The settings of the fit that was kept: those of the family of the model, the only ones, or of several those with the least
+    /// error. A chain becomes a model of rigid bodies.
+    pub(super) fn kept_fit(&self) -> Option<&Table> {
+        let record = self.record.as_ref()?;
+        let fits = record.resolved.get("fit")?.as_table()?;
+        let own = fits.get(self.model.family());
+        let only = || fits.values().next().filter(|_| fits.len() == 1);
+        let best = || {
+            let tried = record.tried.iter();
+            let known = tried.filter_map(|one| Some((one.torque_nmse?, &one.family)));
+            fits.get(known.min_by(|a, b| a.0.total_cmp(&b.0))?.1)
+        };
+        own.or_else(only).or_else(best)?.as_table()
+    }
 }
 
 /// The files that not all runs have for the same.
-pub(super) fn of_data(runs: &[Run]) -> Vec<DataUse> {
-    let mut each: Vec<Vec<Used>> = runs.iter().map(files).collect();
-    if runs.iter().any(|run| run.record.is_none()) {
-        // A model alone does not tell what a file was for.
-        let all = each.iter_mut().flatten();
-        all.for_each(|file| file.role = OF_A_FIT.into());
-    }
-    let keys = each.iter().flatten();
-    let keys = keys.map(|file| (file.role.clone(), file.sha256.clone()));
-    let keys: BTreeSet<(String, String)> = keys.collect();
-    let of = |(role, sha256): (String, String)| {
-        let path = |own: &Vec<Used>| {
-            let mut own = own.iter();
-            let own = own.find(|file| file.role == role && file.sha256 == sha256)?;
-            Some(own.path.clone())
-        };
-        DataUse {
-            paths: each.iter().map(path).collect(),
-            role,
-            sha256,
+pub(super) fn of_data(runs: &[LoadedRun]) -> Vec<DataUse> {
+    // A model alone does not tell what a file was for.
+    let is_role_known = runs.iter().all(|run| run.record.is_some());
+    let mut all: BTreeMap<(String, String), Vec<Option<String>>> = BTreeMap::new();
+    for (k, run) in runs.iter().enumerate() {
+        for file in run.files() {
+            let role = if is_role_known {
+                file.role.as_str()
+            } else {
+                OF_A_FIT
+            };
+            let paths = all.entry((role.into(), file.sha256));
+            let paths = paths.or_insert_with(|| vec![None; runs.len()]);
+            paths[k].get_or_insert(file.path);
         }
+    }
+    let differing = all.into_iter().filter(|(_, paths)| paths.contains(&None));
+    let data = |((role, sha256), paths)| DataUse {
+        role,
+        sha256,
+        paths,
     };
-    let shared = |data: &DataUse| data.paths.iter().all(Option::is_some);
-    keys.into_iter()
-        .map(of)
-        .filter(|data| !shared(data))
+    differing.map(data).collect()
+}
+
+/// The settings that differ between the runs whose settings are known: how their data were prepared, and those of the fit that was kept.
+pub(super) fn of_settings(runs: &[LoadedRun]) -> Vec<Setting> {
+    let mut all: BTreeMap<String, Vec<Option<String>>> = BTreeMap::new();
+    let known = || {
+        let each = runs.iter().enumerate();
+        each.filter_map(|(k, run)| Some((k, run, run.record.as_ref()?)))
+    };
+    for (k, run, record) in known() {
+        let mut set = |name: String, value: String| {
+            all.entry(name).or_insert_with(|| vec![None; runs.len()])[k] = Some(value);
+        };
+        set("model".into(), run.model.family().into());
+        set("version".into(), record.version.clone());
+        let data = record.resolved.get("data").and_then(Value::as_table);
+        for table in [data, run.kept_fit()].into_iter().flatten() {
+            flatten("", table, &mut set);
+        }
+    }
+    let differs = |values: &[Option<String>]| {
+        let mut known = known().map(|(k, ..)| &values[k]);
+        let first = known.next();
+        known.any(|value| Some(value) != first)
+    };
+    let settings = all.into_iter().filter(|(_, values)| differs(values));
+    settings
+        .map(|(name, values)| Setting { name, values })
         .collect()
 }
 
-/// The settings of the fit that was kept: those of the family of the model, the only ones, or of several those with the least error. A
-/// chain becomes a model of rigid bodies.
-fn kept(run: &Run) -> Option<&Table> {
-    let RunRecord {
-        resolved, tried, ..
-    } = run.record.as_ref()?;
-    let fits = resolved.get("fit")?.as_table()?;
-    let own = fits.get(run.model.family());
-    let only = || fits.values().next().filter(|_| fits.len() == 1);
-    let best = || {
-        let known = tried.iter().filter(|one| one.torque_nmse.is_some());
-        let best = known.min_by(|a, b| {
-            let error = |one: &Contestant| one.torque_nmse.unwrap_or(f64::INFINITY);
-            error(a).total_cmp(&error(b))
-        });
-        fits.get(&best?.family)
-    };
-    own.or_else(only).or_else(best)?.as_table()
-}
-
-/// A setting of the fit that was kept, by its name.
-fn of_fit(run: &Run, name: &str) -> Option<Value> {
-    kept(run)?.get(name).cloned()
-}
-
-/// The settings of a run, by their names: how its data were prepared, and those of the fit that was kept.
-fn settings(run: &Run) -> Option<BTreeMap<String, String>> {
-    let RunRecord {
-        resolved, version, ..
-    } = run.record.as_ref()?;
-    let mut all = BTreeMap::from([
-        ("model".into(), run.model.family().into()),
-        ("version".into(), version.clone()),
-    ]);
-    for part in [resolved.get("data").and_then(Value::as_table), kept(run)] {
-        part.into_iter()
-            .for_each(|part| flatten("", part, &mut all));
-    }
-    Some(all)
-}
-
-/// Writes the values of a table, those of tables within it with a dot before their names.
-fn flatten(path: &str, table: &Table, all: &mut BTreeMap<String, String>) {
+/// Sets the values of a table, those of tables within it with a dot before their names.
+fn flatten(path: &str, table: &Table, set: &mut impl FnMut(String, String)) {
     for (key, value) in table {
-        let path = match path {
-            "" => key.clone(),
-            _ => format!("{path}.{key}"),
-        };
         match value {
-            Value::Table(within) => flatten(&path, within, all),
-            other => {
-                all.insert(path, word(other));
-            }
+            Value::Table(within) => flatten(&format!("{path}{key}."), within, set),
+            other => set(format!("{path}{key}"), word(other)),
         }
     }
 }
 
-fn word(value: &Value) -> String {
+/// The value of a setting in words.
+pub(super) fn word(value: &Value) -> String {
     match value {
         // The description of a robot.
         Value::String(text) if text.contains('\n') => format!("{} bytes", text.len()),
@@ -196,27 +159,7 @@ fn word(value: &Value) -> String {
     }
 }
 
-/// The settings that differ between the runs whose settings are known.
-pub(super) fn of_settings(runs: &[Run]) -> Vec<Setting> {
-    let each: Vec<Option<BTreeMap<String, String>>> = runs.iter().map(settings).collect();
-    let known = || each.iter().flatten();
-    let names: BTreeSet<&String> = known().flat_map(BTreeMap::keys).collect();
-    let differs = |name: &&String| {
-        let mut values = known().map(|own| own.get(*name));
-        let first = values.next();
-        values.any(|value| Some(value) != first)
-    };
-    let setting = |name: &String| Setting {
-        name: name.clone(),
-        values: each
-            .iter()
-            .map(|own| own.as_ref()?.get(name).cloned())
-            .collect(),
-    };
-    names.into_iter().filter(differs).map(setting).collect()
-}
-
-/// What losses depend on, beside the model: settings by their names, and what is said where they differ.
+/// Settings that losses depend on beside the model, and the reason that is given where they differ.
 const OF_LOSSES: [(&str, &str); 7] = [
     ("loss", "another loss is minimised"),
     (
@@ -233,12 +176,11 @@ const OF_LOSSES: [(&str, &str); 7] = [
     ("validate_fraction", "another part of the data is held back"),
 ];
 
-/// Why the losses of the fits cannot be compared.
-pub(super) fn of_losses(runs: &[Run]) -> Vec<String> {
+/// Reasons why the losses of the fits cannot be compared.
+pub(super) fn of_losses(runs: &[LoadedRun]) -> Vec<String> {
     let mut reasons = Vec::new();
-    let unknown: Vec<&str> = (runs.iter().filter(|run| run.record.is_none()))
-        .map(|run| run.name.as_str())
-        .collect();
+    let unknown = runs.iter().filter(|run| run.record.is_none());
+    let unknown: Vec<&str> = unknown.map(|run| run.name.as_str()).collect();
     if !unknown.is_empty() {
         let names = unknown.join(", ");
         reasons.push(format!(
@@ -247,27 +189,21 @@ pub(super) fn of_losses(runs: &[Run]) -> Vec<String> {
     }
     let differing = of_settings(runs);
     for (name, reason) in OF_LOSSES {
-        let within = format!("{name}.");
-        let own = |s: &&Setting| s.name == name || s.name.starts_with(&within);
-        if let Some(setting) = differing.iter().find(own) {
-            let values = setting
-                .values
-                .iter()
-                .map(|v| v.as_deref().unwrap_or("none"));
-            let values = values.collect::<Vec<_>>().join(" / ");
-            reasons.push(format!("{reason} ({values})"));
+        let is_own = |s: &&Setting| s.name.split('.').next() == Some(name);
+        if let Some(setting) = differing.iter().find(is_own) {
+            let values = setting.values.iter();
+            let values: Vec<&str> = values.map(|v| v.as_deref().unwrap_or("none")).collect();
+            reasons.push(format!("{reason} ({})", values.join(" / ")));
         }
     }
+    // A run without a file for validation has held back a part of its data.
+    let records = || runs.iter().filter_map(|run| run.record.as_ref());
+    let mut files = records().map(|record| record.data.iter());
+    let holds_back = files.any(|mut files| files.all(|file| file.role != "validation"));
     if of_data(runs).iter().any(|data| data.role != "robot") {
         reasons.push("they are fitted to other data, or validated on others".into());
-    } else if holds_back(runs) && differing.iter().any(|setting| setting.name == "seed") {
+    } else if holds_back && differing.iter().any(|setting| setting.name == "seed") {
         reasons.push("another seed holds back other parts of the data for validation".into());
     }
     reasons
-}
-
-/// Whether a run has held back a part of its data.
-fn holds_back(runs: &[Run]) -> bool {
-    let of = |record: &RunRecord| record.data.iter().all(|file| file.role != "validation");
-    runs.iter().filter_map(|run| run.record.as_ref()).any(of)
 }

@@ -1,21 +1,43 @@
-//! What several models make of the same motions, in figures that are compared.
+//! Predictions of several models for the same motions, in figures that are compared.
 
 use std::f64::consts::TAU;
 
 use lagrangian::score::{Predictions, THRESHOLD, predict_all, valid_prediction_time};
-use lagrangian::{Coordinates, Model, Rollout, RolloutOptions, Signal, Trajectory};
+use lagrangian::{Coordinate, Coordinates, Model, Rollout, RolloutOptions, Signal, Trajectory};
 use serde::Serialize;
 
-use super::Run;
+use super::LoadedRun;
 use super::paired::{Best, Blocked, Difference, blocks};
 use crate::error::Result;
+
+/// A quantity that is measured of each model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Measure {
+    /// The squared error of torques over the variance of the signal.
+    Torque,
+    /// The squared error of accelerations over the variance of the signal.
+    Acceleration,
+    /// The mean absolute error of motions that are simulated from goals.
+    Position,
+    /// The time for which a motion is followed from its first state.
+    Followed,
+}
+
+impl Measure {
+    fn best(self) -> Best {
+        match self {
+            Self::Followed => Best::Most,
+            _ => Best::Least,
+        }
+    }
+}
 
 /// A figure of all models.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
-    /// What is measured: `torque` and `acceleration`, the squared errors over the variance of the signal; `position`, the mean absolute
-    /// error of motions that are simulated from goals; `followed`, the time for which a motion is followed from its first state.
-    pub signal: &'static str,
+    /// The quantity.
+    pub signal: Measure,
     /// The coordinate; none for all together.
     pub coordinate: Option<String>,
     /// The unit; empty for a part of a variance.
@@ -26,6 +48,37 @@ pub struct Row {
     pub differences: Vec<Option<Difference>>,
     /// The best model beside the next; none where fewer than two have the figure.
     pub lead: Option<Lead>,
+    /// The figure of each model in the blocks of the motions.
+    #[serde(skip)]
+    pub(super) blocks: Vec<Option<Blocked>>,
+}
+
+impl Row {
+    /// The figure of each model in blocks; none where all models lack it.
+    fn of(
+        signal: Measure,
+        coordinate: Option<&Coordinate>,
+        each: Vec<Option<Blocked>>,
+    ) -> Option<Self> {
+        each.iter().flatten().next()?;
+        let difference = |(k, own): (usize, &Option<Blocked>)| {
+            let (first, own) = (each[0].as_ref()?, own.as_ref()?);
+            (k > 0).then(|| Difference::of(first, own, signal.best()))
+        };
+        Some(Self {
+            signal,
+            coordinate: coordinate.map(|own| own.name.clone()),
+            unit: match (signal, coordinate) {
+                (Measure::Followed, _) => "s".into(),
+                (Measure::Position, Some(own)) => own.unit.clone(),
+                _ => String::new(),
+            },
+            values: each.iter().map(|own| Some(own.as_ref()?.mean())).collect(),
+            differences: each.iter().enumerate().map(difference).collect(),
+            lead: Lead::of(&each, signal.best()),
+            blocks: each,
+        })
+    }
 }
 
 /// The model with the best figure, and how far it leads.
@@ -41,21 +94,17 @@ pub struct Lead {
 
 impl Lead {
     fn of(each: &[Option<Blocked>], best: Best) -> Option<Self> {
+        // A mean that is not finite comes last, whatever its sign.
+        let cost = |(_, own): &(usize, &Blocked)| match (own.mean(), best) {
+            (mean, _) if !mean.is_finite() => f64::INFINITY,
+            (mean, Best::Least) => mean,
+            (mean, Best::Most) => -mean,
+        };
         let known = each.iter().enumerate();
         let mut known: Vec<_> = known
             .filter_map(|(k, own)| Some((k, own.as_ref()?)))
             .collect();
-        let cost = |own: &Blocked| match best {
-            Best::Least => own.mean(),
-            Best::Most => -own.mean(),
-        };
-        // What is not finite comes last, whatever its sign.
-        let cost = |own: &Blocked| {
-            Some(cost(own))
-                .filter(|x| x.is_finite())
-                .unwrap_or(f64::INFINITY)
-        };
-        known.sort_by(|(_, a), (_, b)| cost(a).total_cmp(&cost(b)));
+        known.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
         let [(first, leader), (second, next), ..] = known[..] else {
             return None;
         };
@@ -67,80 +116,77 @@ impl Lead {
     }
 }
 
-/// What the models predict, and the figures of that.
-pub(super) struct Measured {
-    pub(super) rows: Vec<Row>,
-    /// The errors of all coordinates together in the blocks, for each model, and what they are errors of.
-    pub(super) blocks: Option<(&'static str, Vec<Vec<f64>>)>,
-    /// What each model predicts of the first motion.
-    pub(super) shown: Vec<Shown>,
-}
-
-/// What a model predicts of the first motion.
-#[derive(Debug, Default)]
-pub(super) struct Shown {
-    /// The motion from its first state.
-    pub(super) rollout: Option<Trajectory>,
-    /// The forces at its samples.
-    pub(super) torques: Option<Vec<f64>>,
-}
-
-impl Measured {
-    /// Of these models on these motions.
-    pub(super) fn new(
-        runs: &[Run],
-        motions: &[Trajectory],
-        options: &RolloutOptions,
-    ) -> Result<Self> {
-        let mut each = Vec::new();
-        for run in runs {
-            each.push(Predicted::new(&run.model, motions, options)?);
-        }
-        let coordinates = runs[0].model.coordinates();
-        let mut rows = Vec::new();
-        let mut shown_blocks = None;
-        for (signal, name) in [(Signal::Tau, "torque"), (Signal::Qdd, "acceleration")] {
-            let errors: Vec<Option<Errors>> = each
-                .iter()
-                .map(|own| Errors::new(own.of(signal)?, motions, signal, coordinates.dof()))
-                .collect();
-            if errors.iter().all(Option::is_none) {
-                continue;
-            }
-            let all: Vec<_> = errors.iter().map(|e| Some(e.as_ref()?.all())).collect();
-            if shown_blocks.is_none() && all.iter().all(Option::is_some) {
-                let means = all.iter().flatten().map(|blocked| blocked.means.clone());
-                shown_blocks = Some((name, means.collect()));
-            }
-            rows.push(Row::new(name, None, "", &all, Best::Least));
-            rows.extend(of_coordinates(name, coordinates, &errors));
-        }
-        rows.extend(followed(&each, motions, coordinates)?);
-        if runs.iter().any(|run| run.model.driven().is_some()) {
-            rows.extend(positions(&each, motions, coordinates));
-        }
-        Ok(Self {
-            rows,
-            blocks: shown_blocks,
-            shown: each.into_iter().map(Predicted::first).collect(),
-        })
+/// The figures of models on these motions, and the predictions that they are of.
+pub(super) fn measured(
+    runs: &[LoadedRun],
+    motions: &[Trajectory],
+    options: &RolloutOptions,
+) -> Result<(Vec<Row>, Vec<Predicted>)> {
+    let each = runs
+        .iter()
+        .map(|run| Predicted::new(&run.model, motions, options));
+    let each = each.collect::<Result<Vec<_>>>()?;
+    let coordinates = runs[0].model.coordinates();
+    let mut rows = errors(Measure::Torque, &each, motions, coordinates);
+    rows.extend(errors(Measure::Acceleration, &each, motions, coordinates));
+    let times = each.iter().map(|own| followed(own, motions, coordinates));
+    rows.extend(Row::of(
+        Measure::Followed,
+        None,
+        times.collect::<Result<_>>()?,
+    ));
+    if runs.iter().any(|run| run.model.driven().is_some()) {
+        rows.extend(positions(&each, motions, coordinates));
     }
+    Ok((rows, each))
 }
 
-/// A row for each coordinate that moves, where there are several.
-fn of_coordinates(
-    name: &'static str,
+/// The squared errors of a signal over its variance: of all coordinates that vary together, and of each where there are several.
+fn errors(
+    measure: Measure,
+    each: &[Predicted],
+    motions: &[Trajectory],
     coordinates: &Coordinates,
-    errors: &[Option<Errors>],
 ) -> Vec<Row> {
-    let n = coordinates.dof();
-    let moving = |i: &usize| errors.iter().flatten().any(|own| own.moving.contains(i));
-    let row = |i: usize| {
-        let each: Vec<_> = errors.iter().map(|e| Some(e.as_ref()?.of(i))).collect();
-        let coordinate = Some(coordinates.0[i].name.clone());
-        Row::new(name, coordinate, "", &each, Best::Least)
+    let signal = match measure {
+        Measure::Torque => Signal::Tau,
+        _ => Signal::Qdd,
     };
-    (0..n).filter(|_| n > 1).filter(moving).map(row).collect()
+    let truth: Option<Vec<&[f64]>> = motions.iter().map(|m| m.values(signal)).collect();
+    let Some(truth) = truth else {
+        return Vec::new();
+    };
+    let n = coordinates.dof();
+    let variances = variances(&truth, n);
+    let moving: Vec<usize> = (0..n).filter(|&i| variances[i] > 0.0).collect();
+    let blocked = |predicted: &Vec<Vec<f64>>, which: &[usize]| {
+        let mut all = Blocked::default();
+        for (truth, predicted) in truth.iter().zip(predicted) {
+            for block in blocks(truth.len() / n, motions.len()) {
+                let count = block.len() as f64;
+                let error = |&i: &usize| {
+                    let squares = block.clone().map(|k| k * n + i);
+                    let squares = squares.map(|k| (truth[k] - predicted[k]).powi(2));
+                    squares.sum::<f64>() / (count * variances[i])
+                };
+                let mean = which.iter().map(error).sum::<f64>() / which.len() as f64;
+                all.means.push(mean);
+                all.weights.push(count);
+            }
+        }
+        all
+    };
+    let row = |coordinate, which: &[usize]| {
+        let of = |own: &Predicted| Some(blocked(own.of(signal)?, which));
+        Row::of(measure, coordinate, each.iter().map(of).collect())
+    };
+    let single = moving.iter().filter(|_| n > 1);
+    let single = single.map(|&i| row(Some(&coordinates.0[i]), &[i]));
+    [row(None, &moving)]
+        .into_iter()
+        .chain(single)
+        .flatten()
+        .collect()
 }
 
 /// The mean absolute errors of positions that are simulated from the first state alone.
@@ -157,83 +203,41 @@ fn positions(each: &[Predicted], motions: &[Trajectory], coordinates: &Coordinat
     };
     let row = |i: usize| {
         let of = |own: &Predicted| {
-            let whole = |(truth, own): (&Trajectory, &Rollout)| own.trajectory.len() == truth.len();
             let pairs = || motions.iter().zip(&own.rollouts);
-            (pairs().count() == motions.len() && pairs().all(whole)).then(|| Blocked {
-                means: pairs().map(|pair| error(i, pair)).collect(),
-                weights: vec![1.0; motions.len()],
-            })
+            let whole = pairs().filter(|(truth, own)| own.trajectory.len() == truth.len());
+            (whole.count() == motions.len())
+                .then(|| Blocked::of_motions(pairs().map(|pair| error(i, pair)).collect()))
         };
-        let each: Vec<_> = each.iter().map(of).collect();
-        let name = Some(coordinates.0[i].name.clone());
-        Row::new("position", name, &coordinates.0[i].unit, &each, Best::Least)
+        let coordinate = Some(&coordinates.0[i]);
+        Row::of(Measure::Position, coordinate, each.iter().map(of).collect())
     };
-    (0..n)
-        .filter(|&i| !coordinates.is_parameter(i))
-        .map(row)
-        .collect()
+    let moving = (0..n).filter(|&i| !coordinates.is_parameter(i));
+    moving.filter_map(row).collect()
 }
 
-/// How long the motions are followed.
+/// The times for which a model follows the motions; none for a model without predictions.
 fn followed(
-    each: &[Predicted],
+    own: &Predicted,
     motions: &[Trajectory],
     coordinates: &Coordinates,
-) -> Result<Vec<Row>> {
-    let times = |own: &Predicted| -> Result<Option<Blocked>> {
-        if own.rollouts.is_empty() {
-            return Ok(None);
+) -> Result<Option<Blocked>> {
+    let time = |(truth, rollout): (&Trajectory, &Rollout)| {
+        let predicted = &rollout.trajectory;
+        match predicted.is_empty() {
+            true => Ok(0.0),
+            false => Ok(valid_prediction_time(truth, predicted, coordinates, THRESHOLD)?.seconds),
         }
-        let pairs = motions.iter().zip(&own.rollouts);
-        let times = pairs.map(|(truth, rollout)| valid(truth, rollout, coordinates));
-        Ok(Some(Blocked {
-            means: times.collect::<Result<_>>()?,
-            weights: vec![1.0; motions.len()],
-        }))
     };
-    let times = each.iter().map(times).collect::<Result<Vec<_>>>()?;
-    let any = times.iter().any(Option::is_some);
-    let row = any.then(|| Row::new("followed", None, "s", &times, Best::Most));
-    Ok(row.into_iter().collect())
+    let times = motions.iter().zip(&own.rollouts).map(time);
+    let times = times.collect::<Result<Vec<_>>>()?;
+    Ok((!times.is_empty()).then(|| Blocked::of_motions(times)))
 }
 
-fn valid(truth: &Trajectory, rollout: &Rollout, coordinates: &Coordinates) -> Result<f64> {
-    let predicted = &rollout.trajectory;
-    if predicted.is_empty() {
-        return Ok(0.0);
-    }
-    Ok(valid_prediction_time(truth, predicted, coordinates, THRESHOLD)?.seconds)
-}
-
-impl Row {
-    fn new(
-        signal: &'static str,
-        coordinate: Option<String>,
-        unit: &str,
-        each: &[Option<Blocked>],
-        best: Best,
-    ) -> Self {
-        let first = each.first().and_then(Option::as_ref);
-        let difference = |(k, own): (usize, &Option<Blocked>)| {
-            let (first, own) = (first?, own.as_ref()?);
-            (k > 0).then(|| Difference::of(first, own, best))
-        };
-        Self {
-            signal,
-            coordinate,
-            unit: unit.into(),
-            values: each.iter().map(|own| Some(own.as_ref()?.mean())).collect(),
-            differences: each.iter().enumerate().map(difference).collect(),
-            lead: Lead::of(each, best),
-        }
-    }
-}
-
-/// What one model predicts of all motions.
-struct Predicted {
-    rollouts: Vec<Rollout>,
+/// Predictions of one model for all motions.
+pub(super) struct Predicted {
+    pub(super) rollouts: Vec<Rollout>,
     accelerations: Option<Vec<Vec<f64>>>,
-    torques: Option<Vec<Vec<f64>>>,
+    pub(super) torques: Option<Vec<Vec<f64>>>,
 }
 
 impl Predicted {
@@ -242,33 +246,21 @@ impl Predicted {
             rollouts,
             accelerations,
         } = predict_all(model, motions, options)?;
-        let whole = |(motion, own): (&Trajectory, Option<lagrangian::score::Accelerations>)| {
-            let own = own?.qdd;
-            (own.len() == motion.q.len()).then_some(own)
-        };
         let pairs = motions.iter().zip(accelerations);
-        let accelerations: Option<Vec<_>> = pairs.map(whole).collect();
-        let torques: Option<Vec<_>> = motions.iter().map(|m| torques(model, m)).collect();
+        let whole =
+            pairs.map(|(motion, own)| Some(own?.qdd).filter(|own| own.len() == motion.q.len()));
+        let accelerations: Option<Vec<_>> = whole.collect();
         Ok(Self {
             rollouts,
             accelerations: accelerations.filter(|all| all.len() == motions.len()),
-            torques,
+            torques: motions.iter().map(|m| torques(model, m)).collect(),
         })
     }
 
-    fn of(&self, signal: Signal) -> Option<&[Vec<f64>]> {
+    fn of(&self, signal: Signal) -> Option<&Vec<Vec<f64>>> {
         match signal {
-            Signal::Tau => self.torques.as_deref(),
-            _ => self.accelerations.as_deref(),
-        }
-    }
-
-    /// What it predicts of the first motion.
-    fn first(self) -> Shown {
-        let rollout = self.rollouts.into_iter().next();
-        Shown {
-            rollout: rollout.map(|rollout| rollout.trajectory),
-            torques: self.torques.and_then(|all| all.into_iter().next()),
+            Signal::Tau => self.torques.as_ref(),
+            _ => self.accelerations.as_ref(),
         }
     }
 }
@@ -279,65 +271,6 @@ fn torques(model: &dyn Model, motion: &Trajectory) -> Option<Vec<f64>> {
     let mut torques = vec![0.0; qdd.len()];
     let outcome = (model.evaluator()).inverse_dynamics(&motion.q, &motion.qd, qdd, &mut torques);
     outcome.is_supported().then_some(torques)
-}
-
-/// Squared errors over the variance of the signal, in blocks.
-struct Errors {
-    /// The means in each block, `[blocks, n]`.
-    means: Vec<Vec<f64>>,
-    weights: Vec<f64>,
-    /// The coordinates whose signal varies.
-    moving: Vec<usize>,
-}
-
-impl Errors {
-    /// None where a motion does not have the signal.
-    fn new(
-        predicted: &[Vec<f64>],
-        motions: &[Trajectory],
-        signal: Signal,
-        n: usize,
-    ) -> Option<Self> {
-        let truth: Option<Vec<&[f64]>> = motions.iter().map(|m| m.values(signal)).collect();
-        let truth = truth?;
-        let variances = variances(&truth, n);
-        let (mut means, mut weights) = (Vec::new(), Vec::new());
-        for (truth, predicted) in truth.iter().zip(predicted) {
-            for block in blocks(truth.len() / n, motions.len()) {
-                let mut sums = vec![0.0; n];
-                for k in block.start * n..block.end * n {
-                    sums[k % n] += (truth[k] - predicted[k]).powi(2);
-                }
-                let count = block.len() as f64;
-                let mean = |(sum, variance): (&f64, &f64)| sum / (count * variance);
-                means.push(sums.iter().zip(&variances).map(mean).collect());
-                weights.push(count);
-            }
-        }
-        let moving = (0..n).filter(|&i| variances[i] > 0.0).collect();
-        Some(Self {
-            means,
-            weights,
-            moving,
-        })
-    }
-
-    fn of(&self, i: usize) -> Blocked {
-        self.reduced(|row| row[i])
-    }
-
-    /// The mean over the coordinates whose signal varies.
-    fn all(&self) -> Blocked {
-        let count = self.moving.len() as f64;
-        self.reduced(|row| self.moving.iter().map(|&i| row[i]).sum::<f64>() / count)
-    }
-
-    fn reduced(&self, of: impl Fn(&[f64]) -> f64) -> Blocked {
-        Blocked {
-            means: self.means.iter().map(|row| of(row)).collect(),
-            weights: self.weights.clone(),
-        }
-    }
 }
 
 /// The variance of each coordinate over all motions, `[n]`.

@@ -1,26 +1,32 @@
 //! What a comparison says: its verdict in sentences, and its page.
 
-use lagrangian::{Model, counted};
-
+use lagrangian::counted;
 use lagrangian_report::draw::short;
-use lagrangian_report::{Figure, Report, Role, Table};
+use lagrangian_report::{Figure, Report, Table};
 
-use super::figures;
-use super::measured::Measured;
-use super::{About, Comparison, Difference, Finding, Ground, Row, Run};
+use super::{Comparison, Difference, Finding, Measure, Row, RunSummary};
+use crate::hashed::brief_hash;
 
-/// Letters of a hash that are shown.
-const LETTERS: usize = 12;
+impl Measure {
+    /// The signal, where errors are parts of its variance.
+    pub(super) fn of_variance(self) -> Option<&'static str> {
+        match self {
+            Self::Torque => Some("torque"),
+            Self::Acceleration => Some("acceleration"),
+            Self::Position | Self::Followed => None,
+        }
+    }
+}
 
 impl Row {
-    /// What it measures, in words.
+    /// The measured quantity in words.
     #[must_use]
     pub fn label(&self) -> String {
         let of = match self.signal {
-            "torque" => "error of torques",
-            "acceleration" => "error of accelerations",
-            "position" => "mean error of the position",
-            _ => "time for which motions are followed",
+            Measure::Torque => "error of torques",
+            Measure::Acceleration => "error of accelerations",
+            Measure::Position => "mean error of the position",
+            Measure::Followed => "time for which motions are followed",
         };
         match &self.coordinate {
             Some(name) => format!("{of}, {name}"),
@@ -28,52 +34,55 @@ impl Row {
         }
     }
 
-    /// A value of it with its unit; errors of torques and accelerations in percent of their variance.
+    /// The value of a run with its unit; errors of torques and accelerations in percent of their variance.
     #[must_use]
-    pub fn shown(&self, value: f64) -> String {
-        match self.unit.as_str() {
-            "" => format!("{} %", short(100.0 * value)),
-            unit => format!("{} {unit}", short(value)),
-        }
+    pub fn shown(&self, run: usize) -> String {
+        self.values[run].map_or_else(none, |value| self.with_unit(value, "%"))
     }
 
-    /// What follows from a difference, in words.
+    /// The difference of a run from the first with its interval, and the conclusion from it.
     #[must_use]
-    pub fn word(&self, difference: &Difference) -> &'static str {
-        word(difference.finding)
-    }
-
-    /// A difference with its interval.
-    #[must_use]
-    pub fn difference(&self, difference: &Difference) -> String {
+    pub fn difference(&self, run: usize) -> Option<[String; 2]> {
+        let Difference {
+            mean,
+            range: (low, high),
+            finding,
+            ..
+        } = *self.differences[run].as_ref()?;
         let signed = |x: f64| format!("{}{}", if x > 0.0 { "+" } else { "" }, self.points(x));
-        let (mean, (low, high)) = (signed(difference.mean), difference.range);
-        match low.is_finite() && high.is_finite() {
-            false => mean,
-            true => format!("{mean} ({} … {})", signed(low), signed(high)),
-        }
+        let interval = match low.is_finite() && high.is_finite() {
+            false => String::new(),
+            true => format!(" ({} … {})", signed(low), signed(high)),
+        };
+        let word = match finding {
+            Finding::Better => "better",
+            Finding::Worse => "worse",
+            Finding::Within => "within the spread",
+            Finding::Unknown => "one block: no spread is known",
+        };
+        Some([signed(mean) + &interval, word.into()])
     }
 
     /// A difference with its unit: percentage points where it is one of parts of a variance.
     fn points(&self, difference: f64) -> String {
-        match self.unit.as_str() {
-            "" => format!("{} points", short(100.0 * difference)),
-            unit => format!("{} {unit}", short(difference)),
-        }
+        self.with_unit(difference, "points")
+    }
+
+    fn with_unit(&self, value: f64, of_variance: &str) -> String {
+        let (value, unit) = match self.signal.of_variance() {
+            Some(_) => (100.0 * value, of_variance),
+            None => (value, self.unit.as_str()),
+        };
+        format!("{} {unit}", short(value)).trim_end().into()
     }
 }
 
-/// The word for what follows from a difference.
-fn word(finding: Finding) -> &'static str {
-    match finding {
-        Finding::Better => "better",
-        Finding::Worse => "worse",
-        Finding::Within => "within the spread",
-        Finding::Unknown => "one block: no spread is known",
-    }
+/// Shown where a run has no value.
+fn none() -> String {
+    "–".into()
 }
 
-/// What follows from the differences of figures over all coordinates, and whether the losses can be compared.
+/// The conclusions from differences of figures over all coordinates, and whether the losses can be compared.
 pub(super) fn verdict(comparison: &Comparison) -> Vec<String> {
     let mut verdict = Vec::new();
     let first = &comparison.runs[0];
@@ -109,20 +118,15 @@ pub(super) fn verdict(comparison: &Comparison) -> Vec<String> {
 }
 
 fn main_rows(comparison: &Comparison) -> impl Iterator<Item = &Row> {
-    let main = |row: &&Row| row.coordinate.is_none() || row.signal == "position";
+    let main = |row: &&Row| row.coordinate.is_none() || row.signal == Measure::Position;
     comparison.figures.iter().filter(main)
 }
 
-/// What the difference of run `k` from the first says, with both figures.
+/// The conclusion from the difference of run `k` from the first, with both figures.
 fn sentence(row: &Row, k: usize) -> Option<String> {
-    let found = match row.differences.get(k)?.as_ref()?.finding {
-        Finding::Better => "better",
-        Finding::Worse => "worse",
-        Finding::Within => "no difference beyond its spread",
-        Finding::Unknown => "too little data to say",
-    };
-    let [own, first] = [row.values[k]?, row.values[0]?].map(|value| row.shown(value));
-    Some(format!("{}: {found}, {own} against {first}", row.label()))
+    let [_, finding] = row.difference(k)?;
+    let [own, first] = [k, 0].map(|k| row.shown(k));
+    Some(format!("{}: {finding}, {own} against {first}", row.label()))
 }
 
 /// The best run by the first figure that all runs have, else that two of them have, and the sentence that says so.
@@ -134,12 +138,10 @@ pub(super) fn answer(comparison: &Comparison) -> (Option<String>, String) {
         return (None, "No winner: the runs have no figure in common.".into());
     };
     let [best, next] = [lead.best, lead.next].map(|k| &comparison.runs[k].name);
-    let [own, other] =
-        [lead.best, lead.next].map(|k| row.values[k].map_or("–".into(), |x| row.shown(x)));
-    let of = if row.unit.is_empty() {
-        " of the variance"
-    } else {
-        ""
+    let [own, other] = [lead.best, lead.next].map(|k| row.shown(k));
+    let of = match row.signal.of_variance() {
+        Some(_) => " of the variance",
+        None => "",
     };
     let figures = format!("{} {own}{of} against {other}", row.label());
     let (low, high) = lead.difference.range;
@@ -163,27 +165,21 @@ pub(super) fn answer(comparison: &Comparison) -> (Option<String>, String) {
     (winner.then(|| best.clone()), text)
 }
 
-/// The page of a comparison.
+/// The page of a comparison, with figures under their headings.
 pub(super) fn report(
     comparison: &Comparison,
-    runs: &[Run],
-    ground: &Ground,
-    measured: &Measured,
+    figures: impl IntoIterator<Item = (&'static str, Vec<Figure>)>,
 ) -> Report {
-    let names: Vec<&str> = runs.iter().map(|run| run.name.as_str()).collect();
-    let mut drawn: Vec<Figure> = figures::blocks(measured, &names).into_iter().collect();
-    if let Some(first) = ground.motions.first() {
-        let coordinates = runs[0].model.coordinates();
-        drawn.extend(figures::motions(first, coordinates, measured, &names));
-        drawn.extend(figures::torques(first, coordinates, measured, &names));
-    }
-    let drawable = |figure: &Figure| figure.series.iter().any(|series| !series.x.is_empty());
-    drawn.retain(drawable);
+    let names: Vec<&str> = comparison
+        .runs
+        .iter()
+        .map(|run| run.name.as_str())
+        .collect();
     let mut tables = vec![
         table(comparison),
         list(comparison),
-        settings(comparison),
-        data(comparison),
+        settings(comparison, &names),
+        data(comparison, &names),
     ];
     tables.retain(|table| !table.rows.is_empty());
     let mut report = Report {
@@ -199,35 +195,25 @@ pub(super) fn report(
         tables,
         ..Report::default()
     };
-    report.add_figures("Errors and motions", drawn);
-    report.add_figures(
-        "Training",
-        Some(figures::losses(comparison, runs)).filter(drawable),
-    );
+    for (heading, own) in figures {
+        report.add_figures(heading, own);
+    }
     report
 }
 
-pub(super) fn role(k: usize) -> Role {
-    Role::Other(u8::try_from(k).unwrap_or(u8::MAX))
-}
-
 fn table(comparison: &Comparison) -> Table {
+    let runs = &comparison.runs;
     let mut header = vec!["figure".to_string()];
-    header.extend(comparison.runs.iter().map(|run| run.name.clone()));
-    for run in &comparison.runs[1..] {
-        header.push(format!("{} less {}", run.name, comparison.runs[0].name));
+    header.extend(runs.iter().map(|run| run.name.clone()));
+    for run in &runs[1..] {
+        header.push(format!("{} less {}", run.name, runs[0].name));
         header.push("so it is".into());
     }
     let row = |row: &Row| {
         let mut cells = vec![row.label()];
-        let value = |value: &Option<f64>| value.map_or("–".into(), |value| row.shown(value));
-        cells.extend(row.values.iter().map(value));
-        for difference in &row.differences[1..] {
-            let shown = difference
-                .as_ref()
-                .map(|own| [row.difference(own), word(own.finding).into()]);
-            cells.extend(shown.unwrap_or_else(|| ["–".into(), "not known".into()]));
-        }
+        cells.extend((0..runs.len()).map(|k| row.shown(k)));
+        let differences = (1..runs.len()).map(|k| row.difference(k));
+        cells.extend(differences.flat_map(|own| own.unwrap_or([none(), "not known".into()])));
         cells
     };
     Table {
@@ -243,15 +229,14 @@ fn table(comparison: &Comparison) -> Table {
 }
 
 fn list(comparison: &Comparison) -> Table {
-    let row = |run: &About| {
+    let row = |run: &RunSummary| {
         vec![
             run.name.clone(),
             run.family.clone(),
             run.loss.clone().unwrap_or_else(|| "not known".into()),
-            run.least.map_or("–".into(), short),
-            run.steps.map_or("–".into(), |steps| steps.to_string()),
-            run.seconds
-                .map_or("–".into(), |s| format!("{} s", short(s))),
+            run.least.map_or_else(none, short),
+            run.steps.map_or_else(none, |steps| steps.to_string()),
+            (run.seconds).map_or_else(none, |s| format!("{} s", short(s))),
         ]
     };
     let caption = match comparison.losses_differ.is_empty() {
@@ -265,37 +250,48 @@ fn list(comparison: &Comparison) -> Table {
     )
 }
 
-fn settings(comparison: &Comparison) -> Table {
-    let mut header = vec!["setting"];
-    header.extend(comparison.runs.iter().map(|run| run.name.as_str()));
-    let row = |setting: &super::Setting| {
-        let value = |v: &Option<String>| v.clone().unwrap_or_else(|| "–".into());
-        let name = setting.name.replace('_', " ");
-        std::iter::once(name)
-            .chain(setting.values.iter().map(value))
-            .collect()
-    };
-    let rows = comparison.settings.iter().map(row).collect();
+/// The cells of a row: its names, then a value of each run.
+fn cells<const N: usize>(names: [String; N], values: &[Option<String>]) -> Vec<String> {
+    let values = values.iter().map(|v| v.clone().unwrap_or_else(none));
+    names.into_iter().chain(values).collect()
+}
+
+fn settings(comparison: &Comparison, names: &[&str]) -> Table {
+    let rows = comparison.settings.iter();
+    let rows = rows.map(|own| cells([own.name.replace('_', " ")], &own.values));
     Table::new(
         "Settings that differ; all others are the same.",
-        &header,
-        rows,
+        &[&["setting"], names].concat(),
+        rows.collect(),
     )
 }
 
-fn data(comparison: &Comparison) -> Table {
-    let mut header = vec!["SHA-256", "for"];
-    header.extend(comparison.runs.iter().map(|run| run.name.as_str()));
-    let row = |data: &super::DataUse| {
-        let hash = data.sha256.get(..LETTERS).unwrap_or(&data.sha256);
-        let path = |path: &Option<String>| path.clone().unwrap_or_else(|| "–".into());
-        let cells = [format!("{hash}…"), data.role.clone()].into_iter();
-        cells.chain(data.paths.iter().map(path)).collect()
-    };
-    let rows = comparison.data.iter().map(row).collect();
+fn data(comparison: &Comparison, names: &[&str]) -> Table {
+    let rows = comparison.data.iter();
+    let rows = rows.map(|own| cells([brief_hash(&own.sha256), own.role.clone()], &own.paths));
     Table::new(
         "Files that not all of the fits share, by their hashes.",
-        &header,
-        rows,
+        &[&["SHA-256", "for"], names].concat(),
+        rows.collect(),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_of_a_position_without_a_unit_is_not_a_part_of_a_variance() {
+        let row = |signal| Row {
+            signal,
+            coordinate: None,
+            unit: String::new(),
+            values: vec![Some(0.5)],
+            differences: vec![None],
+            lead: None,
+            blocks: Vec::new(),
+        };
+        assert_eq!(row(Measure::Position).shown(0), "0.50");
+        assert_eq!(row(Measure::Torque).shown(0), "50.0 %");
+    }
 }

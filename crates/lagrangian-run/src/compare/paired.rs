@@ -5,9 +5,9 @@ use std::ops::Range;
 
 use serde::Serialize;
 
-/// Motions are cut until there are so many blocks …
+/// Number of blocks that motions are cut into, if there are fewer motions …
 const BLOCKS: usize = 10;
-/// … unless they would be shorter than this, in samples: neighbouring samples err alike.
+/// … and the shortest block, in samples: neighbouring samples err alike.
 const SHORTEST: usize = 20;
 
 /// The 97.5 % quantiles of Student's distribution for 1 to 30 degrees of freedom.
@@ -25,13 +25,19 @@ pub(super) struct Blocked {
 }
 
 impl Blocked {
+    /// A figure of each motion, which all count alike.
+    pub(super) fn of_motions(means: Vec<f64>) -> Self {
+        let weights = vec![1.0; means.len()];
+        Self { means, weights }
+    }
+
     /// The mean over all blocks.
     pub(super) fn mean(&self) -> f64 {
         weighted(&self.means, &self.weights)
     }
 }
 
-/// What follows from a difference.
+/// Conclusion from a difference.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Finding {
@@ -54,7 +60,7 @@ pub struct Difference {
     pub range: (f64, f64),
     /// The number of blocks.
     pub blocks: usize,
-    /// What follows from it.
+    /// The conclusion from it.
     pub finding: Finding,
 }
 
@@ -93,24 +99,17 @@ impl Difference {
 }
 
 fn finding(mean: f64, (low, high): (f64, f64), best: Best) -> Finding {
-    let lower = match best {
-        Best::Least => Finding::Better,
-        Best::Most => Finding::Worse,
-    };
-    let higher = match best {
-        Best::Least => Finding::Worse,
-        Best::Most => Finding::Better,
-    };
+    let least = best == Best::Least;
     match (low, high) {
         _ if mean == 0.0 => Finding::Within,
         (low, high) if low.is_nan() || high.is_nan() => Finding::Unknown,
-        (_, high) if high < 0.0 => lower,
-        (low, _) if low > 0.0 => higher,
-        _ => Finding::Within,
+        (low, high) if low <= 0.0 && high >= 0.0 => Finding::Within,
+        (_, high) if (high < 0.0) == least => Finding::Better,
+        _ => Finding::Worse,
     }
 }
 
-/// The quantile for so many degrees of freedom; beyond the table by its expansion to first order.
+/// The quantile for a number of degrees of freedom; beyond the table by its expansion to first order.
 fn student(freedom: usize) -> f64 {
     let tabled = freedom.checked_sub(1).and_then(|k| STUDENT.get(k));
     tabled.copied().unwrap_or(1.96 + 2.37 / freedom as f64)
@@ -133,10 +132,7 @@ mod tests {
     use super::*;
 
     fn blocked(means: &[f64]) -> Blocked {
-        Blocked {
-            means: means.to_vec(),
-            weights: vec![1.0; means.len()],
-        }
+        Blocked::of_motions(means.to_vec())
     }
 
     #[test]

@@ -122,10 +122,8 @@ fn largest_kinetic_energy(model: &dyn Model, motion: &Trajectory) -> Option<f64>
 
 /// Loss over steps.
 pub(super) fn loss(metrics: &[Metric], role: Role) -> Figure {
-    let line = |name, role, key: &str| {
-        let known = metrics.iter();
-        let known = known.filter_map(|m| Some((m.step as f64, *m.figures.get(key)?)));
-        let (x, y) = known.unzip();
+    let line = |name, role, key| {
+        let (x, y) = Metric::curve(metrics, key);
         Series::line(name, role, x, y)
     };
     let training = line("training", Role::Other(0), "loss/train");

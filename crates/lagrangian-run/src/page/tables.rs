@@ -7,6 +7,7 @@ use lagrangian_report::draw::short;
 use lagrangian_report::{Axis, Table};
 
 use super::Page;
+use crate::hashed::brief_hash;
 use crate::record::RunRecord;
 use lagrangian_report::force_unit;
 
@@ -185,11 +186,10 @@ pub(super) fn settings(record: &RunRecord) -> Vec<(String, String)> {
     rows.push(("threads".into(), record.threads.to_string()));
     rows.push(("platform".into(), record.platform.clone()));
     rows.extend(record.data.iter().map(|file| {
-        let (name, hash) = (super::file_name(&file.path), &file.sha256);
-        let hash = hash.get(..12).unwrap_or(hash);
+        let (name, hash) = (super::file_name(&file.path), brief_hash(&file.sha256));
         (
             format!("{} data", file.role),
-            format!("{name} (SHA-256 {hash}…)"),
+            format!("{name} (SHA-256 {hash})"),
         )
     }));
     rows

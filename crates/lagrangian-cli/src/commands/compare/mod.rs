@@ -7,8 +7,8 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use lagrangian_report::Command;
-use lagrangian_run::compare::{About, Comparison, Row, Run, Runs};
-use lagrangian_run::{MODEL, RUN};
+use lagrangian_run::compare::{Comparison, LoadedRun, Row, RunSummary};
+use lagrangian_run::{MODEL, RUN, brief_hash};
 use serde_json::{Value, json};
 
 use super::OutputMode;
@@ -25,15 +25,15 @@ pub(super) fn run(args: &CompareArgs, mode: OutputMode) -> Result<ExitCode> {
     }
     args.output.refuse_inputs(&inputs)?;
     args.output.refuse_unwritable_figures()?;
-    let runs = Runs::read(&args.runs)?;
-    inputs.extend(runs.all().iter().flat_map(files));
+    let runs = LoadedRun::read_all(&args.runs)?;
+    inputs.extend(runs.iter().flat_map(files));
     args.output.refuse_inputs(&inputs)?;
     let reading = Task::start("compare: reading", mode.quiet, Size::of_files(&inputs))?;
-    let ground = motions::ground(args, &runs)?;
+    let on = motions::comparison_data(args, &runs)?;
     drop(reading);
-    let samples: usize = ground.motions.iter().map(lagrangian::Trajectory::len).sum();
-    let task = Task::of_predictions("compare", mode.quiet, samples * runs.all().len())?;
-    let (comparison, mut report) = Comparison::of(&runs, &ground, &motion::for_comparison())?;
+    let samples: usize = on.motions.iter().map(lagrangian::Trajectory::len).sum();
+    let task = Task::of_predictions("compare", mode.quiet, samples * runs.len())?;
+    let (comparison, mut report) = Comparison::of(&runs, &on, &motion::for_comparison())?;
     drop(task);
     args.output.draw(|| {
         report.commands = vec![Command::new("This page", command_line())];
@@ -48,7 +48,7 @@ pub(super) fn run(args: &CompareArgs, mode: OutputMode) -> Result<ExitCode> {
 }
 
 /// The data of a run.
-fn files(run: &Run) -> Vec<PathBuf> {
+fn files(run: &LoadedRun) -> Vec<PathBuf> {
     let files = run.record.iter().flat_map(|record| &record.data);
     files.map(|file| PathBuf::from(&file.path)).collect()
 }
@@ -59,49 +59,41 @@ fn as_text(comparison: &Comparison) -> String {
         text += &format!("  {}\n", row.label());
         text += &each(comparison, row);
     }
-    if !comparison.settings.is_empty() {
-        text += "settings that differ\n";
+    // The values of the runs that have one, or `absent` for the others.
+    let values = |values: &[Option<String>], absent: Option<&str>| {
+        let pairs = comparison.runs.iter().zip(values);
+        let known =
+            pairs.filter_map(|(run, value)| Some((&run.name, value.as_deref().or(absent)?)));
+        let words = known.map(|(name, value)| format!("{name} {value}"));
+        words.collect::<Vec<_>>().join(", ")
+    };
+    let settings = comparison.settings.iter();
+    let settings =
+        settings.map(|own| format!("{}: {}", own.name, values(&own.values, Some("none"))));
+    let data = comparison.data.iter().map(|own| {
+        let hash = brief_hash(&own.sha256);
+        format!("{} {hash}: {}", own.role, values(&own.paths, None))
+    });
+    for (heading, lines) in [
+        ("settings that differ", settings.collect()),
+        ("data that differ", data.collect()),
+        ("verdict", comparison.verdict.clone()),
+    ] {
+        let lines: Vec<String> = lines;
+        if !lines.is_empty() {
+            text += &format!("{heading}\n  {}\n", lines.join("\n  "));
+        }
     }
-    for setting in &comparison.settings {
-        let values = setting.values.iter().zip(&comparison.runs);
-        let values = values.map(|(value, run)| {
-            let value = value.as_deref().unwrap_or("none");
-            format!("{} {value}", run.name)
-        });
-        let values = values.collect::<Vec<_>>().join(", ");
-        text += &format!("  {}: {values}\n", setting.name);
-    }
-    if !comparison.data.is_empty() {
-        text += "data that differ\n";
-    }
-    for data in &comparison.data {
-        let of = data.paths.iter().zip(&comparison.runs);
-        let of = of.filter_map(|(path, run)| Some(format!("{} {}", run.name, path.as_ref()?)));
-        let hash = data.sha256.get(..12).unwrap_or(&data.sha256);
-        let of = of.collect::<Vec<_>>().join(", ");
-        text += &format!("  {} {hash}…: {of}\n", data.role);
-    }
-    text + "verdict\n"
-        + &comparison
-            .verdict
-            .iter()
-            .map(|s| format!("  {s}\n"))
-            .collect::<String>()
+    text
 }
 
 /// The values of a figure, a line for each run.
 fn each(comparison: &Comparison, row: &Row) -> String {
-    let line = |(k, run): (usize, &About)| {
-        let value = row.values[k].map_or("–".into(), |value| row.shown(value));
-        let difference = row.differences[k].as_ref().map(|own| {
-            let finding = row.word(own);
-            format!("   {}: {finding}", row.difference(own))
-        });
-        format!(
-            "    {:<24} {value:>12}{}\n",
-            run.name,
-            difference.unwrap_or_default()
-        )
+    let line = |(k, run): (usize, &RunSummary)| {
+        let difference = row.difference(k);
+        let difference = difference.map(|[own, finding]| format!("   {own}: {finding}"));
+        let difference = difference.unwrap_or_default();
+        format!("    {:<24} {:>12}{difference}\n", run.name, row.shown(k))
     };
     comparison.runs.iter().enumerate().map(line).collect()
 }
