@@ -24,7 +24,7 @@ pub fn file(interface: &Interface) -> Result<File, Error> {
     let name = &interface.name;
     let mut text = format!("/* {} */\n", interface.origin());
     text += &TEMPLATE.replace("MODEL", name);
-    for call in interface.offered().filter(|call| is_function(*call)) {
+    for call in interface.offered().filter(|call| !call.is_derivatives()) {
         text += &function(interface, call);
         if let Some(derivatives) = call.derivatives().filter(|d| interface.has(*d)) {
             text += &jacobian(interface, call, derivatives);
@@ -35,13 +35,6 @@ pub fn file(interface: &Interface) -> Result<File, Error> {
         name: format!("{name}_casadi.c"),
         text,
     })
-}
-
-/// Whether it is a function of its own in `CasADi`, and not the Jacobian of another.
-pub(crate) fn is_function(call: Call) -> bool {
-    !Call::ALL
-        .iter()
-        .any(|other| other.derivatives() == Some(call))
 }
 
 /// The name of a function in `CasADi`.

@@ -209,6 +209,13 @@ impl Call {
         }
     }
 
+    /// Whether it gives the derivatives of another function.
+    pub(crate) fn is_derivatives(self) -> bool {
+        Self::ALL
+            .iter()
+            .any(|other| other.derivatives() == Some(self))
+    }
+
     fn row(self) -> Row {
         let row = |name, arguments, results, about| Row {
             name,

@@ -125,10 +125,8 @@ impl Export {
         let interface = &self.interface;
         let around = Surroundings {
             interface,
-            casadi: true,
             mock_up: unit,
-            rust: true,
-            stack: Some([8, 4].map(|number| self.code.stack_bytes(number))),
+            stack: [8, 4].map(|number| self.code.stack_bytes(number)),
         };
         let mut files = vec![
             self.code.header.clone(),

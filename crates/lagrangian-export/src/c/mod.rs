@@ -51,7 +51,7 @@ pub(crate) fn calls(equations: &Equations, has_data: bool) -> Vec<Call> {
     all.filter(|call| match (equations, call) {
         (_, Call::DistanceFromData) => has_data,
         (Equations::Mechanics(_), _) => true,
-        (Equations::Hamiltonian(_), call) => !is_derivatives(*call),
+        (Equations::Hamiltonian(_), call) => !call.is_derivatives(),
         (
             Equations::Plain(Plain { inverse: true, .. }),
             Call::InverseDynamics | Call::InverseDynamicsDerivatives,
@@ -63,13 +63,6 @@ pub(crate) fn calls(equations: &Equations, has_data: bool) -> Vec<Call> {
         _ => false,
     })
     .collect()
-}
-
-/// Whether a function gives the derivatives of another.
-fn is_derivatives(call: Call) -> bool {
-    Call::ALL
-        .iter()
-        .any(|other| other.derivatives() == Some(call))
 }
 
 /// The C of a model under this interface.

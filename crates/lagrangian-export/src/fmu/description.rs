@@ -6,85 +6,43 @@ use super::Fmu;
 use crate::{Call, Drive, Interface};
 
 /// A variable of the unit.
+#[derive(Default)]
 struct Variable {
     name: String,
     reference: usize,
     /// Empty where it is not known.
     unit: &'static str,
     about: String,
-    role: Role,
+    causality: &'static str,
+    /// `exact` for states, `calculated` for what follows from them, empty for others.
+    initial: &'static str,
+    /// The first value of inputs and states.
+    start: Option<f64>,
+    /// The reference of the state that it is the rate of.
+    rate_of: Option<usize>,
     /// The references of the variables that it is computed from.
     from: Vec<usize>,
 }
 
-/// What a variable is to a simulation.
-enum Role {
-    Time,
-    Input,
-    State {
-        start: f64,
-    },
-    /// The rate of the state of this reference, as an output or not.
-    Rate {
-        of: usize,
-        output: bool,
-    },
-    Output,
-}
-
 impl Variable {
-    fn is_output(&self) -> bool {
-        matches!(
-            self.role,
-            Role::State { .. } | Role::Rate { output: true, .. } | Role::Output
-        )
-    }
-
-    fn is_rate(&self) -> bool {
-        matches!(self.role, Role::Rate { .. })
-    }
-
-    /// Whether it is computed when a simulation begins.
-    fn is_initially_unknown(&self) -> bool {
-        self.is_rate() || matches!(self.role, Role::Output)
-    }
-
-    /// Causality, variability and how it begins.
-    fn kind(&self) -> &'static str {
-        match self.role {
-            Role::Time => r#"causality="independent" variability="continuous""#,
-            Role::Input => r#"causality="input" variability="continuous""#,
-            Role::State { .. } => r#"causality="output" variability="continuous" initial="exact""#,
-            Role::Rate { output: false, .. } => {
-                r#"causality="local" variability="continuous" initial="calculated""#
-            }
-            Role::Rate { .. } | Role::Output => {
-                r#"causality="output" variability="continuous" initial="calculated""#
-            }
-        }
-    }
-
-    fn start(&self) -> Option<f64> {
-        match self.role {
-            Role::Input => Some(0.0),
-            Role::State { start } => Some(start),
-            _ => None,
-        }
-    }
-
-    /// Unit, first value and the state that it is the rate of, by its place in the list.
-    fn details(&self) -> String {
-        let mut text = match self.unit {
-            "" => String::new(),
-            unit => format!("unit=\"{unit}\""),
+    /// The variable as an element of XML.
+    fn line(&self) -> String {
+        let attribute = |name: &str, value: Option<String>| {
+            value.map_or(String::new(), |value| format!(" {name}=\"{value}\""))
         };
-        if let Some(start) = self.start() {
-            let _ = write!(text, " start=\"{start:?}\"");
-        }
-        if let Role::Rate { of, .. } = self.role {
-            let _ = write!(text, " derivative=\"{}\"", place(of));
-        }
-        text
+        let word = |text: &str| Some(text.to_string()).filter(|text| !text.is_empty());
+        format!(
+            "    <ScalarVariable name=\"{}\" valueReference=\"{}\" description=\"{}\" causality=\"{}\" \
+             variability=\"continuous\"{}><Real{}{}{}/></ScalarVariable>\n",
+            self.name,
+            self.reference,
+            escaped(&self.about),
+            self.causality,
+            attribute("initial", word(self.initial)),
+            attribute("unit", word(self.unit)),
+            attribute("start", self.start.map(|x| format!("{x:?}"))),
+            attribute("derivative", self.rate_of.map(|of| place(of).to_string())),
+        )
     }
 }
 
@@ -94,145 +52,90 @@ fn place(reference: usize) -> usize {
     reference + 1
 }
 
-/// The variables of a unit while they are listed. The generated adapter repeats the order of their references.
-struct List<'a> {
-    interface: &'a Interface,
-    variables: Vec<Variable>,
-}
-
-impl List<'_> {
-    /// Adds a variable at the next reference.
-    fn push(
-        &mut self,
-        name: String,
-        unit: &'static str,
-        about: String,
-        role: Role,
-        from: Vec<usize>,
-    ) {
-        let reference = self.variables.len();
-        self.variables.push(Variable {
-            name,
-            reference,
+/// All variables. The generated adapter repeats the order of their references.
+fn variables(interface: &Interface) -> Vec<Variable> {
+    let n = interface.joints.len();
+    let q = 1 + interface.inputs();
+    let qd = q + n;
+    let joints = || interface.joints.iter().enumerate();
+    let mut all = vec![Variable {
+        name: "time".into(),
+        unit: "s",
+        about: "time".into(),
+        causality: "independent",
+        ..Variable::default()
+    }];
+    all.extend(joints().take(interface.inputs()).map(|(i, joint)| {
+        let (unit, about) = match interface.drive {
+            Drive::Forces => (joint.unit.force(), format!("force on {}", joint.name)),
+            Drive::Inputs(_) => (
+                "",
+                format!("input {} of the actuators, in the unit of the data", i + 1),
+            ),
+        };
+        Variable {
+            name: format!("tau[{}]", i + 1),
+            reference: 1 + i,
             unit,
             about,
-            role,
-            from,
-        });
-    }
-
-    /// The reference of the first position.
-    fn q(&self) -> usize {
-        1 + self.interface.inputs()
-    }
-
-    /// The reference of the first velocity.
-    fn qd(&self) -> usize {
-        self.q() + self.interface.joints.len()
-    }
-
-    fn inputs(&mut self) {
-        for i in 0..self.interface.inputs() {
-            let joint = &self.interface.joints[i];
-            let (unit, about) = match self.interface.drive {
-                Drive::Forces => (joint.unit.force(), format!("force on {}", joint.name)),
-                Drive::Inputs(_) => (
-                    "",
-                    format!("input {} of the actuators, in the unit of the data", i + 1),
-                ),
-            };
-            self.push(format!("tau[{}]", i + 1), unit, about, Role::Input, vec![]);
+            causality: "input",
+            start: Some(0.0),
+            ..Variable::default()
         }
+    }));
+    for (k, (name, what)) in [("q", "position"), ("qd", "velocity")]
+        .into_iter()
+        .enumerate()
+    {
+        all.extend(joints().map(|(i, joint)| Variable {
+            name: format!("{name}[{}]", i + 1),
+            reference: q + k * n + i,
+            unit: joint.unit.rate(k),
+            about: format!("{what} of {}", joint.name),
+            causality: "output",
+            initial: "exact",
+            start: Some(interface.start[k * n + i]),
+            from: vec![q + k * n + i],
+            ..Variable::default()
+        }));
     }
-
-    fn states(&mut self) {
-        for (k, (name, what)) in [("q", "position"), ("qd", "velocity")]
-            .into_iter()
-            .enumerate()
-        {
-            for (i, joint) in self.interface.joints.iter().enumerate() {
-                let start = self.interface.start[k * self.interface.joints.len() + i];
-                let itself = vec![self.variables.len()];
-                let about = format!("{what} of {}", joint.name);
-                let name = format!("{name}[{}]", i + 1);
-                self.push(
-                    name,
-                    joint.unit.rate(k),
-                    about,
-                    Role::State { start },
-                    itself,
-                );
-            }
-        }
-    }
-
-    fn rates(&mut self) {
-        let (q, qd) = (self.q(), self.qd());
-        for (i, joint) in self.interface.joints.iter().enumerate() {
-            let role = Role::Rate {
-                of: q + i,
-                output: false,
-            };
-            let about = format!("velocity of {}, as the rate of its position", joint.name);
-            self.push(
-                format!("der(q[{}])", i + 1),
-                joint.unit.rate(1),
-                about,
-                role,
-                vec![qd + i],
-            );
-        }
-        let motion: Vec<usize> = (1..qd + self.interface.joints.len()).collect();
-        for (i, joint) in self.interface.joints.iter().enumerate() {
-            let role = Role::Rate {
-                of: qd + i,
-                output: true,
-            };
-            let about = format!("acceleration of {}", joint.name);
-            self.push(
-                format!("qdd[{}]", i + 1),
-                joint.unit.rate(2),
-                about,
-                role,
-                motion.clone(),
-            );
-        }
-    }
-
-    /// Energy and distance. Their references are kept free where the model lacks them.
-    fn scalars(&mut self) {
-        let (q, n) = (self.q(), self.interface.joints.len());
-        let scalars = [
-            (Call::Energy, "energy", "J"),
-            (Call::DistanceFromData, "distance_from_data", "1"),
-        ];
-        for (k, (call, name, unit)) in scalars.into_iter().enumerate() {
-            if self.interface.has(call) {
-                self.variables.push(Variable {
-                    name: name.into(),
-                    reference: q + 4 * n + k,
-                    unit,
-                    about: call.about().into(),
-                    role: Role::Output,
-                    from: (q..q + 2 * n).collect(),
-                });
-            }
-        }
-    }
-}
-
-/// All variables.
-fn variables(interface: &Interface) -> Vec<Variable> {
-    let mut list = List {
-        interface,
-        variables: vec![],
-    };
-    list.push("time".into(), "s", "time".into(), Role::Time, vec![]);
-    list.inputs();
-    list.states();
-    list.rates();
-    list.scalars();
-    list.variables
+    all.extend(joints().map(|(i, joint)| Variable {
+        name: format!("der(q[{}])", i + 1),
+        reference: qd + n + i,
+        unit: joint.unit.rate(1),
+        about: format!("velocity of {}, as the rate of its position", joint.name),
+        causality: "local",
+        initial: "calculated",
+        rate_of: Some(q + i),
+        from: vec![qd + i],
+        ..Variable::default()
+    }));
+    all.extend(joints().map(|(i, joint)| Variable {
+        name: format!("qdd[{}]", i + 1),
+        reference: qd + 2 * n + i,
+        unit: joint.unit.rate(2),
+        about: format!("acceleration of {}", joint.name),
+        causality: "output",
+        initial: "calculated",
+        rate_of: Some(qd + i),
+        from: (1..qd + n).collect(),
+        ..Variable::default()
+    }));
+    // References are kept free where the model lacks a scalar.
+    let scalars = [(Call::Energy, "J"), (Call::DistanceFromData, "1")];
+    let scalars = scalars.into_iter().enumerate();
+    let scalars = scalars.filter(|(_, (call, _))| interface.has(*call));
+    all.extend(scalars.map(|(k, (call, unit))| Variable {
+        name: call.name().into(),
+        reference: qd + 3 * n + k,
+        unit,
+        about: call.about().into(),
+        causality: "output",
+        initial: "calculated",
+        from: (q..q + 2 * n).collect(),
+        ..Variable::default()
+    }));
+    all
 }
 
 /// The units that variables have, by exponents of the base units.
@@ -283,7 +186,7 @@ pub(super) fn model(unit: &Fmu<'_>, compiled: bool) -> String {
              name=\"logStatusError\"/>\n  </LogCategories>\n  <DefaultExperiment startTime=\"0\" stopTime=\"10\" stepSize=\"0.01\"/>\n";
     text += "  <ModelVariables>\n";
     for variable in &variables {
-        text += &line(variable);
+        text += &variable.line();
     }
     text += "  </ModelVariables>\n";
     text += &structure(&variables);
@@ -311,22 +214,6 @@ fn kinds(unit: &Fmu<'_>) -> String {
         )
 }
 
-/// A variable as an element of XML.
-fn line(variable: &Variable) -> String {
-    let Variable {
-        name,
-        reference,
-        about,
-        ..
-    } = variable;
-    format!(
-        "    <ScalarVariable name=\"{name}\" valueReference=\"{reference}\" description=\"{}\" {}><Real {}/></ScalarVariable>\n",
-        escaped(about),
-        variable.kind(),
-        variable.details()
-    )
-}
-
 /// Which variables are outputs, rates and unknown at first, and what they depend on.
 fn structure(variables: &[Variable]) -> String {
     let element = |(k, variable): (usize, &Variable)| {
@@ -348,9 +235,9 @@ fn structure(variables: &[Variable]) -> String {
     };
     [
         "  <ModelStructure>\n".into(),
-        group("Outputs", Variable::is_output),
-        group("Derivatives", Variable::is_rate),
-        group("InitialUnknowns", Variable::is_initially_unknown),
+        group("Outputs", |v| v.causality == "output"),
+        group("Derivatives", |v| v.rate_of.is_some()),
+        group("InitialUnknowns", |v| v.initial == "calculated"),
         "  </ModelStructure>\n".into(),
     ]
     .concat()

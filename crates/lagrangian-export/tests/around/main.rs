@@ -65,10 +65,8 @@ fn sources() -> Vec<File> {
 fn all_files(interface: &Interface) -> Vec<File> {
     let around = Surroundings {
         interface,
-        casadi: true,
         mock_up: Some("cart_pole.fmu"),
-        rust: false,
-        stack: None,
+        stack: [800, 400],
     };
     let mut files = around.files().unwrap();
     files.push(casadi::file(interface).unwrap());
