@@ -40,7 +40,13 @@ impl Fmu<'_> {
     /// # Errors
     /// [`Error::Missing`] without `forward_dynamics`; those of [`Interface::check`].
     pub fn files(&self, compiled: bool) -> Result<Vec<File>, Error> {
-        self.check()?;
+        self.interface.check()?;
+        if !self.interface.has(Call::ForwardDynamics) {
+            return Err(Error::Missing {
+                what: "functional mock-up units",
+                call: Call::ForwardDynamics.name(),
+            });
+        }
         let description = File {
             name: "modelDescription.xml".into(),
             text: description::model(self, compiled),
@@ -54,19 +60,6 @@ impl Fmu<'_> {
             text: file.text.clone(),
         });
         Ok([description].into_iter().chain(sources).collect())
-    }
-
-    fn check(&self) -> Result<(), Error> {
-        self.interface.check()?;
-        let call = Call::ForwardDynamics;
-        if !self.interface.has(call) {
-            let what = "functional mock-up units";
-            return Err(Error::Missing {
-                what,
-                call: call.name(),
-            });
-        }
-        Ok(())
     }
 
     /// The sources that are compiled, relative to the folder of sources.

@@ -157,6 +157,12 @@ const STATE: &[Quantity] = &[Q, QD];
 const MOTION: &[Quantity] = &[Q, QD, QDD];
 const FORCED: &[Quantity] = &[Q, QD, TAU];
 const TAU_N: Shape = Shape::Matrix(Axis::Inputs, Axis::Joints);
+const M: &[Quantity] = &[quantity("m", NN)];
+const C: &[Quantity] = &[quantity("c", N)];
+const G: &[Quantity] = &[quantity("g", N)];
+const D: &[Quantity] = &[quantity("d", N)];
+const P: &[Quantity] = &[quantity("p", N)];
+const E: &[Quantity] = &[quantity("e", Shape::Scalar)];
 
 impl Call {
     /// All functions, in the order of the header.
@@ -209,6 +215,13 @@ impl Call {
         }
     }
 
+    /// Its arguments and then its results as a list with commas; `of` writes each, and is told whether it is a result.
+    pub(crate) fn list(self, of: impl Fn(&Quantity, bool) -> String) -> String {
+        let arguments = self.arguments().iter().map(|quantity| of(quantity, false));
+        let results = self.results().iter().map(|quantity| of(quantity, true));
+        arguments.chain(results).collect::<Vec<_>>().join(", ")
+    }
+
     /// Whether it gives the derivatives of another function.
     pub(crate) fn is_derivatives(self) -> bool {
         Self::ALL
@@ -233,42 +246,12 @@ impl Call {
                 &[QDD],
                 "the accelerations under given forces",
             ),
-            Self::MassMatrix => row(
-                "mass_matrix",
-                STATE,
-                const { &[quantity("m", NN)] },
-                "M = ∂²L/∂q̇²",
-            ),
-            Self::Bias => row(
-                "bias",
-                STATE,
-                const { &[quantity("c", N)] },
-                "the forces at q̈ = 0, without friction",
-            ),
-            Self::Gravity => row(
-                "gravity",
-                const { &[Q] },
-                const { &[quantity("g", N)] },
-                "the forces at rest",
-            ),
-            Self::Friction => row(
-                "friction",
-                STATE,
-                const { &[quantity("d", N)] },
-                "what friction takes",
-            ),
-            Self::Momentum => row(
-                "momentum",
-                STATE,
-                const { &[quantity("p", N)] },
-                "p = ∂L/∂q̇",
-            ),
-            Self::Energy => row(
-                "energy",
-                STATE,
-                const { &[quantity("e", Shape::Scalar)] },
-                "E = p·q̇ − L, in J",
-            ),
+            Self::MassMatrix => row("mass_matrix", STATE, M, "M = ∂²L/∂q̇²"),
+            Self::Bias => row("bias", STATE, C, "the forces at q̈ = 0, without friction"),
+            Self::Gravity => row("gravity", const { &[Q] }, G, "the forces at rest"),
+            Self::Friction => row("friction", STATE, D, "what friction takes"),
+            Self::Momentum => row("momentum", STATE, P, "p = ∂L/∂q̇"),
+            Self::Energy => row("energy", STATE, E, "E = p·q̇ − L, in J"),
             Self::Step => row(
                 "step",
                 const { &[quantity("h", Shape::Scalar), Q, QD, TAU] },

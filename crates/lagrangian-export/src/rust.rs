@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::File;
-use crate::interface::{Call, Interface, Quantity, Shape};
+use crate::interface::{Interface, Quantity, Shape};
 
 /// The file `NAME.rs`.
 pub(crate) fn file(interface: &Interface) -> File {
@@ -27,23 +27,17 @@ pub(crate) fn file(interface: &Interface) -> File {
             declared,
             "        pub fn {name}_{}({}) -> i32;",
             call.name(),
-            list(call, &declared_type, ", ")
+            call.list(declared_type)
         );
-        let wrapped = list(call, &safe_type, ", ");
-        let passed: Vec<String> = call
-            .arguments()
-            .iter()
-            .map(argument)
-            .chain(call.results().iter().map(result))
-            .collect();
         let _ = writeln!(
             safe,
-            "/// {}.\npub fn {}({wrapped}) -> Status {{\n    // SAFETY: the arrays have the lengths that the function reads and writes, and it keeps none.\n\
+            "/// {}.\npub fn {}({}) -> Status {{\n    // SAFETY: the arrays have the lengths that the function reads and writes, and it keeps none.\n\
              \x20   Status::of(unsafe {{ c::{name}_{}({}) }})\n}}\n",
             call.about(),
             call.name(),
+            call.list(safe_type),
             call.name(),
-            passed.join(", ")
+            call.list(passed)
         );
     }
     let _ = writeln!(
@@ -59,13 +53,6 @@ pub(crate) fn file(interface: &Interface) -> File {
         name: format!("{name}.rs"),
         text,
     }
-}
-
-/// All arguments and results with their types.
-fn list(call: Call, of: &dyn Fn(&Quantity, bool) -> String, separator: &str) -> String {
-    let arguments = call.arguments().iter().map(|quantity| of(quantity, false));
-    let results = call.results().iter().map(|quantity| of(quantity, true));
-    arguments.chain(results).collect::<Vec<_>>().join(separator)
 }
 
 fn declared_type(quantity: &Quantity, result: bool) -> String {
@@ -89,16 +76,10 @@ fn safe_type(quantity: &Quantity, result: bool) -> String {
     }
 }
 
-fn argument(quantity: &Quantity) -> String {
-    match quantity.shape {
-        Shape::Scalar => quantity.name.into(),
-        _ => format!("{}.as_ptr()", quantity.name),
-    }
-}
-
-fn result(quantity: &Quantity) -> String {
-    match quantity.shape {
-        Shape::Scalar => quantity.name.into(),
-        _ => format!("{}.as_mut_ptr()", quantity.name),
+fn passed(quantity: &Quantity, result: bool) -> String {
+    match (quantity.shape, result) {
+        (Shape::Scalar, _) => quantity.name.into(),
+        (_, false) => format!("{}.as_ptr()", quantity.name),
+        (_, true) => format!("{}.as_mut_ptr()", quantity.name),
     }
 }

@@ -118,17 +118,11 @@ impl Surroundings<'_> {
             },
         );
         for call in self.interface.offered() {
-            let names = call
-                .arguments()
-                .iter()
-                .chain(call.results())
-                .map(|q| q.name);
-            let names: Vec<&str> = names.collect();
             let _ = writeln!(
                 text,
                 "| `{name}_{}({})` | {} |",
                 call.name(),
-                names.join(", "),
+                call.list(|quantity, _| quantity.name.into()),
                 call.about()
             );
         }

@@ -7,16 +7,12 @@ use crate::interface::{Axis, Call, Interface, Quantity, Shape, comment};
 /// The declaration of a function, without its end.
 pub(super) fn signature(interface: &Interface, call: Call) -> String {
     let name = &interface.name;
-    let of = |quantity: &Quantity, constant: bool| match (quantity.shape, constant) {
-        (Shape::Scalar, true) => format!("{name}_real {}", quantity.name),
-        (Shape::Scalar, false) => format!("{name}_real *{}", quantity.name),
-        (_, true) => format!("const {name}_real *{}", quantity.name),
-        (_, false) => format!("{name}_real *{}", quantity.name),
-    };
-    let arguments = call.arguments().iter().map(|quantity| of(quantity, true));
-    let results = call.results().iter().map(|quantity| of(quantity, false));
-    let all: Vec<String> = arguments.chain(results).collect();
-    format!("int {name}_{}({})", call.name(), all.join(", "))
+    let list = call.list(|quantity, is_result| match (quantity.shape, is_result) {
+        (_, true) => format!("{name}_real *{}", quantity.name),
+        (Shape::Scalar, false) => format!("{name}_real {}", quantity.name),
+        (_, false) => format!("const {name}_real *{}", quantity.name),
+    });
+    format!("int {name}_{}({list})", call.name())
 }
 
 /// The sizes of the arrays of a function, in words.
