@@ -1,5 +1,6 @@
 //! The zip of a unit.
 
+use std::env::consts::{ARCH, DLL_EXTENSION, OS};
 use std::io::{Cursor, Write};
 
 use zip::write::SimpleFileOptions;
@@ -19,10 +20,12 @@ pub fn archive(unit: &Fmu<'_>, library: Option<&[u8]>) -> Result<Vec<u8>, Error>
     let texts = files
         .iter()
         .map(|file| (file.name.clone(), file.text.as_bytes()));
-    let (name, extension) = (&unit.interface.name, std::env::consts::DLL_EXTENSION);
+    let (name, extension) = (&unit.interface.name, DLL_EXTENSION);
     let libraries = library.into_iter().flat_map(|bytes| {
         let place = |platform| format!("binaries/{platform}/{name}.{extension}");
-        platforms().into_iter().map(move |p| (place(p), bytes))
+        platforms(OS, ARCH)
+            .into_iter()
+            .map(move |p| (place(p), bytes))
     });
     for (name, bytes) in texts.chain(libraries) {
         add(&mut zip, &name, bytes).map_err(|error| Error::Archive(error.to_string()))?;
@@ -33,15 +36,18 @@ pub fn archive(unit: &Fmu<'_>, library: Option<&[u8]>) -> Result<Vec<u8>, Error>
     Ok(bytes.into_inner())
 }
 
-/// The folders where importers look for a library of this platform.
-fn platforms() -> Vec<String> {
-    use std::env::consts::{ARCH, OS};
-    let system = if OS == "macos" { "darwin" } else { OS };
-    let of_bits = format!("{}{}", system.trim_end_matches("dows"), usize::BITS);
-    match ARCH {
+/// The folders where importers look for a library of a platform.
+fn platforms(system: &str, processor: &str) -> Vec<String> {
+    let (long, short) = match system {
+        "macos" => ("darwin", "darwin"),
+        "windows" => ("windows", "win"),
+        other => (other, other),
+    };
+    let of_bits = format!("{short}{}", usize::BITS);
+    match processor {
         "x86" | "x86_64" => vec![of_bits],
         // FMI 2.0.4 has names like `aarch64-linux` for other processors (section 2.3); FMPy and OpenModelica use those of x86.
-        _ => vec![format!("{ARCH}-{system}"), of_bits],
+        _ => vec![format!("{processor}-{long}"), of_bits],
     }
 }
 
@@ -56,4 +62,21 @@ fn add(
         .unix_permissions(0o644);
     zip.start_file(name, options)?;
     Ok(zip.write_all(bytes)?)
+}
+
+#[cfg(all(test, target_pointer_width = "64"))]
+mod tests {
+    use super::platforms;
+
+    #[test]
+    fn a_library_is_where_importers_of_its_platform_look() {
+        for (system, processor, folders) in [
+            ("linux", "x86_64", &["linux64"][..]),
+            ("windows", "x86_64", &["win64"]),
+            ("linux", "aarch64", &["aarch64-linux", "linux64"]),
+            ("macos", "aarch64", &["aarch64-darwin", "darwin64"]),
+        ] {
+            assert_eq!(platforms(system, processor), folders);
+        }
+    }
 }
