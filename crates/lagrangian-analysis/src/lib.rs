@@ -1,4 +1,4 @@
-//! What mechanics says of a known or learned Lagrangian beyond its motions.
+//! Analysis of a known or learned Lagrangian beyond its motions.
 //!
 //! # The problem
 //!

@@ -65,7 +65,7 @@ impl Boundary {
         })
     }
 
-    /// The same ends with additional whole turns, `[n]`; negative ones turn in the other direction.
+    /// These ends with additional whole turns, `[n]`; negative ones turn in the other direction.
     ///
     /// # Errors
     /// [`Error::Shape`] for another number of coordinates; [`Error::Argument`] for turns of a coordinate on the line.
@@ -80,7 +80,10 @@ impl Boundary {
             if turns != 0 && !coordinates.is_circle(i) {
                 return Err(Error::argument(
                     "turns",
-                    format!("{turns} for '{}', which is no angle", coordinates.0[i].name),
+                    format!(
+                        "{turns} for '{}', which is not an angle",
+                        coordinates.0[i].name
+                    ),
                     "0 for coordinates on the line",
                 ));
             }

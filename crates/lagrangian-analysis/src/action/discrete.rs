@@ -124,16 +124,14 @@ impl<'a> DiscreteAction<'a> {
         epsilon.iter().map(&mut change).collect()
     }
 
-    /// Writes ∂S/∂q at the inner nodes, `[N − 1, n]`, which is 0 along a motion.
-    pub fn gradient(&mut self, path: &Path, gradient: &mut Vec<f64>) {
+    /// ∂S/∂q at the inner nodes, `[N − 1, n]`, which is 0 along a motion.
+    pub fn gradient(&mut self, path: &Path) -> Vec<f64> {
         self.evaluate(path);
         let n = path.dof;
-        gradient.clear();
-        for k in 1..path.segments() {
-            gradient.extend(
-                (0..n).map(|i| self.slope(path, k - 1, i, 1.0) + self.slope(path, k, i, -1.0)),
-            );
-        }
+        let inner = (0..(path.segments() - 1) * n).map(|at| (at / n, at % n));
+        inner
+            .map(|(k, i)| self.slope(path, k, i, 1.0) + self.slope(path, k + 1, i, -1.0))
+            .collect()
     }
 
     /// The momenta at the ends of a stationary path, −∂S/∂q₀ and ∂S/∂q₁ (theory.md, equation 74).

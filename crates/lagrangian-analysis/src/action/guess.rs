@@ -30,22 +30,18 @@ pub(super) fn guess(
         false if line > 0.0 => line,
         false => 1.0,
     };
-    let wave = |i: usize, m: usize| size(i) / m as f64;
-    let bulges: Vec<[f64; 3]> = (0..n)
-        .map(|i| [1, 2, 3].map(|m| wave(i, m) * rng.random_range(-1.0..1.0)))
-        .collect();
+    let mut wave = |i: usize, m: usize| size(i) / m as f64 * rng.random_range(-1.0..1.0);
+    let bulges: Vec<[f64; 3]> = (0..n).map(|i| [1, 2, 3].map(|m| wave(i, m))).collect();
     let segments = options.segments / 2;
     let mut q = Vec::with_capacity((segments + 1) * n);
     for node in 0..=segments {
         let part = node as f64 / segments as f64;
+        let inner = f64::from(u8::from(node > 0 && node < segments && k > 0));
         for (i, bulges) in bulges.iter().enumerate() {
             let straight = ends.from[i] + part * (ends.to[i] - ends.from[i]);
-            let waves = bulges.iter().enumerate();
-            let bulge: f64 = waves
-                .map(|(m, size)| size * (PI * (m + 1) as f64 * part).sin())
-                .sum();
-            let inner = node > 0 && node < segments && k > 0;
-            q.push(if inner { straight + bulge } else { straight });
+            let waves = (1..).zip(bulges);
+            let bulge = waves.map(|(m, size)| size * (PI * f64::from(m) * part).sin());
+            q.push(straight + inner * bulge.sum::<f64>());
         }
     }
     // The ends themselves, not rounded.

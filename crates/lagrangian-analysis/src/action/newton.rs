@@ -20,10 +20,9 @@ const CONVERGED: f64 = 1e-9;
 /// # Errors
 /// [`Failure::Undefined`], or [`Failure::NotConverged`] where no step makes the next correction smaller.
 pub(super) fn newton(action: &mut DiscreteAction<'_>, path: &mut Path) -> Result<(), Failure> {
-    let mut step = Vec::new();
     let mut trial = path.clone();
     let mut length: f64 = 1.0;
-    action.gradient(path, &mut step);
+    let mut step = action.gradient(path);
     if !step.iter().all(|x| x.is_finite()) {
         return Err(Failure::Undefined);
     }
@@ -37,27 +36,24 @@ pub(super) fn newton(action: &mut DiscreteAction<'_>, path: &mut Path) -> Result
         }
         let small = size <= CONVERGED * norm(path.inner()).max(f64::MIN_POSITIVE);
         length = if small { 1.0 } else { (2.0 * length).min(1.0) };
-        let mut correction = Vec::new();
-        loop {
+        step = loop {
             advance(path, &step, length, &mut trial);
-            action.gradient(&trial, &mut correction);
-            let gradient = correction.clone();
+            let gradient = action.gradient(&trial);
+            let mut correction = gradient.clone();
             factored.solve(&mut correction);
-            let finite = correction.iter().all(|x| x.is_finite());
-            if finite && (small || norm(&correction) <= (1.0 - 0.25 * length) * size) {
-                correction = gradient;
-                break;
+            let correction = norm(&correction);
+            if correction <= (1.0 - 0.25 * length) * size || small && correction.is_finite() {
+                break gradient;
             }
             length *= 0.5;
             if small || length < SHORTEST {
                 return Err(Failure::NotConverged);
             }
-        }
+        };
         std::mem::swap(path, &mut trial);
         if small {
             return Ok(());
         }
-        step = correction;
     }
     Err(Failure::NotConverged)
 }

@@ -30,7 +30,9 @@ impl DiscreteAction<'_> {
     pub fn second_variation(&mut self, path: &Path) -> SecondVariation {
         let (hessian, masses) = self.hessian(path);
         let n = path.dof;
-        let convex = masses.chunks_exact(n * n).all(|m| is_positive(m, n));
+        let convex = masses
+            .chunks_exact(n * n)
+            .all(|m| inverse_root(m, n, 0.0).is_some());
         let factored = hessian.factor();
         let least = least_eigenvalue(&hessian);
         SecondVariation {
@@ -73,12 +75,6 @@ fn ratios(d: &[f64], upper: &[f64], n: usize) -> Vec<f64> {
     let mut vectors = vec![0.0; n * n];
     diagonalise(&mut scaled, &mut vectors, n);
     (0..n).map(|i| scaled[i * n + i]).collect()
-}
-
-fn is_positive(m: &[f64], n: usize) -> bool {
-    let (mut a, mut vectors) = (m.to_vec(), vec![0.0; n * n]);
-    diagonalise(&mut a, &mut vectors, n);
-    (0..n).all(|i| a[i * n + i] > 0.0)
 }
 
 /// The least eigenvalue of H by bisection: H − σ has as many negative eigenvalues as H has below σ.

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::discrete::{DiscreteAction, Path};
 use super::second_variation::SecondVariation;
-use lagrangian::mechanics::{Jet, Jets, SymmetricSolver};
+use lagrangian::mechanics::{Jet, Jets, SymmetricSolver, dot};
 use lagrangian::score::{Grade, Judgement, Outside, extrapolation};
 use lagrangian::{Lagrangian, Signals, Trajectory};
 
@@ -50,38 +50,30 @@ pub struct StationaryPath {
 }
 
 impl StationaryPath {
-    /// How far the path can be trusted: by its error of the grid as a part of the way, by whether there is another path of the same
+    /// The grade of the path: by its error of the grid as a part of the way, by whether there is another path of the same
     /// action, and by whether the states of the path lie where the model was fitted.
     #[must_use]
     pub fn judged(&self, outside: Option<&Outside>) -> Judgement {
         let part = self.path_error / extent(&self.path).max(f64::MIN_POSITIVE);
-        let resolved = Grade::of_change(part);
-        let mut reasons = Vec::new();
-        if resolved != Grade::Good {
-            let why = format!(
-                "its error is {:.1} % of the way; more steps make it smaller",
-                100.0 * part
-            );
-            reasons.push(Judgement::new(resolved, why));
-        }
+        let percent = 100.0 * part;
+        let coarse = format!("its error is {percent:.1} % of the way; more steps make it smaller");
+        let resolved = Judgement::new(Grade::of_change(part), coarse);
         let kind = match self.kind {
             PathKind::Minimum | PathKind::Saddle => None,
             PathKind::Conjugate => {
-                Some("the ends are conjugate: a neighbouring path has the same action")
+                let why = "the ends are conjugate: a neighbouring path has the same action";
+                Some(Judgement::new(Grade::Fair, why))
             }
             PathKind::Irregular => {
-                Some("M is not positive definite along it, which it is for every machine")
+                let why = "M is not positive definite along it, which it is for every machine";
+                Some(Judgement::new(Grade::Poor, why))
             }
         };
-        let grade = match self.kind {
-            PathKind::Irregular => Grade::Poor,
-            _ => Grade::Fair,
-        };
-        reasons.extend(kind.map(|why| Judgement::new(grade, why)));
-        reasons.extend(extrapolation(outside));
-        let grade = reasons.iter().map(|own| own.grade).max();
-        let why: Vec<String> = reasons.into_iter().map(|own| own.why).collect();
-        Judgement::new(grade.unwrap_or(Grade::Good), why.join("; "))
+        let reasons = [Some(resolved), kind, extrapolation(outside)].into_iter();
+        let reasons = reasons.flatten().filter(|own| own.grade != Grade::Good);
+        let (grades, why): (Vec<_>, Vec<_>) = reasons.map(|own| (own.grade, own.why)).unzip();
+        let grade = grades.into_iter().max().unwrap_or(Grade::Good);
+        Judgement::new(grade, why.join("; "))
     }
 }
 
@@ -103,21 +95,20 @@ impl StationaryPath {
     ) -> Self {
         let fine = action.action(&path);
         let action_error = (fine - action.action(&coarse)).abs() / 3.0;
-        let coarse_index = action.second_variation(&coarse).morse_index;
+        let coarse_index = action.hessian(&coarse).0.factor().inertia();
         let second_variation = action.second_variation(&path);
-        let mut gradient = Vec::new();
-        action.gradient(&path, &mut gradient);
-        let residual = gradient.iter().fold(0.0, |r: f64, g| r.max(g.abs())) / path.step();
+        let gradient = action.gradient(&path).into_iter();
+        let residual = gradient.fold(0.0, |r: f64, g| r.max(g.abs())) / path.step();
         let momenta = action.end_momenta(&path);
-        let last = path.segments();
         let mut jets = lagrangian.jets();
-        let mut end = |node: usize, p: &[f64]| {
-            let segment = node.min(last - 1);
+        let last = path.segments();
+        let mut end = |node: usize, segment: usize, p: &[f64]| {
             let pairs = path.node(segment).iter().zip(path.node(segment + 1));
-            let start: Vec<f64> = pairs.map(|(a, b)| (b - a) / path.step()).collect();
+            let start = pairs.map(|(a, b)| (b - a) / path.step()).collect();
             velocity(&mut *jets, path.node(node), p, start)
         };
-        let [(first, e0), (end, e1)] = [end(0, &momenta[0]), end(last, &momenta[1])];
+        let (first, e0) = end(0, 0, &momenta[0]);
+        let (last, e1) = end(last, last - 1, &momenta[1]);
         let kind = match second_variation.morse_index {
             _ if !second_variation.convex => PathKind::Irregular,
             index if index != coarse_index => PathKind::Conjugate,
@@ -131,7 +122,7 @@ impl StationaryPath {
             path_error,
             residual,
             momenta,
-            velocities: [first, end],
+            velocities: [first, last],
             energies: [e0, e1],
             kind,
             second_variation,
@@ -167,30 +158,23 @@ impl StationaryPath {
     }
 }
 
-/// q̇ with ∂L/∂q̇ = p at q, by Newton's method from `qd`, and the energy there.
+/// q̇ with ∂L/∂q̇ = p at q, by Newton's method from `qd`, which also serves where M is indefinite, and the energy there.
 fn velocity(jets: &mut dyn Jets, q: &[f64], p: &[f64], mut qd: Vec<f64>) -> (Vec<f64>, f64) {
     let mut jet = Jet::default();
     let mut solver = SymmetricSolver::new(q.len());
     let mut step = vec![0.0; q.len()];
     for _ in 0..30 {
         jets.jet(q, &qd, &mut jet);
-        let missing: Vec<f64> = p
-            .iter()
-            .zip(&jet.momentum)
-            .map(|(p, own)| p - own)
-            .collect();
+        let pairs = p.iter().zip(&jet.momentum);
+        let missing: Vec<f64> = pairs.map(|(p, own)| p - own).collect();
         solver.solve(&jet.mass_matrix, &missing, &mut step);
         qd.iter_mut().zip(&step).for_each(|(v, d)| *v += d);
-        let small = step
-            .iter()
-            .zip(&qd)
-            .all(|(d, v)| d.abs() <= 1e-13 * v.abs());
-        if small {
+        let mut pairs = step.iter().zip(&qd);
+        if pairs.all(|(d, v)| d.abs() <= 1e-13 * v.abs()) {
             break;
         }
     }
     jets.jet(q, &qd, &mut jet);
-    let product: f64 = p.iter().zip(&qd).map(|(p, v)| p * v).sum();
-    let energy = product - jet.lagrangian[0];
+    let energy = dot(p, &qd) - jet.lagrangian[0];
     (qd, energy)
 }

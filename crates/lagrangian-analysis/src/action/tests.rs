@@ -76,7 +76,7 @@ fn the_action_of_an_oscillator_is_the_closed_form_to_second_order() {
 }
 
 #[test]
-fn behind_half_a_period_the_path_of_an_oscillator_is_a_saddle() {
+fn after_half_a_period_the_path_of_an_oscillator_is_a_saddle() {
     let half = PI / 2.0; // π/ω
     for (time, index) in [
         (0.9 * half, 0),
@@ -241,7 +241,7 @@ fn the_same_ends_may_have_several_motions() {
         found.paths.len()
     );
     let rest = with_velocity(&found, &[0.0]);
-    // At rest T = 1.5 s lies behind π/√(g/l) = 1.0035 s.
+    // At rest T = 1.5 s lies after π/√(g/l) = 1.0035 s.
     assert_eq!(rest.second_variation.morse_index, 1);
     assert!((rest.second_variation.conjugate_times[0] - PI / 9.8_f64.sqrt()).abs() < 1e-3);
     let least = &found.paths[0];

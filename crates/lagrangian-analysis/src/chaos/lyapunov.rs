@@ -6,7 +6,7 @@ use lagrangian::{Error, Evaluator, Model, Result, RolloutOptions, State, rollout
 
 /// Distance of the neighbour in the state space, in SI units.
 const SEPARATION: f64 = 1e-8;
-/// The neighbour is brought back this often in a run.
+/// The number of times that the neighbour is brought back in a run.
 const RESTARTS: usize = 400;
 /// A neighbour that moves away e³ = 20 times in the second half of a run shows chaos: in regular motion the
 /// distance grows like t, twice.
@@ -20,8 +20,6 @@ pub struct Lyapunov {
     /// Whether neighbours move apart exponentially, judged by the growth in the second half of the run; those of a regular
     /// motion move apart linearly in time.
     pub chaotic: bool,
-    /// The time that was run, s; less than was asked where the motion diverged.
-    pub duration: f64,
 }
 
 impl Lyapunov {
@@ -56,24 +54,18 @@ pub fn largest_lyapunov_exponent(
     rollout(model, &start.q, &start.qd, &[0.0], &free, options)?;
     let mut pair = Pair::new(model, start, options.control());
     let interval = duration / RESTARTS as f64;
-    let (mut growth, mut half) = (0.0, 0.0);
-    let mut done = 0;
-    while done < RESTARTS {
-        let Some(distance) = pair.run(interval) else {
-            break;
-        };
-        growth += (distance / SEPARATION).ln();
+    let mut growth = Vec::new();
+    while growth.len() < RESTARTS
+        && let Some(distance) = pair.run(interval)
+    {
+        growth.push((distance / SEPARATION).ln());
         pair.restart(distance);
-        done += 1;
-        if done == RESTARTS / 2 {
-            half = growth;
-        }
     }
-    let duration = done as f64 * interval;
+    let time = interval * growth.len().max(1) as f64;
     Ok(Lyapunov {
-        exponent: if done == 0 { 0.0 } else { growth / duration },
-        chaotic: done == RESTARTS && growth - half > CHAOTIC_GROWTH,
-        duration,
+        exponent: growth.iter().sum::<f64>() / time,
+        chaotic: growth.len() == RESTARTS
+            && growth[RESTARTS / 2..].iter().sum::<f64>() > CHAOTIC_GROWTH,
     })
 }
 
@@ -104,7 +96,7 @@ impl<'a> Pair<'a> {
         }
     }
 
-    /// Runs both for a while; their distance then, or `None` where they cannot go on.
+    /// Runs both over an interval; their distance at its end, or `None` where a motion ends early.
     fn run(&mut self, interval: f64) -> Option<f64> {
         let both = 2 * self.n;
         let still = vec![0.0; both];

@@ -1,4 +1,4 @@
-//! How long a motion can be predicted at all: Lyapunov exponents, and valid prediction times in units of them.
+//! The limits of prediction: Lyapunov exponents, and valid prediction times in units of them.
 
 mod lyapunov;
 mod predictability;

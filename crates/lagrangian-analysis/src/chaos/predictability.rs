@@ -1,4 +1,4 @@
-//! How long predictions stay valid, in Lyapunov times of the true motion.
+//! Valid times of predictions, in Lyapunov times of the true motion.
 
 use lagrangian::rollout::{free, rollout_many};
 use lagrangian::score::{THRESHOLD, valid_prediction_time};
@@ -19,14 +19,11 @@ pub fn lyapunov_times(
     duration: f64,
     options: &RolloutOptions,
 ) -> Result<Vec<Option<f64>>> {
-    let time = |start| {
-        let found = largest_lyapunov_exponent(truth, start, duration, options)?;
-        Ok(found.time())
-    };
+    let time = |start| Ok(largest_lyapunov_exponent(truth, start, duration, options)?.time());
     starts.par_iter().map(time).collect()
 }
 
-/// The true motion from starts that are moved by `distance`: the limit of what any model can predict.
+/// The true motions from starts that are moved by `distance`: the limit of what any model can predict.
 ///
 /// # Errors
 /// As [`rollout_many`].
@@ -37,26 +34,24 @@ pub fn restarted(
     times: &[f64],
     options: &RolloutOptions,
 ) -> Result<Vec<Rollout>> {
-    let moved = |start: &State| {
-        let q = start.q.iter().map(|q| q + distance).collect();
-        State::new(q, start.qd.clone())
-    };
-    let moved: Vec<State> = starts.iter().map(moved).collect();
+    let mut moved = starts.to_vec();
+    let coordinates = moved.iter_mut().flat_map(|start| &mut start.q);
+    coordinates.for_each(|q| *q += distance);
     rollout_many(truth, &moved, times, &free, options)
 }
 
-/// How long predictions stay valid, chaotic and regular motions apart.
+/// Valid times of predictions, chaotic and regular motions apart.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ValidTimes {
-    /// Chaotic starts.
+    /// The number of chaotic starts.
     pub chaotic: usize,
-    /// Their median valid time, s; at most the duration.
+    /// The median valid time of chaotic starts, s; at most the duration.
     pub chaotic_seconds: f64,
-    /// Their median valid time in Lyapunov times.
+    /// The median valid time of chaotic starts in Lyapunov times.
     pub chaotic_lyapunov_times: f64,
-    /// Regular starts.
+    /// The number of regular starts.
     pub regular: usize,
-    /// Their median valid time, s; at most the duration.
+    /// The median valid time of regular starts, s; at most the duration.
     pub regular_seconds: f64,
 }
 

@@ -194,29 +194,16 @@ fn over_functions<T>(
 /// the states are too few.
 fn fit_functions(states: &States, rate: &[f64]) -> (Vec<f64>, f64) {
     let rows = rates_of_functions(states);
-    let (fitted, others) = (rows.len().div_ceil(2), rows.len() / 2);
     let width = rows.first().map_or(0, Vec::len);
-    if fitted < 2 * width {
-        return (Vec::new(), rms(rate));
-    }
-    let norm = |c: usize| {
-        rows.iter()
-            .step_by(2)
-            .map(|row| row[c].powi(2))
-            .sum::<f64>()
-    };
-    let sizes: Vec<f64> = (0..width)
-        .map(|c| norm(c).sqrt().max(f64::MIN_POSITIVE))
-        .collect();
-    let scaled = Mat::from_fn(fitted, width, |r, c| rows[2 * r][c] / sizes[c]);
-    let right = Mat::from_fn(fitted, 1, |r, _| rate[2 * r]);
-    let Ok(svd) = scaled.thin_svd() else {
+    let fitted = rows.len().div_ceil(2);
+    let matrix = Mat::from_fn(fitted, width, |r, c| rows[2 * r][c]);
+    let Some(svd) = matrix.thin_svd().ok().filter(|_| fitted >= 2 * width) else {
         return (Vec::new(), rms(rate));
     };
-    let f = svd.pseudoinverse() * right;
-    let f: Vec<f64> = (0..width).map(|c| f[(c, 0)] / sizes[c]).collect();
-    let left = |r: usize| rate[2 * r + 1] - dot(&rows[2 * r + 1], &f);
-    let left: Vec<f64> = (0..others).map(left).collect();
+    let f = svd.pseudoinverse() * Mat::from_fn(fitted, 1, |r, _| rate[2 * r]);
+    let f: Vec<f64> = f.col(0).iter().copied().collect();
+    let others = rows.iter().zip(rate).skip(1).step_by(2);
+    let left: Vec<f64> = others.map(|(row, rate)| rate - dot(row, &f)).collect();
     (f, rms(&left))
 }
 

@@ -1,4 +1,4 @@
-//! How far charges drift along motions, the work of forces and friction taken off.
+//! The drift of charges along motions, the work of forces and friction taken off.
 
 use serde::Serialize;
 
@@ -37,21 +37,11 @@ pub struct Change {
 /// The most motions of which the change over time is kept.
 const KEPT: usize = 10;
 
-/// The forces of motions, besides friction.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Forces {
-    /// The recorded ones.
-    Recorded,
-    /// None.
-    None,
-}
-
-/// The drift of each charge along motions under these forces.
+/// The drift of each charge along motions under their recorded forces.
 pub(super) fn along(
     physics: &Physics<'_>,
     charges: &[Charge],
     motions: &[Trajectory],
-    under: Forces,
 ) -> Result<Vec<Drift>> {
     let mut drifts = vec![Drift::default(); charges.len()];
     let coordinates = physics.lagrangian.coordinates();
@@ -60,7 +50,7 @@ pub(super) fn along(
     for motion in motions.iter().filter(|motion| motion.len() > 1) {
         jets.jet(&motion.q, &motion.qd, &mut jet);
         jets.jet(&motion.q, &vec![0.0; motion.qd.len()], &mut at_rest);
-        let force = forces(physics, motion, under);
+        let force = forces(physics, motion);
         for (charge, drift) in charges.iter().zip(&mut drifts) {
             let state = (&motion.q[..], &motion.qd[..]);
             let mut values = charge.values(state, &jet, &at_rest.momentum, coordinates);
@@ -75,13 +65,10 @@ pub(super) fn along(
 }
 
 /// τ − d at every sample, `[len, n]`.
-fn forces(physics: &Physics<'_>, motion: &Trajectory, under: Forces) -> Vec<f64> {
+fn forces(physics: &Physics<'_>, motion: &Trajectory) -> Vec<f64> {
     let zeros = vec![0.0; motion.q.len()];
-    let recorded = motion
-        .values(Signal::Tau)
-        .filter(|_| under == Forces::Recorded);
-    let recorded = recorded.unwrap_or(&zeros);
     let mut force = zeros.clone();
+    let recorded = motion.values(Signal::Tau).unwrap_or(&zeros);
     physics.applied.exerted(&motion.qd, recorded, &mut force);
     force
 }

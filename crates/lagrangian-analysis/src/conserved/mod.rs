@@ -18,7 +18,6 @@ pub use generators::Generator;
 pub use symmetry::{Symmetry, candidates, points_by_name};
 
 use charge::Charge;
-use drift::Forces;
 use lagrangian::mechanics::Applied;
 use lagrangian::rollout::free;
 use lagrangian::score::{Grade, Judgement};
@@ -76,7 +75,7 @@ pub struct Quantity {
 }
 
 impl Quantity {
-    /// How well the motions bear out what the model says of the quantity; none where both let it change.
+    /// The agreement of the motions with the claim of the model that the quantity is conserved; none where both let it change.
     #[must_use]
     pub fn judged(&self) -> Option<Judgement> {
         let of = |drift: &Drift, along: &str| {
@@ -133,11 +132,11 @@ pub fn conserved(
     let mut charges = vec![Charge::energy(&states)];
     let of = |symmetry| Charge::of(symmetry, &states, options.tolerance);
     charges.extend(symmetries.iter().map(of));
-    let data = drift::along(physics, &charges, motions, Forces::Recorded)?;
+    let data = drift::along(physics, &charges, motions)?;
     let own = own_motions(physics, motions, options)?;
     let own = match own.is_empty() {
         true => None,
-        false => Some(drift::along(physics, &charges, &own, Forces::None)?),
+        false => Some(drift::along(physics, &charges, &own)?),
     };
     let quantity = |(k, charge): (usize, Charge)| Quantity {
         symmetric: charge.violation <= options.tolerance,

@@ -63,15 +63,8 @@ impl States {
         let mut jets = lagrangian.jets();
         let mut jet = Jet::default();
         jets.jet(&q, &qd, &mut jet);
-        let signals = [&jet.lagrangian, &jet.dl_dq, &jet.momentum, &jet.mass_matrix];
-        if let Some(index) = signals
-            .iter()
-            .find_map(|x| x.iter().position(|x| !x.is_finite()))
-        {
-            return Err(Error::not_finite(
-                "the Lagrangian at a state of the motions",
-                index,
-            ));
+        for signal in [&jet.lagrangian, &jet.dl_dq, &jet.momentum, &jet.mass_matrix] {
+            Error::check_finite("the Lagrangian at a state of the motions", signal)?;
         }
         let (still, mut at_rest, mut bend) =
             (vec![0.0; qd.len()], Jet::default(), Curvature::default());
@@ -105,24 +98,20 @@ impl States {
         Ok(states)
     }
 
-    /// rms |M⁻¹ (∂a/∂q − (∂a/∂q)ᵀ) q̇|_M: the force of a vector potential that is no gauge.
+    /// rms |M⁻¹ (∂a/∂q − (∂a/∂q)ᵀ) q̇|_M: the force of a vector potential beyond a gauge.
     fn magnetic_size(&self, bend: &Curvature, solver: &mut SymmetricSolver) -> f64 {
         let n = self.n();
-        let mut sum = 0.0;
-        let (mut force, mut moved) = (vec![0.0; n], vec![0.0; n]);
-        for k in 0..self.len() {
-            let p = &bend.dp_dq[k * n * n..(k + 1) * n * n];
-            for (i, f) in force.iter_mut().enumerate() {
-                let curl = (0..n).map(|j| (p[i * n + j] - p[j * n + i]) * self.speed(k)[j]);
-                *f = curl.sum();
-            }
-            solver.solve(
-                &self.jet.mass_matrix[k * n * n..(k + 1) * n * n],
-                &force,
-                &mut moved,
-            );
-            sum += dot(&force, &moved).abs();
-        }
+        let mut moved = vec![0.0; n];
+        let size = |k: usize| {
+            let part = k * n * n..(k + 1) * n * n;
+            let (p, mass) = (&bend.dp_dq[part.clone()], &self.jet.mass_matrix[part]);
+            let curl = |i: usize| (0..n).map(move |j| p[i * n + j] - p[j * n + i]);
+            let force = (0..n).map(|i| curl(i).zip(self.speed(k)).map(|(b, v)| b * v).sum());
+            let force: Vec<f64> = force.collect();
+            solver.solve(mass, &force, &mut moved);
+            dot(&force, &moved).abs()
+        };
+        let sum: f64 = (0..self.len()).map(size).sum();
         (sum / self.len().max(1) as f64).sqrt()
     }
 

@@ -64,25 +64,19 @@ pub(super) fn divergence(
 /// The mean by time and its standard error over the motions.
 fn mean(model: &dyn Model, returns: &[Trajectory], scale: &FieldScale) -> Option<Divergence> {
     let mut field = Field::new(model, scale);
+    let lasting = |motion: &Trajectory| motion.t[motion.len() - 1] - motion.t[0];
     let own = returns.iter();
-    let own = own.map(|motion| {
-        (
-            integral(&mut field, motion),
-            motion.t[motion.len() - 1] - motion.t[0],
-        )
-    });
+    let own = own.map(|motion| (integral(&mut field, motion), lasting(motion)));
     let own: Vec<(f64, f64)> = own.filter(|(change, _)| change.is_finite()).collect();
-    let total: f64 = own.iter().map(|(_, time)| time).sum();
-    let rate = own.iter().map(|(change, _)| change).sum::<f64>() / total;
-    let apart = own
-        .iter()
-        .map(|(change, time)| (change - time * rate).powi(2));
-    let count = own.len() as f64;
-    let error = (apart.sum::<f64>() * count / (count - 1.0)).sqrt() / total;
-    (own.len() >= FEWEST).then_some(Divergence {
+    let sum = |of: &dyn Fn(f64, f64) -> f64| own.iter().map(|(x, time)| of(*x, *time)).sum::<f64>();
+    let total = sum(&|_, time| time);
+    let rate = sum(&|change, _| change) / total;
+    let apart = sum(&|change, time| (change - time * rate).powi(2));
+    let (motions, count) = (own.len(), own.len() as f64);
+    (motions >= FEWEST).then_some(Divergence {
         rate,
-        error,
-        motions: own.len(),
+        error: (apart * count / (count - 1.0)).sqrt() / total,
+        motions,
     })
 }
 
@@ -93,19 +87,13 @@ fn longest_return(
     scale: &FieldScale,
 ) -> Option<Trajectory> {
     let every = recording.len().div_ceil(STATES).max(1);
-    let samples = || (0..recording.len()).step_by(every);
+    let samples = || (0..recording.len()).step_by(every).rev();
     let lasts = |(a, b): (usize, usize)| recording.t[b] - recording.t[a];
     let pairs = samples().flat_map(|a| samples().map(move |b| (a, b)));
     let long = pairs.filter(|pair| lasts(*pair) > SHORTEST * scale.time);
     let returns = long.filter(|pair| distance(coordinates, recording, scale, *pair) < RETURNED);
-    let longer = |best, pair| {
-        if lasts(pair) > lasts(best) {
-            pair
-        } else {
-            best
-        }
-    };
-    let (from, to) = returns.reduce(longer)?;
+    // The last of equal ones, which is the first in time.
+    let (from, to) = returns.max_by(|x, y| lasts(*x).total_cmp(&lasts(*y)))?;
     Some(recording.part(from..to + 1))
 }
 
@@ -117,7 +105,6 @@ fn distance(
     (a, b): (usize, usize),
 ) -> f64 {
     let (a, b) = (recording.row(a), recording.row(b));
-    let n = a.q.len();
     let of = |i: usize| {
         let q = match coordinates.is_circle(i) {
             true => 2.0 * (0.5 * (b.q[i] - a.q[i])).sin(),
@@ -127,9 +114,10 @@ fn distance(
             q / scale.signals[Q][i],
             (b.qd[i] - a.qd[i]) / scale.signals[QD][i],
         );
-        q * q + qd * qd
+        [q * q, qd * qd]
     };
-    ((0..n).map(of).sum::<f64>() / (2 * n) as f64).sqrt()
+    let squares: Vec<f64> = (0..a.q.len()).flat_map(of).collect();
+    (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
 }
 
 /// ∫ tr ∂f/∂q̇ dt by the trapezoidal rule.

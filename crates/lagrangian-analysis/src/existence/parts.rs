@@ -32,12 +32,8 @@ impl Parts {
     ) -> Result<Self> {
         let found: usize = recordings.iter().map(Trajectory::len).sum();
         if found < FEWEST_SAMPLES {
-            let (what, needed) = ("the whole of the recordings".into(), FEWEST_SAMPLES);
-            return Err(Error::TooShort {
-                what,
-                found,
-                needed,
-            });
+            let what = "the whole of the recordings";
+            return Err(Error::too_short(what, found, FEWEST_SAMPLES));
         }
         let (rest, test) = split(recordings.to_vec(), HELD_OUT, seed)?;
         let (train, validation) = split(rest, VALIDATION, seed)?;
@@ -92,19 +88,15 @@ impl Parts {
         let squares = |x: &[f64]| -> f64 { x.iter().enumerate().map(square).sum() };
         let time = (squares(&data.qd) / squares(&data.qdd)).sqrt();
         if !(time.is_finite() && time > 0.0) {
+            let name = "time in which the velocity turns";
             let must = "finite and above 0: give recordings that move and accelerate";
-            return Err(Error::argument(
-                "time in which the velocity turns",
-                time,
-                must,
-            ));
+            return Err(Error::argument(name, time, must));
         }
-        let signals = [
-            scaling.q_scale,
-            scaling.qd_scale,
-            self.dataset.force_scale(),
-        ];
-        Ok(FieldScale { signals, time })
+        let tau = self.dataset.force_scale();
+        Ok(FieldScale {
+            signals: [scaling.q_scale, scaling.qd_scale, tau],
+            time,
+        })
     }
 }
 
