@@ -23,36 +23,23 @@ impl Boundary {
     /// is not positive, or a parameter that moves.
     pub fn new(coordinates: &Coordinates, from: &[f64], to: &[f64], duration: f64) -> Result<Self> {
         let n = coordinates.dof();
-        for (what, x) in [
-            ("the first end of the path", from),
-            ("the last end of the path", to),
-        ] {
+        let (first, last) = ("the first end of the path", "the last end of the path");
+        for (what, x) in [(first, from), (last, to)] {
             if x.len() != n || n == 0 {
-                return Err(Error::shape(
-                    what,
-                    x.len(),
-                    n.max(1),
-                    "give one value per coordinate",
-                ));
+                let remedy = "give one value per coordinate";
+                return Err(Error::shape(what, x.len(), n.max(1), remedy));
             }
             Error::check_finite(what, x)?;
         }
         if !(duration.is_finite() && duration > 0.0) {
-            return Err(Error::argument(
-                "time between the ends",
-                duration,
-                "a finite number of seconds above 0",
-            ));
+            let must = "a finite number of seconds above 0";
+            return Err(Error::argument("time between the ends", duration, must));
         }
-        if let Some(i) = coordinates
-            .parameters()
-            .find(|&i| from[i].to_bits() != to[i].to_bits())
-        {
-            return Err(Error::argument(
-                "the last end of the path",
-                format!("{} for the parameter '{}'", to[i], coordinates.0[i].name),
-                "that of the first end: a parameter does not move",
-            ));
+        let moved = |i: &usize| from[*i].to_bits() != to[*i].to_bits();
+        if let Some(i) = coordinates.parameters().find(moved) {
+            let found = format!("{} for the parameter '{}'", to[i], coordinates.0[i].name);
+            let must = "that of the first end: a parameter does not move";
+            return Err(Error::argument(last, found, must));
         }
         let shorter = |(i, (&a, &b)): (usize, (&f64, &f64))| match coordinates.is_circle(i) {
             true => a + (b - a) - TAU * ((b - a) / TAU).round(),
@@ -70,30 +57,17 @@ impl Boundary {
     /// # Errors
     /// [`Error::Shape`] for another number of coordinates; [`Error::Argument`] for turns of a coordinate on the line.
     pub fn winding(mut self, coordinates: &Coordinates, turns: &[i32]) -> Result<Self> {
-        Error::check_shape(
-            "turns",
-            turns.len(),
-            self.to.len(),
-            "give one whole number per coordinate, 0 for the shorter arc",
-        )?;
+        let remedy = "give one whole number per coordinate, 0 for the shorter arc";
+        Error::check_shape("turns", turns.len(), self.to.len(), remedy)?;
         for (i, (to, &turns)) in self.to.iter_mut().zip(turns).enumerate() {
             if turns != 0 && !coordinates.is_circle(i) {
-                return Err(Error::argument(
-                    "turns",
-                    format!(
-                        "{turns} for '{}', which is not an angle",
-                        coordinates.0[i].name
-                    ),
-                    "0 for coordinates on the line",
-                ));
+                let name = &coordinates.0[i].name;
+                let found = format!("{turns} for '{name}', which is not an angle");
+                let must = "0 for coordinates on the line";
+                return Err(Error::argument("turns", found, must));
             }
             *to += TAU * f64::from(turns);
         }
         Ok(self)
-    }
-
-    /// Degrees of freedom.
-    pub(crate) fn dof(&self) -> usize {
-        self.from.len()
     }
 }

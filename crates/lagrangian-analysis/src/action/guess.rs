@@ -17,7 +17,7 @@ pub(super) fn guess(
     options: &SearchOptions,
     k: usize,
 ) -> Path {
-    let n = ends.dof();
+    let n = ends.from.len();
     let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
     rng.set_stream(k as u64);
     let pairs = || (0..n).filter(|&i| !coordinates.is_circle(i));

@@ -113,19 +113,11 @@ pub fn stationary_paths(
 ) -> Result<Search> {
     options.validate()?;
     let n = lagrangian.coordinates().dof();
-    Error::check_shape(
-        "an end of the path",
-        ends.dof(),
-        n,
-        "give one value per coordinate of the Lagrangian",
-    )?;
-    let results: Vec<_> = (0..options.guesses)
-        .into_par_iter()
-        .map(|k| {
-            let first = guess(lagrangian.coordinates(), ends, options, k);
-            improve(lagrangian, first)
-        })
-        .collect();
+    let remedy = "give one value per coordinate of the Lagrangian";
+    Error::check_shape("an end of the path", ends.from.len(), n, remedy)?;
+    let coordinates = lagrangian.coordinates();
+    let found = |k| improve(lagrangian, guess(coordinates, ends, options, k));
+    let results: Vec<_> = (0..options.guesses).into_par_iter().map(found).collect();
     let mut search = Search {
         paths: Vec::new(),
         tried: options.guesses,

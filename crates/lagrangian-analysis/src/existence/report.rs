@@ -6,14 +6,15 @@ use super::{Existence, Survey};
 
 /// A sentence for each kind of evidence on `n` coordinates.
 pub(super) fn reasons(found: &Survey, existence: Existence, n: usize) -> Vec<String> {
-    let mut reasons = vec![by_errors(found, existence)];
-    reasons.extend(by_helmholtz(found, n));
-    reasons.extend(by_damping(found));
-    reasons.extend(by_divergence(found));
-    if existence == Existence::Undecided {
-        reasons.push("Record more: longer, more motions, less noise; or fit for longer.".into());
-    }
-    reasons
+    let more = "Record more: longer, more motions, less noise; or fit for longer.";
+    let reasons = [
+        Some(by_errors(found, existence)),
+        by_helmholtz(found, n),
+        by_damping(found),
+        by_divergence(found),
+        (existence == Existence::Undecided).then(|| more.into()),
+    ];
+    reasons.into_iter().flatten().collect()
 }
 
 fn by_errors(found: &Survey, existence: Existence) -> String {
@@ -21,7 +22,7 @@ fn by_errors(found: &Survey, existence: Existence) -> String {
         Existence::Lagrangian => "A Lagrangian explains what any force explains",
         Existence::WithFriction => "Friction is needed, and it is enough",
         Existence::NoneFound => {
-            "There is a law, but none of a Lagrangian with friction of its coordinates"
+            "The motions follow a law, but not that of a Lagrangian with friction of its coordinates"
         }
         Existence::Undecided => "The fits do not decide",
     };
@@ -35,13 +36,13 @@ fn by_errors(found: &Survey, existence: Existence) -> String {
 
 fn by_helmholtz(found: &Survey, n: usize) -> Option<String> {
     if n == 1 {
-        let open = "One coordinate: near any state every law has a Lagrangian (Darboux 1894); only whole motions, and those that come back, can tell.";
+        let open = "One coordinate: near any state every law has a Lagrangian (Darboux 1894); only whole motions that return can decide.";
         return Some(open.into());
     }
     let a = found.asymmetry?;
     let claim = match a.is_significant() {
         true => "no multiplier makes the field that of a Lagrangian",
-        false => "no more than that",
+        false => "not more than that",
     };
     Some(format!(
         "Helmholtz: the best multiplier leaves {} of the field's derivatives asymmetric along {} free motions, errors of learning can make {}: {claim}.",

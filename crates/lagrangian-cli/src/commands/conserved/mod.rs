@@ -46,7 +46,6 @@ pub(super) fn run(args: &ConservedArgs, mode: OutputMode) -> Result<ExitCode> {
     let options = ConservedOptions {
         tolerance: args.tolerance,
         rollouts: args.rollouts,
-        ..ConservedOptions::default()
     };
     let found = conserved(&subject.physics()?, &symmetries, &motions, &options).advise(
         "cannot measure what is conserved",
