@@ -61,10 +61,6 @@ impl Slot {
         }
     }
 
-    fn size(&self) -> usize {
-        self.shape[0] * self.shape[1]
-    }
-
     /// Its line in a table of slots. A dense pattern is marked by a one; an empty column begins and ends at entry 0.
     fn line(&self) -> String {
         let [rows, columns] = self.shape;
@@ -130,7 +126,23 @@ fn jacobian(interface: &Interface, call: Call, derivatives: Call) -> String {
 impl Function {
     fn text(&self, model: &str) -> String {
         let Self { name, call, .. } = self;
-        let memory: usize = self.results.iter().map(Slot::size).sum();
+        let arguments = call.arguments().iter().enumerate().map(|(k, x)| {
+            let scalar = matches!(x.shape, crate::Shape::Scalar);
+            let value = if scalar { "*" } else { "" };
+            format!("{value}{model}_argument(arg[{k}])")
+        });
+        // The model's function writes its results into the working memory, one after the other.
+        let mut passed: Vec<String> = arguments.collect();
+        let (mut memory, mut results) = (0, String::new());
+        for (k, result) in self.results.iter().enumerate() {
+            let [rows, columns] = result.shape;
+            passed.push(format!("w + {memory}"));
+            let _ = writeln!(
+                results,
+                "    {model}_result(res[{k}], w + {memory}, {rows}, {columns});"
+            );
+            memory += rows * columns;
+        }
         let mut text = format!("\n/* {} */\n", call.about());
         text += &table(model, &format!("{name}_arguments"), &self.arguments);
         text += &table(model, &format!("{name}_results"), &self.results);
@@ -140,37 +152,11 @@ impl Function {
             text,
             "{model}_DESCRIBE({name}, {name}_arguments, {name}_results, {memory})\n\n\
              int {name}({head})\n{{\n    (void)iw;\n    (void)mem;\n    \
-             if ({model}_failed({model}_{}({})))\n        return 1;\n",
+             if ({model}_failed({model}_{}({})))\n        return 1;\n{results}    return 0;\n}}\n",
             call.name(),
-            self.values(model),
+            passed.join(", "),
         );
-        let mut at = 0;
-        for (k, result) in self.results.iter().enumerate() {
-            let [rows, columns] = result.shape;
-            let _ = writeln!(
-                text,
-                "    {model}_result(res[{k}], w + {at}, {rows}, {columns});"
-            );
-            at += result.size();
-        }
-        text + "    return 0;\n}\n"
-    }
-
-    /// What the model's function is called with: the arguments, and where in the working memory its results go.
-    fn values(&self, model: &str) -> String {
-        let arguments = self.call.arguments().iter().enumerate().map(|(k, x)| {
-            let scalar = matches!(x.shape, crate::Shape::Scalar);
-            format!(
-                "{}{model}_argument(arg[{k}])",
-                if scalar { "*" } else { "" }
-            )
-        });
-        let ends = self.results.iter().scan(0, |at, result| {
-            let begin = *at;
-            *at += result.size();
-            Some(format!("w + {begin}"))
-        });
-        arguments.chain(ends).collect::<Vec<_>>().join(", ")
+        text
     }
 }
 

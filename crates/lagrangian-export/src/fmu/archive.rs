@@ -64,17 +64,26 @@ fn add(
     Ok(zip.write_all(bytes)?)
 }
 
-#[cfg(all(test, target_pointer_width = "64"))]
+#[cfg(test)]
 mod tests {
     use super::platforms;
 
     #[test]
     fn a_library_is_where_importers_of_its_platform_look() {
+        let of_bits = |system: &str| format!("{system}{}", usize::BITS);
         for (system, processor, folders) in [
-            ("linux", "x86_64", &["linux64"][..]),
-            ("windows", "x86_64", &["win64"]),
-            ("linux", "aarch64", &["aarch64-linux", "linux64"]),
-            ("macos", "aarch64", &["aarch64-darwin", "darwin64"]),
+            ("linux", "x86_64", vec![of_bits("linux")]),
+            ("windows", "x86_64", vec![of_bits("win")]),
+            (
+                "linux",
+                "aarch64",
+                vec!["aarch64-linux".into(), of_bits("linux")],
+            ),
+            (
+                "macos",
+                "aarch64",
+                vec!["aarch64-darwin".into(), of_bits("darwin")],
+            ),
         ] {
             assert_eq!(platforms(system, processor), folders);
         }
