@@ -34,7 +34,6 @@ from ._lagrangian import __version__, set_threads
 from ._layer import Layer
 from ._model import Assessment, Model, integrators, load, own_system, robot, system, systems
 from ._report import Animation, Report, report
-from ._sweep import Range, Sweep, sweep
 from ._trajectory import Coordinate, Outcome, Trajectories, Trajectory
 from .errors import LagrangianError
 
@@ -60,11 +59,9 @@ __all__ = [
     "NeuralOde",
     "Outcome",
     "Prediction",
-    "Range",
     "Report",
     "Rigid",
     "Servo",
-    "Sweep",
     "Trajectories",
     "Trajectory",
     "Vin",
@@ -81,7 +78,6 @@ __all__ = [
     "robot",
     "set_threads",
     "simulate",
-    "sweep",
     "system",
     "systems",
     "write",

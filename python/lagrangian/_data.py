@@ -46,6 +46,8 @@ def read(
     degrees: bool = False,
     every: int = 1,
     topic: str | None = None,
+    layout: str = "",
+    rows: int | None = None,
 ) -> Trajectories:
     """Reads recordings from files or from a table.
 
@@ -67,6 +69,9 @@ def read(
         degrees: Whether angles and their rates are in degrees.
         every: Keep every so many rows.
         topic: The topic of a bag.
+        layout: The text of a layout file, such as the attribute ``layout`` of other trajectories; the arguments above go before it, and
+            it before the file beside the data.
+        rows: Rows that are kept, at most; of longer files a sample is taken in one pass.
 
     Returns:
         A list of trajectories, with the attributes ``notes`` (what was passed over) and ``layout``.
@@ -86,6 +91,8 @@ def read(
     )
     if every < 1:
         raise InvalidInput(f"every is {every}: it must be 1 (all rows) or more")
+    if rows is not None and not 1 <= _whole(rows, "rows") < 1 << 53:
+        raise InvalidInput(f"rows is {rows}: give the largest number of rows, 1 or more, or omit it for all")
     told = {
         "columns": {signal: _names(signal, names) for signal, names in columns.items()},
         "trajectory": trajectory,
@@ -97,6 +104,8 @@ def read(
         "units": dict(units or {}),
         "degrees": bool(degrees),
         "every": int(every) if every > 1 else 0,
+        "layout": layout,
+        "rows": None if rows is None else int(rows),
     }
     if isinstance(source, (str, os.PathLike)):
         paths: list[Any] = [source]

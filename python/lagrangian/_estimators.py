@@ -228,16 +228,18 @@ class Estimator:
         training = trajectories(X, "X")
         if not training:
             raise InvalidInput("X holds no trajectory: give at least one")
-        preparing = {
+        others = [] if validation is None else trajectories(validation, "validation")
+        return training, others, self._asked(), self._preparing(X.layout if isinstance(X, Trajectories) else None)
+
+    def _preparing(self, layout: str | None) -> dict[str, Any]:
+        return {
             "smooth": bool(self.smooth),
             "low_pass": None if self.low_pass is None else _real(self.low_pass, "low_pass"),
             "baseline": _whole(self.baseline, "baseline"),
             "validate_fraction": _real(self.validate_fraction, "validate_fraction"),
             "delay": np.atleast_1d(_numbers(self.delay, "delay")).tolist(),
-            "layout": X.layout if isinstance(X, Trajectories) else None,
+            "layout": layout,
         }
-        others = [] if validation is None else trajectories(validation, "validation")
-        return training, others, self._asked(), preparing
 
     def _fit_samples(
         self,
@@ -283,7 +285,7 @@ class Estimator:
             raise InvalidInput("steps and seconds both end a fit: give one of them")
         return {
             "family": self.family,
-            "settings": [json.dumps(table) for table in given],
+            "settings": [_json(table) for table in given],
             "steps": steps,
             "seconds": None if self.seconds is None else _real(self.seconds, "seconds"),
             "seed": _whole(self.seed, "seed"),
@@ -435,6 +437,13 @@ def fit(
 
 def _same(value: Any, default: Any) -> bool:
     return value is default or (type(value) is type(default) and bool(np.all(value == default)))
+
+
+def _json(settings: dict[str, Any]) -> str:
+    try:
+        return json.dumps(settings, allow_nan=False)
+    except (TypeError, ValueError) as error:
+        raise InvalidInput(f"the settings cannot be read ({error}): give finite numbers without quotes, names with them") from error
 
 
 def _plain(value: Any) -> Any:

@@ -59,10 +59,10 @@ def _describe(setting: Mapping[str, Any]) -> str:
     return text
 
 
-def _make(name: str, family: Mapping[str, Any] | None) -> type[Estimator]:
-    own = [] if family is None else family["settings"]
+def _make(name: str, family: Mapping[str, Any]) -> type[Estimator]:
+    own = family["settings"]
     settings = [s for s in own if s["kind"] != "robot"]
-    takes_robot = family is None or len(settings) < len(own)
+    takes_robot = len(settings) < len(own)
     # A family has some settings of the training as well; each is given once.
     tables = (settings, TABLES["training"], TABLES["rollout"])
     defaults: dict[str, Any] = {}
@@ -77,13 +77,12 @@ def _make(name: str, family: Mapping[str, Any] | None) -> type[Estimator]:
     for key, (default, text) in common.items():
         defaults[key] = default
         docs.append(f"    {key}: {text}")
-    about = family["about"] if family else "The best of several models, compared on held-out data"
     body = {
-        "family": family["name"] if family else None,
+        "family": family["name"],
         "_tables": tuple(frozenset(s["name"] for s in table) for table in tables),
         "_defaults": defaults,
         "_takes_robot": takes_robot,
-        "__doc__": f"{about}.\n\nArgs:\n" + "\n".join(docs),
+        "__doc__": f"{family['about']}.\n\nArgs:\n" + "\n".join(docs),
         "__module__": "lagrangian",
         "__signature__": inspect.Signature(
             [
@@ -95,9 +94,16 @@ def _make(name: str, family: Mapping[str, Any] | None) -> type[Estimator]:
     return type(name, (Estimator,), body)
 
 
+#: The best of several families, with the settings of all; each goes to the models that have it.
+BEST = {
+    "name": None,
+    "about": "The best of several models, compared on held-out data",
+    "settings": list({s["name"]: s for family in reversed(TABLES["families"]) for s in reversed(family["settings"])}.values())[::-1],
+}
+
 #: All estimators by the names of their classes.
 ESTIMATORS: dict[str, type[Estimator]] = {
-    "Best": _make("Best", None),
+    "Best": _make("Best", BEST),
     **{CLASSES[family["name"]]: _make(CLASSES[family["name"]], family) for family in TABLES["families"]},
 }
 globals().update(ESTIMATORS)

@@ -140,40 +140,11 @@ class Layer:
 class Number:
     """A number that carries derivatives through a Lagrangian that is written in Python."""
 
-@final
-class Sweep:
-    """Recordings, settings that all units have, and the folder of the units."""
-
-    def __new__(
-        cls,
-        training: Sequence[Any],
-        validation: Sequence[Any],
-        layout: str,
-        fixed: str,
-        root: os.PathLike[str],
-    ) -> Self: ...
-    @staticmethod
-    def points(space: str, search: str) -> Any:
-        """The points of a space, each as a dictionary of the settings that differ."""
-    def begin(self) -> None:
-        """Writes down the data that the sweep begins with; those of one that has begun must be the same."""
-    def id(self, varied: str) -> str:
-        """The name of the folder of a unit."""
-    def run(
-        self,
-        varied: str,
-        call: str,
-        tensorboard: bool,
-        callback: Callable[[dict[str, Any]], Any] | None = None,
-    ) -> dict[str, Any]:
-        """Does a unit: how that ended, and its result where it is finished."""
-    def table(self, varied: Sequence[str], names: Sequence[str]) -> dict[str, Any]:
-        """Writes the table of these units, and returns its rows and the name of the best."""
-
 def own_system(
     name: str, function: Callable[[Any, Any], Any], named: Sequence[tuple[str, str, str]]
 ) -> Model: ...
 def check(trajectories: Sequence[Any], low_pass: float | None = None) -> dict[str, Any]: ...
+def content_hashes(training: Sequence[Any], validation: Sequence[Any]) -> list[dict[str, Any]]: ...
 def families() -> str: ...
 def fit(
     training: Sequence[Any],
@@ -238,4 +209,7 @@ def system(name: str, parameters: Sequence[tuple[str, float]]) -> Model: ...
 def systems() -> str: ...
 def times(duration: float, step: float) -> _Array: ...
 def training_settings() -> str: ...
+def unit_name(
+    asked: dict[str, Any], preparing: dict[str, Any], data: Sequence[tuple[str, str]]
+) -> str: ...
 def write(path: os.PathLike[str], motions: Sequence[Any]) -> None: ...

@@ -10,6 +10,7 @@ __all__ = [
     "DataError",
     "FitInterrupted",
     "FitWarning",
+    "FolderInUse",
     "InvalidInput",
     "InvalidType",
     "LagrangianError",
@@ -29,6 +30,10 @@ class LagrangianError(Exception):
 
 class InvalidInput(LagrangianError, ValueError):
     """An argument has a wrong shape or value."""
+
+
+class FolderInUse(InvalidInput):
+    """Another process is writing a run into the folder."""
 
 
 class InvalidType(LagrangianError, TypeError):

@@ -153,3 +153,9 @@ def test_random_calls_raise_or_answer(name: str, arguments: list[Any], out: Any)
         assert str(error)
     else:
         assert isinstance(answer, np.ndarray)
+
+
+@pytest.mark.parametrize("value", [float("nan"), np.array([np.inf]), object()])
+def test_a_setting_that_json_has_no_form_for_is_refused(swings: lg.Trajectories, value: object) -> None:
+    with pytest.raises(lg.errors.InvalidInput, match="finite numbers"):
+        lg.Lnn(steps=1, width=value).fit(swings)

@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 import lagrangian as lg
+from lagrangian import sweep
 
 hypothesis = pytest.importorskip("hypothesis")
 st = pytest.importorskip("hypothesis.strategies")
@@ -201,10 +202,10 @@ def simulate(draw: Any) -> None:
 
 
 def space(draw: Any) -> None:
-    values = st.one_of(st.lists(NUMBER, max_size=2), st.builds(lg.Range, NUMBER, NUMBER), anything((2,)))
+    ranges = st.dictionaries(st.sampled_from(["from", "to", "log", "whole", "x"]), NUMBER, max_size=4)
+    values = st.one_of(st.lists(NUMBER, max_size=2), ranges, anything((2,)))
     own = draw(st.dictionaries(st.sampled_from(["width", "batch", "learning_rate", "x"]), values, max_size=2))
-    with tempfile.TemporaryDirectory() as folder:
-        lg.sweep(lg.Lnn(steps=1, width=4), own, [], run=folder, method=draw(st.sampled_from(["grid", "random", "x"])), number=draw(st.integers(-1, 2)))
+    sweep.Plan(lg.Lnn(steps=1, width=4), own, [], method=draw(st.sampled_from(["grid", "random", "x"])), number=draw(st.integers(-1, 2)))
 
 
 def animate(draw: Any) -> None:

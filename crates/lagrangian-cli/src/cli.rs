@@ -11,7 +11,6 @@ use lagrangian_run::Links;
 
 use crate::column_args::ColumnArgs;
 use crate::commands::OutputMode;
-use crate::commands::sweep::SweepArgs;
 use crate::compare_args::CompareArgs;
 use crate::excite_args::ExciteArgs;
 use crate::export_args::ExportArgs;
@@ -64,8 +63,6 @@ pub(crate) enum Command {
     Check(CheckArgs),
     /// Learn a model from recordings, and leave a run folder with model, metrics and report
     Fit(Box<FitArgs>),
-    /// Fit many models by a plan, in units that several machines may share
-    Sweep(SweepArgs),
     /// Plan a motion from which a robot can be identified
     Excite(Box<ExciteArgs>),
     /// Identify a robot from its logs, and write what was found into its URDF
@@ -88,6 +85,13 @@ pub(crate) enum Command {
     Action(Box<ActionArgs>),
     /// Write the page of a run again, and pictures of it
     Report(ReportArgs),
+    /// Name the command that runs sweeps
+    #[command(hide = true)]
+    Sweep {
+        /// Plan and flags that this command had
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        plan: Vec<String>,
+    },
     /// Name the command that serves the laboratory in the browser
     #[command(hide = true)]
     Lab {

@@ -67,6 +67,7 @@ fn of_run(py: Python<'_>, error: &lagrangian_run::Error) -> PyErr {
     }
     let message = in_python(&message);
     match (system, error.library()) {
+        _ if matches!(error, lagrangian_run::Error::Busy(_)) => raise(py, "FolderInUse", message),
         (Some(code), _) => PyOSError::new_err((code, message)),
         (None, Some(own)) => raise(py, class(own), message),
         (None, None) => invalid(py, message),

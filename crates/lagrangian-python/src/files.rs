@@ -5,6 +5,7 @@ use std::fs::File;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
+use lagrangian::trajectory::{Sampling, thin};
 use lagrangian::{Format, Layout, Readings, Recording};
 use lagrangian_run::{ReadFile, bag_files, format_named, layout_beside, read_file, text, unused};
 use pyo3::exceptions::PyOSError;
@@ -37,6 +38,12 @@ pub(crate) struct Told {
     degrees: bool,
     #[pyo3(item)]
     every: usize,
+    /// The text of a layout file, for what is not told above.
+    #[pyo3(item)]
+    layout: String,
+    /// Rows that are kept, at most.
+    #[pyo3(item)]
+    rows: Option<usize>,
 }
 
 impl Told {
@@ -62,7 +69,7 @@ impl Told {
                 false => *layout.columns.get_mut(signal) = words.clone(),
             }
         }
-        Ok(layout)
+        Ok(layout.or(Layout::from_toml(&self.layout).or_raise(py)?))
     }
 }
 
@@ -75,7 +82,11 @@ fn notes(readings: &Readings) -> Vec<String> {
 }
 
 /// The content of a file, and its layout, completed from the file beside it.
-fn one_file(path: &Path, layout: Layout) -> lagrangian_run::Result<(ReadFile, Layout)> {
+fn one_file(
+    path: &Path,
+    layout: Layout,
+    sample: Option<Sampling>,
+) -> lagrangian_run::Result<(ReadFile, Layout)> {
     let layout = match layout_beside(path) {
         Some(file) => layout.or(Layout::from_toml(
             &text(&file).map_err(lagrangian::Error::Io)?,
@@ -83,7 +94,11 @@ fn one_file(path: &Path, layout: Layout) -> lagrangian_run::Result<(ReadFile, La
         None => layout,
     };
     let advice = "name its columns, or describe them in a layout file beside it";
-    Ok((read_file(path, &layout, advice)?, layout))
+    let sampled = Layout {
+        sample,
+        ..layout.clone()
+    };
+    Ok((read_file(path, &sampled, advice)?, layout))
 }
 
 /// The parts of recordings, what their reader says, and the layout.
@@ -119,16 +134,23 @@ pub(crate) fn read<'py>(
     told: Told,
 ) -> PyResult<Contents<'py>> {
     let (mut all, mut notes, mut first) = (Vec::new(), Vec::new(), None);
+    let (seed, stretch) = (0, Sampling::LONGEST);
+    let sample = told.rows.map(|rows| Sampling {
+        rows,
+        seed,
+        stretch,
+    });
     for path in &bag_files(&paths).or_raise(py)? {
         let layout = told.layout(py)?;
         let shown = path.display();
         let (file, layout) = py
-            .detach(|| one_file(path, layout))
+            .detach(|| one_file(path, layout, sample))
             .or_raise(py)
             .map_err(|error| about(py, error, path))?;
         notes.extend(file.told.iter().map(|note| format!("'{shown}': {note}")));
         first.get_or_insert(layout);
         all.extend(file.recordings);
+        sample.iter().for_each(|own| thin(&mut all, own));
     }
     contents(py, all, notes, first.unwrap_or_default())
 }

@@ -64,7 +64,7 @@ pub(crate) struct Preparing {
     #[pyo3(item)]
     delay: Vec<f64>,
     #[pyo3(item)]
-    layout: Option<String>,
+    pub(crate) layout: Option<String>,
 }
 
 impl Asked {
@@ -278,6 +278,7 @@ fn summary<'py>(
         "family": fit.model.family(),
         "ending": fit.ending,
         "improved": fitted.improved,
+        "forced": fitted.forced,
         "loss": finite(fit.best),
         "best_step": fit.best_step,
         "steps": fit.steps,

@@ -55,7 +55,7 @@ mod _lagrangian {
     #[pymodule_export]
     use super::settings::{families, integrators, systems, training_settings};
     #[pymodule_export]
-    use super::sweep::Sweep;
+    use super::sweep::{content_hashes, unit_name};
     #[pymodule_export]
     use super::systems::{own_system, robot, simulate, system};
     #[pymodule_export]

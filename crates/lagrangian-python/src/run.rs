@@ -52,17 +52,12 @@ impl Run {
             skin: &Keywords,
             command: self.call.clone(),
             settings: of_json(serde_json::from_str(&self.settings))?,
-            tensorboard: events(self.tensorboard),
+            tensorboard: match self.tensorboard {
+                true => Tensorboard::Written,
+                false => Tensorboard::Omitted,
+            },
             figures: Figures::Written,
         })
-    }
-}
-
-/// Whether event files are written.
-pub(crate) fn events(wanted: bool) -> Tensorboard {
-    match wanted {
-        true => Tensorboard::Written,
-        false => Tensorboard::Omitted,
     }
 }
 

@@ -1,6 +1,7 @@
 //! What fails between files and fits.
 
 use std::error::Error as StdError;
+use std::path::PathBuf;
 
 /// What an error was caused by.
 pub type Cause = Box<dyn StdError + Send + Sync>;
@@ -24,6 +25,10 @@ pub enum Error {
         #[source]
         cause: Option<Cause>,
     },
+
+    /// Another process is writing a run into the folder.
+    #[error("another process is writing a run into '{}'", .0.display())]
+    Busy(PathBuf),
 
     /// An error of the library.
     #[error(transparent)]
@@ -58,6 +63,7 @@ impl Error {
     pub fn remedy(&self) -> &str {
         match self {
             Self::Refused { remedy, .. } => remedy,
+            Self::Busy(_) => "wait for it or end it, or give another `out`",
             Self::Library(_) => "",
         }
     }
@@ -67,6 +73,7 @@ impl Error {
     pub fn library(&self) -> Option<&lagrangian::Error> {
         match self {
             Self::Library(error) => Some(error),
+            Self::Busy(_) => None,
             Self::Refused { cause, .. } => {
                 let cause = cause.as_deref()?;
                 let own = cause.downcast_ref::<Self>().and_then(Self::library);

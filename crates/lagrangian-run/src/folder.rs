@@ -66,11 +66,12 @@ pub struct RunFolder {
 }
 
 impl RunFolder {
-    /// Creates or opens the folder, as [`RunFolder::open`]; none where another process writes a run into it.
+    /// Creates or opens the folder, and makes sure that it can be written to before any work begins.
     ///
     /// # Errors
-    /// As [`RunFolder::open`].
-    pub fn open_if_free(path: &Path, occupied: Occupied) -> Result<Option<Self>> {
+    /// [`Error::Refused`] for a folder that holds something else than what `occupied` asks for, or that cannot be written;
+    /// [`Error::Busy`] for one that another process writes into.
+    pub fn open(path: &Path, occupied: Occupied) -> Result<Self> {
         let (shown, is_run) = (path.display(), path.join(RUN).is_file());
         if occupied == Occupied::Resume && !is_run {
             return Err(Error::new(
@@ -98,7 +99,7 @@ impl RunFolder {
             "give another `out` that is a folder you may write to",
         )?;
         let Lock::Held(lock) = locked(path) else {
-            return Ok(None);
+            return Err(Error::Busy(path.into()));
         };
         if occupied == Occupied::Refuse && !empty {
             let hint = match path.join(CHECKPOINT).is_file() {
@@ -112,26 +113,12 @@ impl RunFolder {
                 hint,
             ));
         }
-        Ok(Some(Self {
+        Ok(Self {
             path: path.into(),
             occupied,
             made,
             _unfinished: unfinished,
             _lock: lock,
-        }))
-    }
-
-    /// Creates or opens the folder, and makes sure that it can be written to before any work begins.
-    ///
-    /// # Errors
-    /// [`Error::Refused`] for a folder that holds something else than what `occupied` asks for, that cannot be written, or that another
-    /// process writes into.
-    pub fn open(path: &Path, occupied: Occupied) -> Result<Self> {
-        Self::open_if_free(path, occupied)?.ok_or_else(|| {
-            Error::new(
-                format!("another process is writing a run into '{}'", path.display()),
-                "wait for it or end it, or give another `out`",
-            )
         })
     }
 

@@ -62,8 +62,6 @@ pub struct Ready {
     pub prepared: Prepared,
     /// The settings of each fit that is tried.
     pub candidates: Vec<Chosen>,
-    /// What the model says that it was made by, in place of the command.
-    pub(crate) source: Option<String>,
     specification: Specification,
     preparation: Preparation,
     columns: Option<Columns>,
@@ -105,7 +103,6 @@ impl Specification {
         Ok(Ready {
             prepared,
             candidates,
-            source: None,
             specification: self.clone(),
             preparation,
             columns: data.columns,
@@ -256,13 +253,9 @@ impl Ready {
     #[must_use]
     pub fn provenance(&self, record: Option<&RunRecord>) -> Provenance {
         let preparation = self.preparation.clone();
-        let own = match record {
+        match record {
             Some(record) => provenance(record, preparation),
             None => self.specification.provenance(preparation),
-        };
-        Provenance {
-            command: self.source.clone().or(own.command),
-            ..own
         }
     }
 

@@ -6,10 +6,17 @@ use lagrangian::settings::{Kind, Range, Setting, Values};
 use lagrangian::train::{ROLLOUT_SETTINGS, Request, SETTINGS};
 use lagrangian::{Budget, PrepareOptions, Provenance, RobotConfig, rigid};
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
 
+use crate::content::hex;
 use crate::error::{Error, Result};
-use crate::nearest::nearest;
+
+/// Digits of a hash that name a folder: of 100 000 units two are the same with a probability below 10⁻⁹.
+const DIGITS: usize = 16;
+
+/// Raised where another meaning of a specification or other bits follow from the same text.
+const VERSION: u32 = 2;
 
 /// What is asked of a fit, beside its recordings. Together they give the same bits wherever the fit ends after a number of steps.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -70,23 +77,7 @@ impl Default for Specification {
     }
 }
 
-/// The settings of a specification that belong to no table of the library.
-const OWN: [&str; 12] = [
-    "model",
-    "steps",
-    "seconds",
-    "seed",
-    "smooth",
-    "low_pass",
-    "baseline",
-    "validate_fraction",
-    "delay",
-    "urdf",
-    "nominal",
-    "joints",
-];
-
-/// The numbers among them.
+/// The numbers of a specification that belong to no table of the library.
 const NUMBERS: &[Setting] = &[
     Setting::new(
         "steps",
@@ -119,37 +110,22 @@ const NUMBERS: &[Setting] = &[
 ];
 
 impl Specification {
-    /// The specification that these settings make, by the names of the flags of a fit (`model` is the family); each is checked against
-    /// the tables of the library.
+    /// The name of the run folder of a fit in a sweep: a hash of the specification in its one form, of the roles and the hashes of its
+    /// recordings, and of their layout.
     ///
     /// # Errors
-    /// [`Error::Refused`] for an unknown setting, with the nearest name, and for a value that a setting does not take.
-    pub fn of(values: &Values) -> Result<Self> {
-        let mut own = Values::new();
-        let mut specification = Self::default();
-        let family = values.get("model").and_then(Value::as_str);
-        let entry = family.map(Entry::by_name).transpose()?;
-        for (name, value) in values {
-            if OWN.contains(&name.as_str()) {
-                let key = if name == "model" { "family" } else { name };
-                own.insert(key.into(), value.clone());
-                continue;
-            }
-            let (table, setting) = of_tables(entry, name)?;
-            setting.check(value)?;
-            let values = match table {
-                Table::Family => &mut specification.settings,
-                Table::Training => &mut specification.training,
-                Table::Rollout => &mut specification.rollout,
-            };
-            values.insert(name.clone(), value.clone());
-        }
-        let base = serde_json::to_value(&specification).map_err(|e| refused(&e))?;
-        let mut all = base.as_object().cloned().unwrap_or_default();
-        all.extend(own);
-        let made: Self = serde_json::from_value(Value::Object(all)).map_err(|e| refused(&e))?;
-        made.bounded()?;
-        Ok(made.normal())
+    /// [`Error::Refused`] and [`Error::Library`] for a value that a setting does not take.
+    pub fn unit_name(self, data: &[(String, String)], layout: &str) -> Result<String> {
+        self.bounded()?;
+        let asked = json!({
+            "version": (VERSION, env!("CARGO_PKG_VERSION")),
+            "asked": self.normal()?,
+            "data": data,
+            "layout": layout,
+        });
+        let mut name = hex(&Sha256::digest(asked.to_string().as_bytes()));
+        name.truncate(DIGITS);
+        Ok(name)
     }
 
     /// Refuses numbers outside their ranges, wherever they come from.
@@ -176,20 +152,20 @@ impl Specification {
     }
 
     /// The same specification in its one form: numbers of settings that are no whole ones with a point, and nothing that was not given.
-    #[must_use]
-    pub fn normal(mut self) -> Self {
-        let entry = self.family.as_deref().map(Entry::by_name);
-        let entry = entry.and_then(lagrangian::Result::ok);
+    fn normal(mut self) -> Result<Self> {
         for values in [&mut self.settings, &mut self.training, &mut self.rollout] {
             values.retain(|_, value| !value.is_null());
             for (name, value) in values {
-                let kind = of_tables(entry, name).map(|(_, setting)| setting.kind);
-                if matches!(kind, Ok(Kind::Number(_) | Kind::Numbers(_))) {
+                let Some(setting) = setting(self.family.as_deref(), name) else {
+                    continue;
+                };
+                setting.check(value)?;
+                if matches!(setting.kind, Kind::Number(_) | Kind::Numbers(_)) {
                     with_point(value);
                 }
             }
         }
-        self
+        Ok(self)
     }
 
     /// What the library is asked for.
@@ -242,41 +218,14 @@ impl Specification {
     }
 }
 
-/// A table of settings.
-enum Table {
-    Family,
-    Training,
-    Rollout,
-}
-
-/// Where a setting stands; those of all families where none is chosen.
-fn of_tables(entry: Option<&'static Entry>, name: &str) -> Result<(Table, &'static Setting)> {
-    let of = |table: &'static [Setting]| table.iter().find(|setting| setting.name == name);
-    let families: Vec<&'static Entry> = match entry {
-        Some(entry) => vec![entry],
-        None => FAMILIES.iter().collect(),
-    };
-    let family = families.iter().find_map(|entry| of(entry.settings));
-    let training = || of(SETTINGS).map(|setting| (Table::Training, setting));
-    let rollout = || of(ROLLOUT_SETTINGS).map(|setting| (Table::Rollout, setting));
-    let found = family.map(|setting| (Table::Family, setting));
-    found.or_else(training).or_else(rollout).ok_or_else(|| {
-        let own = families.iter().flat_map(|entry| entry.settings);
-        let tables = own.chain(SETTINGS).chain(ROLLOUT_SETTINGS);
-        let known: Vec<&str> = tables.map(|setting| setting.name).chain(OWN).collect();
-        let near = nearest(name, known.iter().copied());
-        let remedy = near.map(|near| format!("did you mean '{near}'?"));
-        let all = || format!("choose from {}", known.join(", "));
-        let of = entry.map(|entry| format!(" of the model {}", entry.name));
-        Error::new(
-            format!(
-                "there is no setting '{}'{}",
-                lagrangian::brief(name),
-                of.unwrap_or_default()
-            ),
-            remedy.unwrap_or_else(all),
-        )
-    })
+/// The row of a setting in the tables of a family, of the training and of the rollout loss; of all families where none is chosen.
+fn setting(family: Option<&str>, name: &str) -> Option<&'static Setting> {
+    let families = FAMILIES
+        .iter()
+        .filter(|entry| family.is_none_or(|own| own == entry.name));
+    let tables = families.map(|entry| entry.settings);
+    let mut rows = tables.chain([SETTINGS, ROLLOUT_SETTINGS]).flatten();
+    rows.find(|setting| setting.name == name)
 }
 
 /// A whole number, or a list of them, as numbers with a point.
@@ -303,40 +252,58 @@ fn refused(error: &serde_json::Error) -> Error {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
-    use serde_json::json;
-
-    fn of(values: Value) -> Result<Specification> {
-        Specification::of(values.as_object().unwrap())
-    }
-
-    #[test]
-    fn settings_stand_in_the_tables_that_know_them() {
-        let own = of(json!({
-            "model": "lnn", "width": 16, "learning_rate": 1, "steps": 5, "seed": 3, "low_pass": 5
-        }));
-        let own = own.unwrap();
-        assert_eq!(own.settings["width"], json!(16));
-        assert_eq!(own.training["learning_rate"], json!(1.0));
-        assert_eq!((own.steps, own.seed, own.low_pass), (Some(5), 3, Some(5.0)));
-        let request = own.request().unwrap();
-        assert_eq!(request.budget, Some(Budget::Steps(5)));
-        assert!(own.prepare().low_pass == Some(5.0));
-    }
-
-    #[test]
-    fn what_no_setting_takes_is_refused_with_the_nearest_name() {
-        for (values, words) in [
-            (json!({ "widht": 3 }), "did you mean 'width'?"),
-            (json!({ "zzzzzzzzz": 3 }), "choose from"),
-            (json!({ "steps": 0 }), "from 1 to 1000000000"),
-            (json!({ "steps": 3, "seconds": 1.0 }), "one of them"),
-            (json!({ "steps": "many" }), "without quotes"),
-            (json!({ "validate_fraction": 1.0 }), "at most 0.99"),
-        ] {
-            let error = of(values.clone()).unwrap_err();
-            assert!(error.remedy().contains(words), "{values}: {error}");
+    fn lnn(settings: Value) -> Specification {
+        Specification {
+            family: Some("lnn".into()),
+            settings: settings.as_object().unwrap().clone(),
+            ..Specification::default()
         }
-        assert!(of(json!({ "model": "lmm" })).is_err());
-        assert!(of(json!({ "model": "lnn", "width": 0 })).is_err());
+    }
+
+    #[test]
+    fn a_unit_is_named_by_its_settings_data_and_layout() {
+        let data = vec![("training".to_string(), "0f".to_string())];
+        let name = |own: &Specification| own.clone().unit_name(&data, "").unwrap();
+        let own = lnn(json!({ "width": 16 }));
+        assert_eq!(
+            name(&own),
+            name(&lnn(json!({ "width": 16, "layers": null })))
+        );
+        assert_ne!(name(&own), name(&lnn(json!({ "width": 17 }))));
+        assert_ne!(name(&own), own.clone().unit_name(&[], "").unwrap());
+        assert_ne!(name(&own), own.unit_name(&data, "degrees = true").unwrap());
+        let rate = |rate: Value| {
+            let mut own = lnn(json!({}));
+            own.training.insert("learning_rate".into(), rate);
+            name(&own)
+        };
+        assert_eq!(rate(json!(1)), rate(json!(1.0)));
+    }
+
+    #[test]
+    fn a_value_that_a_setting_does_not_take_has_no_unit() {
+        assert!(lnn(json!({ "width": 0 })).unit_name(&[], "").is_err());
+        let anything = Specification {
+            family: None,
+            ..lnn(json!({ "width": "x" }))
+        };
+        assert!(anything.unit_name(&[], "").is_err());
+        for bad in [
+            Specification {
+                steps: Some(0),
+                ..lnn(json!({}))
+            },
+            Specification {
+                validate_fraction: 1.0,
+                ..lnn(json!({}))
+            },
+            Specification {
+                steps: Some(3),
+                seconds: Some(1.0),
+                ..lnn(json!({}))
+            },
+        ] {
+            assert!(bad.unit_name(&[], "").is_err());
+        }
     }
 }

@@ -16,7 +16,6 @@ mod report;
 mod rollout;
 mod score;
 mod simulate;
-pub(crate) mod sweep;
 mod torque;
 mod track;
 
@@ -64,7 +63,6 @@ pub(crate) fn run(cli: Cli) -> Result<ExitCode> {
         Command::Fit(args) => fit::run(&args, mode),
         Command::Excite(args) => excite::run(&args, mode),
         Command::Identify(args) => identify::run(&args, mode),
-        Command::Sweep(args) => sweep::run(&args, mode),
         Command::Export(args) => export::run(&args, mode),
         Command::Score(args) => score::run(&args, mode),
         Command::Compare(args) => compare::run(&args, mode),
@@ -74,6 +72,10 @@ pub(crate) fn run(cli: Cli) -> Result<ExitCode> {
         Command::Conserved(args) => conserved::run(&args, mode),
         Command::Action(args) => action::run(&args, mode),
         Command::Report(args) => report::run(&args, mode),
+        Command::Sweep { .. } => Err(mistake(
+            "sweeps are run by the Python package",
+            "`pip install ./python`, then `python -m lagrangian.sweep plan.toml --out DIR`",
+        )),
         Command::Lab { .. } => Err(mistake(
             "the command does not serve the laboratory, whose page is static files in web/dist (made by `cargo xtask web --build`)",
             "python3 -m http.server --directory web/dist",

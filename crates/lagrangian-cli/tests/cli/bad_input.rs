@@ -23,6 +23,17 @@ fn the_command_that_served_the_laboratory_names_the_server_to_use_instead() {
 }
 
 #[test]
+fn the_command_that_ran_sweeps_names_the_program_to_use_instead() {
+    for line in ["sweep", "sweep plan.toml --out s --shard 1/2"] {
+        let message = Workbench::new().refuse(line);
+        assert!(
+            message.contains("python -m lagrangian.sweep plan.toml --out DIR"),
+            "{message}"
+        );
+    }
+}
+
+#[test]
 fn an_unknown_format_lists_the_known_ones() {
     let bench = Workbench::new();
     bench.write("a.xlsx", "");

@@ -230,38 +230,6 @@ fn a_plan_that_is_interrupted_is_the_best_so_far() {
 }
 
 #[test]
-fn a_sweep_keeps_finished_units_and_goes_on_with_the_others() {
-    let plan = "[data]\nfiles = [\"small.csv\"]\n[fixed]\nmodel = \"lnn\"\nwidth = 4\nseed = 0\n[space]\nsteps = [3, 100000000]\n";
-    let bench = Workbench::new();
-    bench.write("small.csv", &recording(400));
-    bench.write("plan.toml", plan);
-    let (code, text) = interrupted(&bench, "sweep plan.toml --out s", "unit 2 of 2");
-    assert_eq!(code, Some(130), "{text}");
-    assert!(text.contains("1 of 2 units are done"), "{text}");
-    let results = || {
-        let names = bench.names("s").into_iter();
-        let done = names.map(|name| format!("s/{name}/result.json"));
-        done.filter(|path| bench.path(path).exists())
-            .map(|path| (bench.read(&path), path))
-            .collect::<Vec<_>>()
-    };
-    let first = results();
-    assert_eq!(first.len(), 1, "the finished unit stays");
-    let (code, text) = interrupted(&bench, "sweep plan.toml --out s", "unit 2 of 2");
-    assert_eq!(code, Some(130), "{text}");
-    assert_eq!(results(), first, "it is not done again");
-    // A second unit that can end: the sweep goes on to its end.
-    bench.write("plan.toml", &plan.replace("100000000", "4"));
-    let done = bench.succeed("sweep plan.toml --out s --quiet");
-    assert!(
-        done.stderr.contains("2 of 2 units are done"),
-        "{}",
-        done.stderr
-    );
-    assert!(results().contains(&first[0]));
-}
-
-#[test]
 fn a_search_for_a_path_ends_without_one() {
     let bench = Workbench::new();
     let line =

@@ -22,7 +22,6 @@ mod quick;
 mod resuming;
 mod robots;
 mod servos;
-mod sweep;
 mod tracking;
 mod units;
 mod workbench;

@@ -65,8 +65,13 @@ fn of_a_folder(steps: usize) -> String {
         layout: layout.to_toml().unwrap(),
         ..Data::default()
     };
-    let asked = json!({ "model": "lnn", "width": 8, "steps": steps });
-    let asked = Specification::of(asked.as_object().unwrap()).unwrap();
+    let settings = json!({ "width": 8 });
+    let asked = Specification {
+        family: Some("lnn".into()),
+        settings: settings.as_object().unwrap().clone(),
+        steps: Some(steps),
+        ..Specification::default()
+    };
     let place = tempfile::tempdir().unwrap();
     let folder = RunFolder::open(place.path(), Occupied::Refuse).unwrap();
     let place = Place {

@@ -37,7 +37,8 @@ pub(super) struct Ended {
 }
 
 impl Bench {
-    pub(super) fn new() -> Result<Self, String> {
+    /// A bench whose `python` is an interpreter that has the packages of the tests, where there is one.
+    pub(super) fn new(python: Option<&Path>) -> Result<Self, String> {
         let place = target().join("documents");
         let _ = fs::remove_dir_all(&place);
         let programs = place.join("bin");
@@ -53,7 +54,9 @@ impl Bench {
         }
         let own = fs::canonicalize(&programs).map_err(|e| e.to_string())?;
         let others = env::var_os("PATH").unwrap_or_default();
-        let path = env::join_paths([own].into_iter().chain(env::split_paths(&others)));
+        let beside = python.and_then(Path::parent).map(PathBuf::from);
+        let first = [own].into_iter().chain(beside);
+        let path = env::join_paths(first.chain(env::split_paths(&others)));
         let data = env::var_os("LAGRANGIAN_DATA")
             .map_or_else(|| root().join("../shared/data"), PathBuf::from);
         Ok(Self {
@@ -148,6 +151,10 @@ impl Bench {
         program
             .env("LAGRANGIAN_QUICK", QUICK)
             .env("REPO", fs::canonicalize(root()).map_err(words)?)
+            .env(
+                "PYTHONPATH",
+                fs::canonicalize(root().join("python")).map_err(words)?,
+            )
             .env("DATA", self.data.as_deref().unwrap_or(Path::new("")));
         program
             .stdin(Stdio::null())

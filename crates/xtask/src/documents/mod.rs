@@ -46,13 +46,13 @@ pub(crate) fn main(flags: &[&str]) -> Result<(), Failure> {
     if !options.as_built {
         python::build(&root())?;
     }
-    let bench = Bench::new()?;
+    let interpreter = interpreter()?;
+    let bench = Bench::new(interpreter.as_deref())?;
     if bench.data.is_none() && in_ci() {
         return Err(Failure::Work(
             "documents needs the reference data (../shared/data, or LAGRANGIAN_DATA)".into(),
         ));
     }
-    let interpreter = interpreter()?;
     let mut pages = pages::of_repository(&root())?;
     pages.extend(pages::of_help(&built("lagrangian"))?);
     pages.extend(situations::pages());

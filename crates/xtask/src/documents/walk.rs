@@ -11,6 +11,12 @@ use super::pages::Page;
 use super::{fixtures, printed};
 use crate::root;
 
+/// How commands begin that the Python package runs.
+const PROGRAM: &str = "python -m lagrangian";
+
+/// Why such commands and code in Python are skipped.
+const NEEDS_PACKAGE: &str = "its Python needs the package: run `cargo xtask python`";
+
 /// What became of a page.
 #[derive(Debug, Default)]
 pub(super) struct Outcome {
@@ -102,6 +108,9 @@ impl<'a> Walk<'a> {
 
     /// Why a command cannot run here: the reference data are absent, or what a skipped command makes.
     fn unavailable(&self, text: &str) -> Option<String> {
+        if self.python.is_none() && text.starts_with(PROGRAM) {
+            return Some(NEEDS_PACKAGE.into());
+        }
         let whole = self.expanded(text);
         if self.bench.lacks_data(&words(&whole), text) {
             return Some("the reference data are absent".into());
@@ -220,10 +229,8 @@ impl<'a> Walk<'a> {
             return Ok(());
         }
         let Some(python) = self.python else {
-            self.outcome.skipped.push(format!(
-                "{}: its Python needs the package: run `cargo xtask python`",
-                self.page.name
-            ));
+            let skipped = format!("{}: {NEEDS_PACKAGE}", self.page.name);
+            self.outcome.skipped.push(skipped);
             return Ok(());
         };
         let program = [&[fixtures::PYTHON.to_string()], &program[..]]
@@ -239,10 +246,7 @@ impl<'a> Walk<'a> {
         let file = self.folder.join("page.py");
         fs::write(&file, &program).map_err(|e| format!("{}: {e}", file.display()))?;
         let mut command = Command::new(python);
-        command.arg("page.py").env(
-            "PYTHONPATH",
-            fs::canonicalize(root().join("python")).map_err(|e| e.to_string())?,
-        );
+        command.arg("page.py");
         command.env("MPLBACKEND", "Agg").env("JAX_PLATFORMS", "cpu");
         let ended = self.bench.end(command, &self.folder)?;
         self.outcome.ran += 1;
