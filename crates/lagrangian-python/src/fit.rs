@@ -7,7 +7,8 @@ use std::time::{Duration, Instant};
 
 use lagrangian::score::time_for;
 use lagrangian::settings::Values;
-use lagrangian::train::{Samples, select};
+use lagrangian::train::select;
+use lagrangian::trajectory::Samples;
 use lagrangian::{
     CheckReport, Coordinates, Dataset, FitConfig, Observer, Progress, Provenance, RolloutOptions,
     Signals, Trajectory,

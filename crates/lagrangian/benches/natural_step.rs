@@ -18,7 +18,8 @@ mod meter;
 
 use std::time::Instant;
 
-use lagrangian::train::{Batch, NaturalConfig, Part, Samples, StepSize, Stepper};
+use lagrangian::train::{Batch, NaturalConfig, Part, StepSize, Stepper};
+use lagrangian::trajectory::Samples;
 use lagrangian::{Budget, Coordinates, FitConfig, LnnConfig, Optimizer};
 use meter::data::dataset;
 use meter::networks::lnn_weights;

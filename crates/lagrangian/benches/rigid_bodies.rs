@@ -11,7 +11,7 @@ use std::hint::black_box;
 
 use lagrangian::mechanics::Jet;
 use lagrangian::rigid::{self, RigidBodies};
-use lagrangian::train::Samples;
+use lagrangian::trajectory::Samples;
 use lagrangian::{
     ChainConfig, Dataset, Dissipation, Evaluator, FitConfig, Lagrangian, Mechanical, Model, Result,
     Signals, fit,

@@ -3,12 +3,15 @@
 mod neighbours;
 mod random;
 
-use crate::mechanics::lagrangian::Scaling;
-use crate::mechanics::solve::SymmetricSolver;
 use crate::models::hnn::{HnnConfig, Momenta};
-use crate::train::Samples;
-use crate::trajectory::Signal;
-use crate::{Coordinates, Error, Result, Trajectory};
+use lagrangian_mechanics::lagrangian::Scaling;
+use lagrangian_motion::Signal;
+use lagrangian_motion::samples::Samples;
+use lagrangian_motion::solve::SymmetricSolver;
+use lagrangian_motion::statistics::{
+    column, deviation, mean, median_size, positive, root_mean_square, size,
+};
+use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
 
 pub use random::{random_starts, random_states};
 
@@ -485,65 +488,11 @@ fn validate(n: usize, samples: &Samples) -> Result<()> {
     }
 }
 
-fn column(x: &[f64], n: usize, f: impl Fn(&mut dyn Iterator<Item = f64>) -> f64) -> Vec<f64> {
-    let own = |i| f(&mut x.iter().skip(i).step_by(n).copied());
-    (0..n).map(own).collect()
-}
-
-/// Root mean square of each column, `[n]`; 1 where it is 0.
-fn size(x: &[f64], n: usize) -> Vec<f64> {
-    column(x, n, |x| positive(root_mean_square(x)))
-}
-
-/// The variance of each column of `x`, `[m, n]`.
-pub(crate) fn variances(x: &[f64], n: usize) -> Vec<f64> {
-    column(x, n, |x| deviation(x).powi(2))
-}
-
-fn mean(x: &mut dyn Iterator<Item = f64>) -> f64 {
-    let (count, sum) = x.fold((0.0, 0.0), |(c, s), x| (c + 1.0, s + x));
-    if count > 0.0 { sum / count } else { 0.0 }
-}
-
-fn root_mean_square(x: &mut dyn Iterator<Item = f64>) -> f64 {
-    mean(&mut x.map(|x| x * x)).sqrt()
-}
-
-/// The median of |x|, 0 without any.
-fn median_size(x: &mut dyn Iterator<Item = f64>) -> f64 {
-    let mut sizes: Vec<f64> = x.map(f64::abs).collect();
-    let middle = sizes.len() / 2;
-    if sizes.is_empty() {
-        return 0.0;
-    }
-    *sizes.select_nth_unstable_by(middle, f64::total_cmp).1
-}
-
-fn deviation(x: &mut dyn Iterator<Item = f64>) -> f64 {
-    let (mut count, mut centre, mut squares) = (0.0, 0.0, 0.0);
-    for x in x {
-        count += 1.0;
-        let d = x - centre;
-        centre += d / count;
-        squares += d * (x - centre);
-    }
-    if count > 0.0 {
-        (squares / count).sqrt()
-    } else {
-        0.0
-    }
-}
-
-/// 1 in place of a scale that cannot divide.
-fn positive(x: f64) -> f64 {
-    if x.is_finite() && x > 1e-150 { x } else { 1.0 }
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
-    use crate::trajectory::Signals;
+    use lagrangian_motion::Signals;
 
     fn recording(name: &str, len: usize) -> Trajectory {
         Trajectory::new(

@@ -80,54 +80,57 @@
 
 #![forbid(unsafe_code)]
 
-mod check;
 mod dataset;
 pub mod ensemble;
-mod error;
-pub mod expression;
-pub mod integrate;
 pub mod layer;
-pub mod mechanics;
 pub mod models;
 pub mod prepared;
-pub mod rigid;
-pub mod rollout;
 pub mod saved;
 pub mod score;
-pub mod settings;
-mod shown;
-mod stop;
 pub mod torque;
 pub mod train;
-pub mod trajectory;
 
-pub use check::{
+/// Motions in memory and in files.
+pub mod trajectory {
+    pub use lagrangian_mechanics::{Axis, Beyond, Visited};
+    pub use lagrangian_motion::{
+        Coordinate, Coordinates, Samples, Signal, Signals, State, Topology, Trajectory,
+    };
+    pub use lagrangian_recordings::*;
+}
+
+/// Robots: trees of rigid bodies, their excitation and their identification.
+pub mod rigid {
+    pub use crate::models::rigid::robot::{
+        Identification, IdentifiedRobot, IdentifyOptions, identify,
+    };
+    pub use lagrangian_mechanics::rigid::*;
+}
+
+pub use dataset::{Dataset, random_starts, random_states, shuffle, split};
+pub use lagrangian_mechanics as mechanics;
+pub use lagrangian_mechanics::{
+    Actuation, Dissipation, Evaluation, Evaluator, Hamiltonian, Lagrangian, Mechanical, Method,
+    Model, Outcome, Quantities, RobotConfig, Rollout, RolloutOptions, Visited, analytic,
+    expression, integrate, rollout,
+};
+pub use lagrangian_motion::{
+    Coordinate, Coordinates, Error, Result, Signal, Signals, State, Stop, Topology, Trajectory,
+    brief, counted, is_hidden, settings, shown, shown_json, shown_lines,
+};
+pub use lagrangian_recordings::check::{
     CHECKED, CheckOptions, CheckReport, Claim, Item, ShownItem, Verdict, check, check_validation,
 };
-pub use dataset::{Dataset, random_starts, random_states, shuffle, split};
-pub use error::{Error, Result, brief, counted};
-pub use integrate::Method;
-pub use mechanics::{
-    Actuation, Dissipation, Evaluation, Evaluator, Hamiltonian, Lagrangian, Mechanical, Model,
-    Quantities, analytic,
-};
+pub use lagrangian_recordings::{Estimate, EstimateOptions, Format, Layout, Readings, Recording};
 pub use models::{
     ChainConfig, DelanConfig, Family, FeaturesConfig, HnnConfig, Learned, LnnConfig, MlpConfig,
     NeuralOdeConfig, RigidConfig, ServoConfig, VinConfig,
 };
 pub use prepared::{PrepareOptions, Prepared};
-pub use rigid::RobotConfig;
-pub use rollout::{Outcome, Rollout, RolloutOptions, rollout};
 pub use saved::{Provenance, SavedModel};
 pub use score::{Score, score};
-pub use shown::{is_hidden, shown, shown_json, shown_lines};
-pub use stop::Stop;
 pub use train::{
     Budget, Checkpoint, Fit, FitConfig, ForceTerms, Loss, Observer, Optimizer, Progress, fit,
-};
-pub use trajectory::{
-    Coordinate, Coordinates, Estimate, EstimateOptions, Format, Layout, Readings, Recording,
-    Signal, Signals, State, Topology, Trajectory, Visited,
 };
 
 /// The program of the page compiles.

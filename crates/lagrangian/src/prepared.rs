@@ -1,12 +1,12 @@
 //! From recordings to the data of a fit: what their check found, a low-pass where noise calls for one, what is estimated,
 //! and what is held back.
 
-use crate::check::{CheckOptions, CheckReport, Verdict, check, check_validation};
 use crate::dataset::{Dataset, split};
 use crate::models::Momenta;
 use crate::train::{Choice, Known, Loss, Request};
-use crate::trajectory::{Estimate, EstimateOptions, Recording, Sampling};
-use crate::{Coordinates, Error, Result, Trajectory};
+use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
+use lagrangian_recordings::check::{CheckOptions, CheckReport, Verdict, check, check_validation};
+use lagrangian_recordings::{Estimate, EstimateOptions, Recording, Sampling};
 
 /// What is done with recordings before a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]

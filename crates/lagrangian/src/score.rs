@@ -17,10 +17,12 @@ use std::time::Duration;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::mechanics::dynamics::Model;
-use crate::rollout::{Hold, Outcome, Rollout, RolloutOptions, free, rollout, rollout_recorded};
-use crate::trajectory::Signal;
-use crate::{Coordinates, Error, Result, Stop, Trajectory};
+use lagrangian_mechanics::dynamics::Model;
+use lagrangian_mechanics::rollout::{
+    Hold, Outcome, Rollout, RolloutOptions, free, rollout, rollout_recorded,
+};
+use lagrangian_motion::Signal;
+use lagrangian_motion::{Coordinates, Error, Result, Stop, Trajectory};
 
 pub use assessment::{Assessment, Grade, Reason};
 pub use errors::{SignalError, torque_error};
@@ -252,7 +254,7 @@ pub fn time_for(samples: usize) -> Duration {
 pub fn score_samples(model: &dyn Model, samples: &Trajectory) -> Result<Score> {
     samples.validate()?;
     let (found, n) = (samples.dof(), model.coordinates().dof());
-    crate::Error::check_shape("a state", found, n, "give samples of the same system")?;
+    lagrangian_motion::Error::check_shape("a state", found, n, "give samples of the same system")?;
     let accelerations = match model.moves() {
         true => accelerations(model, samples, Stop::default()),
         false => None,

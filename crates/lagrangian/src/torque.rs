@@ -24,10 +24,11 @@
 
 use serde::Serialize;
 
-use crate::mechanics::dynamics::{Evaluator, Model};
 use crate::score::{Errors, SignalError};
-use crate::trajectory::{Signal, Table};
-use crate::{Error, Result, Trajectory};
+use lagrangian_mechanics::dynamics::{Evaluator, Model};
+use lagrangian_motion::Signal;
+use lagrangian_motion::{Error, Result, Trajectory};
+use lagrangian_recordings::Table;
 
 /// The parts of the torques at `m` states, each `[m, n]`, in the unit of the forces.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -249,10 +250,10 @@ pub fn table(predictions: &[TorquePrediction], n: usize) -> Table {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
-    use crate::mechanics::analytic::by_name;
-    use crate::mechanics::dynamics::Mechanical;
-    use crate::mechanics::forces::{Actuation, Dissipation};
-    use crate::trajectory::Signals;
+    use lagrangian_mechanics::analytic::by_name;
+    use lagrangian_mechanics::dynamics::Mechanical;
+    use lagrangian_mechanics::forces::{Actuation, Dissipation};
+    use lagrangian_motion::Signals;
 
     /// States of a double pendulum, `[3, 2]` each.
     const Q: [f64; 6] = [0.3, -1.0, 2.0, 0.4, -0.7, 0.1];

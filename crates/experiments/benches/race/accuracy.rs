@@ -7,7 +7,8 @@ use experiments::letters::{Letters, error};
 use lagrangian::mechanics::Scaling;
 use lagrangian::models::{Delan, Lnn};
 use lagrangian::rollout::{energy_test, free, rollout_many, times};
-use lagrangian::train::{Batch, NaturalConfig, Samples, Stepper};
+use lagrangian::train::{Batch, NaturalConfig, Stepper};
+use lagrangian::trajectory::Samples;
 use lagrangian::{
     Budget, Checkpoint, Dataset, DelanConfig, Family, FitConfig, LnnConfig, Loss, Mechanical,
     Observer, Optimizer, Progress, RolloutOptions, Trajectory, analytic, fit, random_starts,

@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use lagrangian::train::Samples;
 use lagrangian::trajectory::Columns;
+use lagrangian::trajectory::Samples;
 use lagrangian::{
     Coordinates, Dataset, EstimateOptions, Model, Recording, Result, RolloutOptions, Signals,
     State, Trajectory,

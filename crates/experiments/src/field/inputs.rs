@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::stencil::NEIGHBOURS;
-use lagrangian::train::Samples;
+use lagrangian::trajectory::Samples;
 use lagrangian::{Coordinate, Coordinates, Topology};
 use nets::Pass;
 use nets::simd::Real;

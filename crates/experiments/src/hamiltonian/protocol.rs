@@ -9,7 +9,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use lagrangian::analytic::{AnalyticModel, by_name, normal};
 use lagrangian::mechanics::{HamiltonianOf, momenta};
 use lagrangian::rollout::{free, rollout_phase};
-use lagrangian::train::Samples;
+use lagrangian::trajectory::Samples;
 use lagrangian::{Dataset, Hamiltonian, Loss, Model, Result, RolloutOptions, Trajectory, rollout};
 use nets::Activation;
 use rand::{RngExt, SeedableRng};

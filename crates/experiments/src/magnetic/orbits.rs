@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use lagrangian::analytic::{AnalyticModel, by_name, uniform};
 use lagrangian::mechanics::{Curvature, Jet};
 use lagrangian::rollout::{free, times};
-use lagrangian::train::Samples;
+use lagrangian::trajectory::Samples;
 use lagrangian::{Lagrangian, Model, Outcome, Result, RolloutOptions, Signals, State, rollout};
 
 use crate::data::{accelerations, energies, relative_error};

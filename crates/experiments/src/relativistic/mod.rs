@@ -4,7 +4,7 @@ mod contestants;
 mod particle;
 
 use anyhow::Result;
-use lagrangian::train::Samples;
+use lagrangian::trajectory::Samples;
 use lagrangian::{Dataset, FitConfig, State};
 use lagrangian_report::{Axis, Role};
 

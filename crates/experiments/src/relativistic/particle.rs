@@ -9,7 +9,7 @@ use lagrangian::analytic::{
     Analytic, AnalyticModel, RelativisticParticle, RelativisticParticlePublished, System, uniform,
 };
 use lagrangian::mechanics::Jet;
-use lagrangian::train::Samples;
+use lagrangian::trajectory::Samples;
 use lagrangian::{Coordinate, Coordinates, Lagrangian, Model, Signals, State, Topology};
 
 use crate::data::{accelerations, column, without_parameters};

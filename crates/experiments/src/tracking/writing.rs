@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use crate::families;
 use lagrangian::analytic::by_name;
 use lagrangian::rigid::{IdentifiedRobot, LoadParameters, RigidBodies, example};
-use lagrangian::train::Samples;
+use lagrangian::trajectory::Samples;
 use lagrangian::{
     ChainConfig, Dataset, Error, Family, FitConfig, Learned, Loss, Model, RigidConfig, fit,
 };

@@ -232,8 +232,8 @@ fn the_number_of_threads_that_is_asked_for_is_bounded() {
 
 /// A file as another program writes it.
 fn export(bench: &Workbench, name: &str) {
-    let folder =
-        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../lagrangian/tests/exports");
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../lagrangian-recordings/tests/exports");
     std::fs::copy(folder.join(name), bench.path(name)).unwrap();
 }
 

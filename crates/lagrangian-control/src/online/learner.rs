@@ -1,7 +1,8 @@
 //! A model that learns from rows as they come.
 
 use super::{Differentiator, EventKind, Guard, OnlineConfig, Record, Replay, Sample};
-use lagrangian::train::{Batch, Samples, StepSize, Stepper};
+use lagrangian::train::{Batch, StepSize, Stepper};
+use lagrangian::trajectory::Samples;
 use lagrangian::{Coordinates, Dataset, Learned, Result};
 
 /// Learns a model from rows (t, q, q̇, τ). It holds no thread and no clock: the same rows and steps give the same bits.

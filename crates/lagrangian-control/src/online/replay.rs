@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::Sample;
-use lagrangian::train::Samples;
+use lagrangian::trajectory::Samples;
 use lagrangian::{Error, Result, Signals};
 
 /// Settings of a [`Replay`].

@@ -6,7 +6,7 @@ use lagrangian::models::{
     MlpScaling,
 };
 use lagrangian::rigid::{self, RigidBodies};
-use lagrangian::train::Samples;
+use lagrangian::trajectory::Samples;
 use lagrangian::{
     Actuation, Budget, Coordinates, Dataset, DelanConfig, Dissipation, FitConfig, ForceTerms,
     HnnConfig, Lagrangian, Learned, LnnConfig, Loss, Mechanical, MlpConfig, Quantities,

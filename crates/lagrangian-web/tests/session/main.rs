@@ -168,7 +168,10 @@ fn a_message_that_is_cut_off_is_an_answer_too() {
 #[test]
 fn files_of_other_programs_have_the_columns_that_the_command_reads() {
     use lagrangian::{Format, Layout, Signals};
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../lagrangian/tests/exports");
+    let folder = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../lagrangian-recordings/tests/exports"
+    );
     for (file, t, q) in [
         ("tracker_one_mass.csv", "t", "x"),
         ("tracker_two_masses.txt", "t", "mass B: x"),

@@ -1,6 +1,6 @@
 //! Numbers that have no structure to learn: what they are does not matter for the time of a step.
 
-use lagrangian::train::Samples;
+use lagrangian::trajectory::Samples;
 use lagrangian::{Coordinates, Dataset, Result, Signals};
 
 /// Numbers between −`size` and `size`, smooth and without structure.

@@ -1,8 +1,8 @@
 //! Three neighbouring positions each: samples without velocities (theory.md, equation 104).
 
-use crate::train::Samples;
-use crate::trajectory::local_polynomial::median_step;
-use crate::{Coordinates, Error, Result, Trajectory};
+use lagrangian_motion::samples::Samples;
+use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
+use lagrangian_recordings::local_polynomial::median_step;
 
 /// A step that is so many times the median one is a gap: no sample crosses it.
 const GAP: f64 = 5.0;
@@ -104,7 +104,7 @@ fn mean_force(trajectory: &Trajectory, i: usize, range: std::ops::Range<usize>) 
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
-    use crate::trajectory::Signals;
+    use lagrangian_motion::Signals;
 
     fn motion(t: Vec<f64>, q: impl Fn(f64) -> f64) -> Trajectory {
         let signals = Signals {

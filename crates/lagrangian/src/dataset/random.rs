@@ -4,10 +4,10 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::Dataset;
-use crate::mechanics::analytic::AnalyticModel;
-use crate::train::Samples;
-use crate::trajectory::Signals;
-use crate::{Result, State};
+use lagrangian_mechanics::analytic::AnalyticModel;
+use lagrangian_motion::Signals;
+use lagrangian_motion::samples::Samples;
+use lagrangian_motion::{Result, State};
 
 /// `train` and `validation` random states of a known system with their true accelerations.
 ///

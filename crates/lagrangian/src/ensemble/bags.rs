@@ -6,8 +6,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::dataset::{Dataset, Timeline};
-use crate::train::{FitConfig, Loss, Samples};
-use crate::{Error, Result, Signals, Trajectory};
+use crate::train::{FitConfig, Loss};
+use lagrangian_motion::samples::Samples;
+use lagrangian_motion::{Error, Result, Signals, Trajectory};
 
 /// Blocks that long recordings are cut into, in all; a short recording is a block.
 const BLOCKS: usize = 40;

@@ -6,12 +6,12 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::{Ask, Prediction, Spread, asked, forward, inverse, spread};
-use crate::mechanics::dynamics::Model;
 use crate::models::Learned;
-use crate::rollout::{Rollout, RolloutOptions};
 use crate::score::{bounded, predict};
-use crate::trajectory::Signal;
-use crate::{Error, Result, Trajectory};
+use lagrangian_mechanics::dynamics::Model;
+use lagrangian_mechanics::rollout::{Rollout, RolloutOptions};
+use lagrangian_motion::Signal;
+use lagrangian_motion::{Error, Result, Trajectory};
 
 /// The levels of the factors that are stored: 0.01 … 0.99.
 pub const LEVELS: usize = 99;

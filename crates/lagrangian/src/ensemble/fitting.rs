@@ -12,8 +12,9 @@ use super::{Ensemble, check_count};
 use crate::dataset::Dataset;
 use crate::models::Learned;
 use crate::train::{Budget, FitConfig, Observer, Progress, fit};
-use crate::trajectory::{Signal, Visited};
-use crate::{Error, Result, Trajectory};
+use lagrangian_mechanics::Visited;
+use lagrangian_motion::Signal;
+use lagrangian_motion::{Error, Result, Trajectory};
 
 /// Fits an ensemble: each member to blocks of time that were drawn with replacement, with a seed of its own.
 ///

@@ -30,10 +30,10 @@ mod fitting;
 pub use calibration::{Calibration, Coverage, Covered, LEVELS, Scale};
 pub use fitting::fit_ensemble;
 
-use crate::mechanics::dynamics::{Evaluation, Evaluator, Model};
 use crate::models::Learned;
-use crate::trajectory::Signal;
-use crate::{Error, Result, Trajectory};
+use lagrangian_mechanics::dynamics::{Evaluation, Evaluator, Model};
+use lagrangian_motion::Signal;
+use lagrangian_motion::{Error, Result, Trajectory};
 
 /// The fewest members of an ensemble, and the most.
 pub const MEMBERS: (usize, usize) = (2, 100);

@@ -5,10 +5,10 @@ use rayon::prelude::*;
 use super::forward::check_step;
 use super::lane::{Back, Lane, Part};
 use super::{Inputs, Layer, Map, Slopes, undefined};
-use crate::mechanics::dynamics::Evaluation;
 use crate::models::Residuals;
 use crate::train::rollout::flow::{Flow, Sizes};
-use crate::{Error, Result};
+use lagrangian_mechanics::dynamics::Evaluation;
+use lagrangian_motion::{Error, Result};
 
 /// The number of parts of a batch; more threads are of no use. Sums are made in their order.
 const LANES: usize = 4;

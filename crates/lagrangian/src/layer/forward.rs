@@ -1,11 +1,11 @@
 //! The values of the maps, by the evaluator of the model.
 
 use super::{Inputs, Layer, Map, undefined};
-use crate::mechanics::dynamics::{Evaluation, Evaluator, Model};
-use crate::mechanics::hamiltonian::HamiltonianJet;
-use crate::mechanics::lagrangian::Jet;
 use crate::train::rollout::rk4::STAGES;
-use crate::{Error, Result};
+use lagrangian_mechanics::dynamics::{Evaluation, Evaluator, Model};
+use lagrangian_mechanics::hamiltonian::HamiltonianJet;
+use lagrangian_mechanics::lagrangian::Jet;
+use lagrangian_motion::{Error, Result};
 
 impl Layer {
     /// The value of `map` at `m` states, `[m, width]`: n values each of accelerations and forces, 2n of rates and steps, one of

@@ -1,11 +1,11 @@
 //! The memory of one thread, in which blocks of states are evaluated and sensitivities carried back.
 
-use crate::mechanics::solve::dot;
 use crate::train::Work;
 use crate::train::rollout::flow::{Flow, Point, Sizes};
 use crate::train::rollout::linear::{add_transposed, invert};
 use crate::train::rollout::rk4;
 use crate::train::rollout::step::{Moving, Span};
+use lagrangian_motion::solve::dot;
 use nets::{Gradient, Net};
 
 /// What is differentiated.

@@ -40,10 +40,10 @@ mod unit;
 
 use std::sync::Arc;
 
-use crate::mechanics::dynamics::Model;
 use crate::models::{Learned, Residuals, Training};
 use crate::train::FitConfig;
-use crate::{Coordinates, Error, Result};
+use lagrangian_mechanics::dynamics::Model;
+use lagrangian_motion::{Coordinates, Error, Result};
 use nets::Packed;
 
 /// A function of a state that a [`Layer`] computes.

@@ -5,8 +5,10 @@ use crate::models::hnn::{HnnConfig, HnnStructure, Momenta};
 use crate::models::lnn::{Form, LnnConfig};
 use crate::models::neural_ode::{NeuralOdeConfig, Order};
 use crate::train::{Family, FitConfig, ForceTerms, Input};
-use crate::trajectory::Topology;
-use crate::{Coordinates, DelanConfig, Error, MlpConfig, Quantities, VinConfig};
+use crate::{DelanConfig, MlpConfig, VinConfig};
+use lagrangian_mechanics::Quantities;
+use lagrangian_motion::Topology;
+use lagrangian_motion::{Coordinates, Error};
 
 const N: usize = 2;
 const WIDTH: usize = 16;

@@ -2,9 +2,10 @@
 
 use crate::dataset::Dataset;
 use crate::models::{Learned, Plan};
-use crate::train::{FitConfig, Samples};
-use crate::trajectory::Signals;
-use crate::{Coordinates, Error, Result};
+use crate::train::FitConfig;
+use lagrangian_motion::Signals;
+use lagrangian_motion::samples::Samples;
+use lagrangian_motion::{Coordinates, Error, Result};
 
 /// A model with random weights whose scales are all one.
 pub(super) fn fresh(coordinates: Coordinates, config: &FitConfig) -> Result<Learned> {

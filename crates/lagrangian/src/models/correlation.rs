@@ -8,8 +8,8 @@
 use std::ops::Range;
 
 use crate::dataset::{Dataset, Timeline};
-use crate::mechanics::dynamics::Model;
-use crate::train::Samples;
+use lagrangian_mechanics::dynamics::Model;
+use lagrangian_motion::samples::Samples;
 
 /// κ of the torque residuals of each joint, `[n]`; 1 where the samples belong to no motions.
 pub(crate) fn correlations(dataset: &Dataset, model: &dyn Model) -> Vec<f64> {

@@ -10,11 +10,11 @@ use serde_json::Value;
 use super::setup::Setup;
 use super::{FAMILIES, Learned, Momenta};
 use crate::dataset::Dataset;
-use crate::integrate::Method;
 use crate::saved::{self, SavedModel};
-use crate::settings::{Kind, Setting};
 use crate::train::{Choice, FitConfig, Known, Learner, Loss, Observer, Request};
-use crate::{Error, Result};
+use lagrangian_mechanics::integrate::Method;
+use lagrangian_motion::settings::{Kind, Setting};
+use lagrangian_motion::{Error, Result};
 use nets::simd::Real;
 
 /// A family of models with its settings.

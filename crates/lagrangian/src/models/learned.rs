@@ -10,15 +10,15 @@ use super::FAMILIES;
 use super::family::Training;
 use super::named::{Named, Parameter};
 use super::setup::Setup;
-use crate::expression::{self, Equations};
-use crate::mechanics::dynamics::{Driven, EulerLagrange, Evaluator, Mechanical, Model};
-use crate::mechanics::forces::{Actuation, Applied, Dissipation};
-use crate::mechanics::hamiltonian::Hamiltonian;
-use crate::mechanics::lagrangian::{Lagrangian, Sum};
-use crate::rigid::{RigidBodies, RobotShape};
 use crate::saved::{self, Header, Provenance, SavedModel, Tensor};
-use crate::trajectory::Visited;
-use crate::{Coordinates, Error, Result};
+use lagrangian_mechanics::Visited;
+use lagrangian_mechanics::dynamics::{Driven, EulerLagrange, Evaluator, Mechanical, Model};
+use lagrangian_mechanics::expression::{self, Equations};
+use lagrangian_mechanics::forces::{Actuation, Applied, Dissipation};
+use lagrangian_mechanics::hamiltonian::Hamiltonian;
+use lagrangian_mechanics::lagrangian::{Lagrangian, Sum};
+use lagrangian_mechanics::rigid::{RigidBodies, RobotShape};
+use lagrangian_motion::{Coordinates, Error, Result};
 
 /// A fitted model of any family, with the states that its data visited.
 #[derive(Debug, Clone)]
@@ -290,11 +290,11 @@ impl<L: LearnedLagrangian + Clone> FittedModel for Mechanical<L> {
     }
 
     fn forces(&self) -> FittedForces<'_> {
-        self.fitted_forces()
+        FittedForces::of(self)
     }
 
     fn parameters(&self) -> Vec<Parameter> {
-        let forces = Named::of(self.coordinates()).forces(self.fitted_forces());
+        let forces = Named::of(self.coordinates()).forces(FittedForces::of(self));
         forces.rotors(self.lagrangian.rotors()).list()
     }
 
@@ -310,7 +310,7 @@ impl<L: LearnedLagrangian + Clone> FittedModel for Mechanical<L> {
 
     fn in_training(&self) -> Result<(Training, Vec<f64>)> {
         let (n, rotors) = (self.coordinates().dof(), self.lagrangian.rotors());
-        let (setup, extra) = Setup::again((n, 1), self.fitted_forces(), rotors);
+        let (setup, extra) = Setup::again((n, 1), FittedForces::of(self), rotors);
         let (training, mut parameters) = self.lagrangian.in_training(setup)?;
         parameters.extend(extra);
         Ok((training, parameters))
@@ -348,7 +348,7 @@ impl FittedModel for Mechanical<WithNominal> {
     }
 
     fn forces(&self) -> FittedForces<'_> {
-        self.fitted_forces()
+        FittedForces::of(self)
     }
 
     fn nominal(&self) -> Option<&RigidBodies> {
@@ -369,11 +369,11 @@ impl FittedModel for Mechanical<WithNominal> {
     }
 }
 
-impl<L: Lagrangian> Mechanical<L> {
-    pub(crate) fn fitted_forces(&self) -> FittedForces<'_> {
-        FittedForces {
-            dissipation: self.dissipation(),
-            actuation: self.actuation(),
+impl<'a> FittedForces<'a> {
+    pub(crate) fn of<L: Lagrangian>(model: &'a Mechanical<L>) -> Self {
+        Self {
+            dissipation: model.dissipation(),
+            actuation: model.actuation(),
         }
     }
 }

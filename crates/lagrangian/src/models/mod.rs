@@ -23,6 +23,8 @@ pub(crate) mod rigid;
 pub(crate) mod servo;
 mod settings;
 mod setup;
+#[cfg(test)]
+mod tests;
 pub(crate) mod vin;
 
 pub use chain::ChainConfig;

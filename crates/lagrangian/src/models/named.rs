@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::learned::FittedForces;
-use crate::Coordinates;
-use crate::mechanics::forces::{Actuation, Directional, Dissipation};
+use lagrangian_mechanics::forces::{Actuation, Directional, Dissipation};
+use lagrangian_motion::Coordinates;
 
 /// A parameter with a meaning: a coefficient of friction, an offset, a gain, an inertia.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 
 use super::learned::Stored;
 use crate::saved::{self, SavedModel};
-use crate::{Coordinates, Error, Result};
+use lagrangian_motion::{Coordinates, Error, Result};
 use nets::{Net, Packed};
 
 /// All of a network but its weights.

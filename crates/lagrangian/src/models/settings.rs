@@ -1,6 +1,6 @@
 //! Settings that several families share.
 
-use crate::settings::{Kind, Named, Range, Setting, named};
+use lagrangian_motion::settings::{Kind, Named, Range, Setting, named};
 
 /// Units of a hidden layer.
 pub(crate) const WIDTH: Setting = Setting::new(

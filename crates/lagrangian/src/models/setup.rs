@@ -5,13 +5,13 @@ use std::borrow::Cow;
 use super::family::Residuals;
 use super::learned::{FittedForces, Learned, LearnedLagrangian};
 use crate::dataset::Dataset;
-use crate::mechanics::dynamics::Mechanical;
-use crate::mechanics::lagrangian::Lagrangian;
-use crate::rigid::RigidBodies;
 use crate::train::{
     CHORDS, FitConfig, ForceTerms, Forces, Loss, MAX_DOF, PositionsLearner, remainder,
 };
-use crate::{Error, Result};
+use lagrangian_mechanics::dynamics::Mechanical;
+use lagrangian_mechanics::lagrangian::Lagrangian;
+use lagrangian_mechanics::rigid::RigidBodies;
+use lagrangian_motion::{Error, Result};
 
 /// The part of a fit that does not depend on the network.
 #[derive(Debug, Clone)]

@@ -22,12 +22,14 @@ use std::io::{Read, Write};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::error::{brief, shortened};
-use crate::mechanics::dynamics::Mechanical;
-use crate::mechanics::lagrangian::Lagrangian;
+use crate::PrepareOptions;
 use crate::models::WEIGHTS;
-use crate::trajectory::Visited;
-use crate::{Coordinates, Error, EstimateOptions, PrepareOptions, Result};
+use lagrangian_mechanics::Visited;
+use lagrangian_mechanics::dynamics::Mechanical;
+use lagrangian_mechanics::lagrangian::Lagrangian;
+use lagrangian_motion::error::{brief, shortened};
+use lagrangian_motion::{Coordinates, Error, Result};
+use lagrangian_recordings::EstimateOptions;
 
 /// Name of the format, in the header of every file.
 pub const FORMAT: &str = "lagrangian-model";

@@ -9,8 +9,8 @@ use safetensors::tensor::Metadata;
 use serde::Deserialize;
 
 use super::{Envelope, FORMAT, KEY, MAX_HEADER, SavedModel, Tensor, VERSION, checksum, damaged};
-use crate::error::brief;
-use crate::{Coordinates, Error, Result};
+use lagrangian_motion::error::brief;
+use lagrangian_motion::{Coordinates, Error, Result};
 
 /// The first version of files with a checksum.
 const FIRST_WITH_CHECKSUM: u32 = 2;

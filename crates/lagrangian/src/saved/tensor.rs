@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use safetensors::tensor::{Dtype, TensorView, View};
 
 use super::wrong_tensor;
-use crate::Result;
+use lagrangian_motion::Result;
 
 /// An array of weights: finite, row-major, f64 in memory and in the file.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,10 +6,11 @@ use super::inertia::{Forward, Spectrum, forwards, spectrum};
 use super::judgement::PASSIVE;
 use super::speed::weakened;
 use super::{Errors, RestartScore, RolloutScore, Score, SignalError, add_torques};
-use crate::check::{CheckReport, LARGEST};
-use crate::stop::Stop;
 use crate::train::Contestant;
-use crate::{Coordinates, Model, Trajectory};
+use lagrangian_mechanics::Model;
+use lagrangian_motion::stop::Stop;
+use lagrangian_motion::{Coordinates, Trajectory};
+use lagrangian_recordings::check::{CheckReport, LARGEST};
 
 /// A model explains a signal well where the squared error is below this part of the variance.
 pub(super) const GOOD: f64 = 0.1;

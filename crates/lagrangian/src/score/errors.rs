@@ -3,10 +3,10 @@
 use serde::Serialize;
 
 use super::parts;
-use crate::mechanics::dynamics::Model;
-use crate::train::Samples;
-use crate::trajectory::Signal;
-use crate::{Signals, Stop, Trajectory};
+use lagrangian_mechanics::dynamics::Model;
+use lagrangian_motion::Signal;
+use lagrangian_motion::samples::Samples;
+use lagrangian_motion::{Signals, Stop, Trajectory};
 
 /// Errors of one signal over all samples, by coordinate.
 #[derive(Debug, Clone, PartialEq, Serialize)]

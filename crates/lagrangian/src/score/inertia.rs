@@ -3,9 +3,10 @@
 use serde::Serialize;
 
 use super::Score;
-use crate::dataset::variances;
-use crate::trajectory::Signal;
-use crate::{Coordinates, Model, Trajectory};
+use lagrangian_mechanics::Model;
+use lagrangian_motion::Signal;
+use lagrangian_motion::statistics::variances;
+use lagrangian_motion::{Coordinates, Trajectory};
 
 /// States at which the mass matrix is examined, at most.
 const STATES: usize = 500;

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::assessment::{FOLLOWED, GOOD, Grade, HALF, LOST};
 use super::{Assessment, Forward, Outside, RolloutScore, Score, SignalError};
-use crate::Coordinates;
+use lagrangian_motion::Coordinates;
 
 /// A joint is passive, or nearly, whose inertial torque has more than this multiple of the variance of its force: inertia and gravity
 /// cancel there, and what is recorded is their small remainder and noise.
@@ -360,7 +360,7 @@ mod tests {
     fn what_can_be_expected_of_a_motion_is_told_beside_what_it_is() {
         let judged = |followed: f64| {
             let rollout = RolloutScore {
-                outcome: crate::Outcome::Finished,
+                outcome: lagrangian_mechanics::Outcome::Finished,
                 duration: 5.0,
                 valid_seconds: followed,
                 exceeded: true,

@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use crate::Trajectory;
-use crate::mechanics::dynamics::Model;
-use crate::trajectory::Beyond;
+use lagrangian_mechanics::Beyond;
+use lagrangian_mechanics::dynamics::Model;
+use lagrangian_motion::Trajectory;
 
 /// Samples that are looked at, at most.
 const SAMPLES: usize = 10_000;

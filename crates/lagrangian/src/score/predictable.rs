@@ -5,9 +5,9 @@ use faer::linalg::solvers::Solve;
 
 use super::following;
 use super::valid_time::{NormalisedError, deviation};
-use crate::Trajectory;
-use crate::mechanics::dynamics::Model;
-use crate::trajectory::Signal;
+use lagrangian_mechanics::dynamics::Model;
+use lagrangian_motion::Signal;
+use lagrangian_motion::Trajectory;
 
 /// A model is asked to follow a motion for so many of its natural periods, at most.
 const PERIODS: f64 = 3.0;
@@ -154,8 +154,8 @@ impl<'a> Slopes<'a> {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
-    use crate::mechanics::analytic::by_name;
-    use crate::rollout::{RolloutOptions, free, rollout, times};
+    use lagrangian_mechanics::analytic::by_name;
+    use lagrangian_mechanics::rollout::{RolloutOptions, free, rollout, times};
 
     /// The predictable time of a motion of 20 s that was measured with an error of its first state, in parts of a period.
     fn periods(system: &str, q0: &[f64], qd0: &[f64], off: f64) -> f64 {

@@ -6,9 +6,9 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::{bounded, predict};
-use crate::mechanics::dynamics::Model;
-use crate::rollout::{Rollout, RolloutOptions};
-use crate::{Coordinates, Result, Trajectory};
+use lagrangian_mechanics::dynamics::Model;
+use lagrangian_mechanics::rollout::{Rollout, RolloutOptions};
+use lagrangian_motion::{Coordinates, Result, Trajectory};
 
 /// Lengths of the short predictions, s.
 pub const RESTARTS: [f64; 2] = [0.5, 1.0];

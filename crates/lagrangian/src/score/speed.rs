@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use crate::trajectory::Signal;
-use crate::trajectory::local_polynomial::median;
-use crate::{Coordinates, Trajectory};
+use lagrangian_motion::Signal;
+use lagrangian_motion::{Coordinates, Trajectory};
+use lagrangian_recordings::local_polynomial::median;
 
 /// States that are compared, at most.
 const STATES: usize = 2000;
@@ -74,7 +74,7 @@ impl States {
         let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let power = |v: &[f64], a: &[f64]| v.iter().zip(a).map(|(v, a)| v * a).sum::<f64>();
         (highest > 0.0).then(|| Self {
-            scale: crate::dataset::variances(&q, n)
+            scale: lagrangian_motion::statistics::variances(&q, n)
                 .iter()
                 .map(|v| v.sqrt())
                 .collect(),
@@ -111,8 +111,8 @@ impl States {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
-    use crate::mechanics::analytic::by_name;
-    use crate::rollout::{Force, RolloutOptions, free, rollout, times};
+    use lagrangian_mechanics::analytic::by_name;
+    use lagrangian_mechanics::rollout::{Force, RolloutOptions, free, rollout, times};
 
     /// What free motions of a system say, from starts with these velocities.
     fn found(system: &str, starts: impl Iterator<Item = f64>, force: &Force<'_>) -> Option<f64> {

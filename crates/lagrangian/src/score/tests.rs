@@ -1,8 +1,8 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use super::*;
-use crate::mechanics::analytic::by_name;
-use crate::rollout::times;
+use lagrangian_mechanics::analytic::by_name;
+use lagrangian_mechanics::rollout::times;
 
 #[test]
 fn a_score_that_is_stopped_says_how_much_it_left_out_and_is_no_verdict_on_rollouts() {

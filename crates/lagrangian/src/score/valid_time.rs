@@ -1,6 +1,6 @@
 //! How long a prediction stayed valid (theory.md, equation 26).
 
-use crate::{Coordinates, Error, Result, Trajectory};
+use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
 
 /// How long a prediction stayed valid.
 #[derive(Debug, Clone, Copy, PartialEq)]

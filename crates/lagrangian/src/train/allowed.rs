@@ -9,9 +9,9 @@ use super::nominal;
 use super::settings::SETTINGS;
 use crate::dataset::Dataset;
 use crate::models::{Abilities, Entry, Plan, Training};
-use crate::rigid::RigidBodies;
-use crate::settings::{Kind, Values};
-use crate::{Error, Result};
+use lagrangian_mechanics::rigid::RigidBodies;
+use lagrangian_motion::settings::{Kind, Values};
+use lagrangian_motion::{Error, Result};
 
 /// The largest number of parameters: some ten arrays of that length take a few gigabytes.
 const MAX_PARAMETERS: usize = 1 << 26;

@@ -6,10 +6,10 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::problem::LossValue;
-use crate::error::brief;
 use crate::saved::checksum;
-use crate::settings::difference;
-use crate::{Error, Result};
+use lagrangian_motion::error::brief;
+use lagrangian_motion::settings::difference;
+use lagrangian_motion::{Error, Result};
 
 /// The state of a run between two steps.
 #[derive(Debug, Clone, PartialEq)]

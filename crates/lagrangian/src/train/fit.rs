@@ -14,9 +14,10 @@ use super::rollout::{RolloutLoss, SegmentOrder};
 use super::run::{Ended, Run};
 use crate::dataset::Dataset;
 use crate::models::{Family, Learned, LnnConfig, Plan, Residuals, Solve, Trainable};
-use crate::rigid::RobotConfig;
-use crate::trajectory::Visited;
-use crate::{Actuation, Result};
+use lagrangian_mechanics::Actuation;
+use lagrangian_mechanics::Visited;
+use lagrangian_mechanics::rigid::RobotConfig;
+use lagrangian_motion::Result;
 
 /// The optimiser of the weights.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -9,9 +9,9 @@ mod geared;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::mechanics::forces::{Actuation, Directional, Dissipation, Stribeck};
-use crate::settings::{Named, Values, named};
-use crate::{Error, Result};
+use lagrangian_mechanics::forces::{Actuation, Directional, Dissipation, Stribeck};
+use lagrangian_motion::settings::{Named, Values, named};
+use lagrangian_motion::{Error, Result};
 
 /// The forces that are learned beside a Lagrangian.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]

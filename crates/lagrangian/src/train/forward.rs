@@ -6,11 +6,11 @@
 //! joint without inertia of its own, of whose torque ρ is unexplained, ends with an acceleration error of √(ρ / λ) (theory.md, 121 and 122;
 //! docs/adr/0071).
 
-use crate::Model;
-use crate::dataset::variances;
-use crate::mechanics::solve::SymmetricSolver;
-use crate::train::Samples;
-use crate::trajectory::Signals;
+use lagrangian_mechanics::Model;
+use lagrangian_motion::Signals;
+use lagrangian_motion::samples::Samples;
+use lagrangian_motion::solve::SymmetricSolver;
+use lagrangian_motion::statistics::variances;
 
 /// Samples that are evaluated, at most.
 const SAMPLES: usize = 1000;
@@ -128,8 +128,9 @@ impl Problem {
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
-    use crate::analytic::by_name;
-    use crate::{Dissipation, Mechanical, Quantities, Signals};
+    use lagrangian_mechanics::analytic::by_name;
+    use lagrangian_mechanics::{Dissipation, Mechanical, Quantities};
+    use lagrangian_motion::Signals;
 
     #[test]
     fn a_joint_whose_torque_is_friction_gets_inertia_for_a_part_of_its_torque_error() {

@@ -7,15 +7,15 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::batch::Samples;
 use super::forces::{Drive, Forces};
 use super::loss::{Loss, Weighting};
 use super::positions::Points;
-use crate::Coordinates;
-use crate::mechanics::lagrangian::Jet;
-use crate::mechanics::solve::SymmetricSolver;
 use crate::models::delan::{Block, Factors};
-use crate::trajectory::Signals;
+use lagrangian_mechanics::lagrangian::Jet;
+use lagrangian_motion::Coordinates;
+use lagrangian_motion::Signals;
+use lagrangian_motion::samples::Samples;
+use lagrangian_motion::solve::SymmetricSolver;
 use nets::simd::Real;
 use nets::{Gradient, Net, Packed, Pass, Terms};
 
@@ -159,6 +159,26 @@ impl<T: Real> Work<T> {
 }
 
 impl<T: Real> Work<T> {
+    /// Copies the samples with these indices into the block, whose rest repeats the first of them.
+    pub(crate) fn gather(&mut self, data: &Samples, indices: &[usize]) {
+        let (n, samples) = (data.n, self.samples);
+        self.count = indices.len();
+        let index = |s: usize| indices[if s < indices.len() { s } else { 0 }];
+        let Samples { signals, steps, .. } = &mut self.states;
+        let signals = data.signals.iter().zip(signals.iter_mut());
+        let columns = signals.map(|((_, from), (_, to))| (from, to, n));
+        let all = columns.chain([(&data.steps, steps, 2)]);
+        for (source, target, n) in all.filter(|(source, ..)| !source.is_empty()) {
+            for (s, target) in (0..samples).zip(target.chunks_exact_mut(n)) {
+                let row = &source[index(s) * n..][..n];
+                // A loop, because a copy of two numbers is not worth a call.
+                for (to, &from) in target.iter_mut().zip(row) {
+                    *to = from;
+                }
+            }
+        }
+    }
+
     /// Writes the contribution of `forces` and of the nominal model to the left side of the balance of sample `s`, N·m, to
     /// the second half of the scratch, and its slopes, in units of `energy`, to `extra` for the set of outputs of `at`.
     pub(crate) fn force(

@@ -5,8 +5,8 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-use crate::integrate::Rule;
-use crate::{Error, Result};
+use lagrangian_mechanics::integrate::Rule;
+use lagrangian_motion::{Error, Result};
 
 /// A loss that training minimises.
 ///

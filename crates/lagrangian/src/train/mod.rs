@@ -2,7 +2,6 @@
 
 mod adam;
 mod allowed;
-mod batch;
 mod checkpoint;
 mod choice;
 mod clock;
@@ -31,7 +30,6 @@ pub(crate) mod tests;
 pub use crate::models::Parameter;
 pub use crate::models::{Family, Learned};
 pub use adam::AdamConfig;
-pub use batch::Samples;
 pub use checkpoint::Checkpoint;
 pub(crate) use choice::LOSS;
 pub use choice::{Choice, Chosen, Known, Request};

@@ -2,12 +2,12 @@
 
 use super::learner::{At, Work};
 use crate::dataset::Dataset;
-use crate::mechanics::dynamics::Model;
-use crate::mechanics::lagrangian::Lagrangian;
-use crate::rigid::RigidBodies;
-use crate::train::Samples;
-use crate::trajectory::Signals;
-use crate::{Error, Result};
+use lagrangian_mechanics::dynamics::Model;
+use lagrangian_mechanics::lagrangian::Lagrangian;
+use lagrangian_mechanics::rigid::RigidBodies;
+use lagrangian_motion::Signals;
+use lagrangian_motion::samples::Samples;
+use lagrangian_motion::{Error, Result};
 use nets::simd::Real;
 
 impl<T: Real> Work<T> {

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use serde::{Deserialize, Serialize};
 
 use super::checkpoint::Checkpoint;
-use crate::Result;
+use lagrangian_motion::Result;
 
 /// The progress of a run after a step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

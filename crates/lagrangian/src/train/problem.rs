@@ -11,8 +11,8 @@ use std::ops::Add;
 
 use nets::simd::AdamRule;
 
-use super::batch::Samples;
 use super::checkpoint::Checkpoint;
+use lagrangian_motion::samples::Samples;
 
 /// The samples of a step.
 #[derive(Debug, Clone, Copy)]

@@ -15,7 +15,7 @@ use super::rollout::{RolloutDescent, RolloutProblems, RolloutValidation, Segment
 use super::schedule::grown;
 use crate::dataset::Dataset;
 use crate::saved;
-use crate::{Error, Result};
+use lagrangian_motion::{Error, Result};
 use nets::simd::Real;
 
 /// The largest number of samples of a validation: enough to compare, few enough to cost little.

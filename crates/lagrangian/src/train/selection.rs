@@ -11,11 +11,11 @@ use super::loss::Loss;
 use super::observer::{Ending, Observer};
 use crate::dataset::Dataset;
 use crate::models::Entry;
-use crate::rigid::MAX_JOINTS;
 use crate::score::torque_error;
-use crate::train::Samples;
-use crate::trajectory::Estimate;
-use crate::{Error, Result};
+use lagrangian_mechanics::rigid::MAX_JOINTS;
+use lagrangian_motion::samples::Samples;
+use lagrangian_motion::{Error, Result};
+use lagrangian_recordings::Estimate;
 
 /// The friction that is learned beside a network of a driven machine.
 const FORCES: [&str; 3] = ["viscous", "coulomb", "offset"];

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::loss::Loss;
-use crate::settings::{Kind, Named, Range, Setting, named};
+use lagrangian_motion::settings::{Kind, Named, Range, Setting, named};
 
 /// The optimisers: what a family that is solved for at once has none of.
 const ANY: &[&str] = &["natural", "adam"];

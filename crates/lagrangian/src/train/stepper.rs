@@ -6,7 +6,7 @@ use super::network::NetworkMemory;
 use super::problem::{Batch, LeastSquares, LossValue};
 use crate::dataset::Dataset;
 use crate::models::{Learned, Residuals, Trainable};
-use crate::{Error, Result};
+use lagrangian_motion::{Error, Result};
 
 /// A model in training by the natural gradient without a schedule: the caller gives the rate and the damping of each step.
 ///

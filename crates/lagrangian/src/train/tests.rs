@@ -3,7 +3,6 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::batch::Samples;
 use super::forces::{ForceTerms, Forces, Input};
 use super::learner::Learner;
 use super::loss::Loss;
@@ -11,7 +10,6 @@ use super::natural::{Natural, NaturalConfig, StepSize};
 use super::network::{Batches, NetworkMemory};
 use super::positions::PositionsLearner;
 use super::problem::{Batch, LeastSquares};
-use crate::mechanics::lagrangian::{DelanShape, LnnShape, Scaling, SpeedChart};
 use crate::models::NetworkShape;
 use crate::models::delan::learner::DelanLearner;
 use crate::models::delan::{DelanConfig, Inertia, Trunks};
@@ -19,9 +17,12 @@ use crate::models::lnn::learner::LnnLearner;
 use crate::models::lnn::{Form, LnnConfig};
 use crate::models::mlp::learner::MlpLearner;
 use crate::models::mlp::{MlpConfig, MlpScaling, MlpShape};
-use crate::rigid::{self, RigidBodies};
-use crate::trajectory::Signals;
-use crate::{Coordinates, Topology};
+use crate::models::{delan::DelanShape, lnn::LnnShape};
+use lagrangian_mechanics::lagrangian::{Scaling, SpeedChart};
+use lagrangian_mechanics::rigid::{self, RigidBodies};
+use lagrangian_motion::Signals;
+use lagrangian_motion::samples::Samples;
+use lagrangian_motion::{Coordinates, Topology};
 
 pub(crate) fn samples(n: usize, m: usize) -> Samples {
     let mut rng = ChaCha8Rng::seed_from_u64(3);

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use lagrangian::rigid::RigidBodies;
-use lagrangian::train::Samples;
+use lagrangian::trajectory::Samples;
 use lagrangian::{
     ChainConfig, Coordinates, Dataset, Dissipation, Fit, FitConfig, Learned, Loss, Mechanical,
     Model, Provenance, Quantities, SavedModel, Signals, fit,

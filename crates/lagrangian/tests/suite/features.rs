@@ -4,7 +4,8 @@
 use lagrangian::analytic::by_name;
 use lagrangian::models::FeatureLagrangian;
 use lagrangian::rollout::{free, times};
-use lagrangian::train::{Request, Samples};
+use lagrangian::train::Request;
+use lagrangian::trajectory::Samples;
 use lagrangian::{
     Dataset, Error, FeaturesConfig, FitConfig, ForceTerms, Learned, Loss, Model, Outcome,
     Provenance, RolloutOptions, SavedModel, Signals, fit, random_states, rollout,

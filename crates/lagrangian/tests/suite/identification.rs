@@ -3,7 +3,7 @@
 
 use lagrangian::analytic::by_name;
 use lagrangian::models::{Angles, Identified, RigidChain, identify};
-use lagrangian::train::Samples;
+use lagrangian::trajectory::Samples;
 use lagrangian::{
     Coordinates, Dataset, Dissipation, Error, Mechanical, Model, RigidConfig, Signals,
 };

@@ -2,31 +2,21 @@
 //!
 //! Apart stand the tests that need a process of their own: of allocations, and of the instructions that the kernels use.
 
-mod archives;
-mod bad_files;
 mod bad_robots;
-mod bags;
 mod chain;
-mod check;
-mod check_forces;
-mod check_mistakes;
 mod delan;
-mod derivatives;
 mod dry_friction;
 mod edited_urdf;
 mod ensembles;
 mod excitation;
 mod features;
 mod filtered;
-mod foreign_exports;
-mod formats;
 mod hamiltonian;
 mod identification;
 mod identities;
 mod networks;
 mod nominal;
 mod parameters;
-mod parquet_claims;
 mod recorded_data;
 mod reference_systems;
 mod rigid_bodies;

@@ -8,7 +8,7 @@ use lagrangian::rigid::{self, RigidBodies};
 use lagrangian::rollout::{free, times};
 use lagrangian::score::{Assessment, Grade};
 use lagrangian::train::Contestant;
-use lagrangian::train::Samples;
+use lagrangian::trajectory::Samples;
 use lagrangian::{
     Budget, Dataset, DelanConfig, Dissipation, Evaluator, Family, FitConfig, ForceTerms,
     Lagrangian, Learned, LnnConfig, Loss, Mechanical, Model, Provenance, RobotConfig,

@@ -5,7 +5,7 @@ use lagrangian::analytic::{Analytic, AnalyticModel, Parameter, System, by_name};
 use lagrangian::mechanics::{Jet, Scaling};
 use lagrangian::models::{Delan, Form, Lnn, Mlp, MlpScaling};
 use lagrangian::rollout::{free, times};
-use lagrangian::train::Samples;
+use lagrangian::trajectory::Samples;
 use lagrangian::{
     Coordinates, Dataset, DelanConfig, Error, Lagrangian, LnnConfig, Mechanical, MlpConfig, Model,
     RolloutOptions, Signals, State, Topology, rollout,

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use lagrangian::rigid::{self, IdentifiedRobot, IdentifyOptions, Quantity, RigidBodies};
-use lagrangian::train::Samples;
+use lagrangian::trajectory::Samples;
 use lagrangian::{
     Coordinates, Dataset, Dissipation, Error, Evaluator, Family, FitConfig, ForceTerms, Learned,
     Loss, Mechanical, Model, Provenance, RigidConfig, RobotConfig, SavedModel, Signals, Trajectory,

@@ -164,7 +164,7 @@ fn a_plain_network_fits_the_same_data_with_the_same_optimiser() {
 fn a_plain_network_of_torques_has_inverse_dynamics_and_does_not_move() {
     let states = pendulum(2000);
     // τ = m l² q̈ + m g l sin q, of accelerations that are independent of the states.
-    let force = |mut samples: lagrangian::train::Samples| {
+    let force = |mut samples: lagrangian::trajectory::Samples| {
         samples.qdd.rotate_left(1);
         let terms = samples.qdd.iter().zip(&samples.q);
         samples.tau = terms.map(|(qdd, q)| qdd + 9.8 * q.sin()).collect();

@@ -53,7 +53,7 @@ macro_rules! run {
 macro_rules! description {
     ($file:literal) => {
         concat!(
-            "cp $REPO/crates/lagrangian/src/rigid/robots/two_link_arm.urdf ",
+            "cp $REPO/crates/lagrangian-mechanics/src/rigid/robots/two_link_arm.urdf ",
             $file
         )
     };
@@ -103,7 +103,7 @@ sed '1s/,q1,q2,/,x,y,/' m.csv > planet.csv; printf '[columns]\\nq = [\"x\", \"y\
     fixture("bag_folder", "", concat!(arm!("log.csv"), "\nmkdir bag_folder; printf '%s\\n' rosbag2_bagfile_information: '  relative_file_paths:' '    - bag_0.db3' > bag_folder/metadata.yaml; python3 $REPO/crates/xtask/src/documents/bag.py log.csv bag_folder/bag_0.db3; rm log.*")),
     fixture("plan.toml", "", "sed 's/^steps = .*/steps = 20/' $REPO/examples/sweep/plan.toml > plan.toml
 lagrangian simulate double-pendulum --trajectories 6 --duration 3 --out motion.csv"),
-    fixture("crates/", "", "mkdir -p crates/lagrangian/tests; cp -r $REPO/crates/lagrangian/tests/exports crates/lagrangian/tests"),
+    fixture("crates/", "", "mkdir -p crates/lagrangian-recordings/tests; cp -r $REPO/crates/lagrangian-recordings/tests/exports crates/lagrangian-recordings/tests"),
     fixture("examples/", "", "cp -r $REPO/examples .; rm -f examples/sweep/motion.*; sed -i 's/^steps = .*/steps = 20/' examples/sweep/plan.toml"),
     fixture("logs/", "", "mkdir logs; cp $DATA/servo_real/*.csv logs"),
     fixture("run", "export", run!(arm!("data.csv"), "--model delan", "run")),

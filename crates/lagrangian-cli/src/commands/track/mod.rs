@@ -141,7 +141,7 @@ fn reference(args: &TrackArgs, fitted: &Fitted) -> Result<Reference> {
 
 /// The longest piece of a reference that has gaps: nothing says how it moves across them.
 fn without_gaps(trajectory: Trajectory) -> Trajectory {
-    let piece = trajectory.longest_piece();
+    let piece = lagrangian::trajectory::longest_piece(&trajectory.t);
     if piece.len() == trajectory.len() {
         return trajectory;
     }

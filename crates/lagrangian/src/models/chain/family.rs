@@ -4,10 +4,10 @@ use super::{ChainConfig, search};
 use crate::dataset::Dataset;
 use crate::models::family::{self, Abilities, Entry, Family, Plan};
 use crate::models::rigid::robot;
-use crate::rigid::{MAX_JOINTS, RobotConfig};
-use crate::settings::{Kind, Setting};
 use crate::train::{FitConfig, Loss};
-use crate::{Error, Result};
+use lagrangian_mechanics::rigid::{MAX_JOINTS, RobotConfig};
+use lagrangian_motion::settings::{Kind, Setting};
+use lagrangian_motion::{Error, Result};
 
 /// The row of the table of families.
 pub(crate) const ENTRY: Entry = Entry {

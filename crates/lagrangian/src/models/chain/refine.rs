@@ -15,15 +15,18 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
 use super::search::{BLOCKS, SPEEDS};
-use crate::rigid::RigidBodies;
-use crate::rigid::consistent::{Minimum, Prior, minimise};
-use crate::rigid::joint_sums::{Friction, JointSums};
-use crate::rigid::placement::Tangents;
-use crate::rigid::regressor::PER_BODY;
-use crate::rigid::screws::Screw;
-use crate::rigid::spatial::{Twist, Vec3, add, cross, dot, scale, sub, turn_back, turning_to_z};
-use crate::train::Samples;
-use crate::{Coordinates, Evaluator};
+use lagrangian_mechanics::Evaluator;
+use lagrangian_mechanics::rigid::RigidBodies;
+use lagrangian_mechanics::rigid::consistent::{Minimum, Prior, minimise};
+use lagrangian_mechanics::rigid::joint_sums::{Friction, JointSums};
+use lagrangian_mechanics::rigid::placement::Tangents;
+use lagrangian_mechanics::rigid::regressor::PER_BODY;
+use lagrangian_mechanics::rigid::screws::Screw;
+use lagrangian_mechanics::rigid::spatial::{
+    Twist, Vec3, add, cross, dot, scale, sub, turn_back, turning_to_z,
+};
+use lagrangian_motion::Coordinates;
+use lagrangian_motion::samples::Samples;
 
 /// The strength of the prior of the bodies.
 const STRENGTH: f64 = 1e-3;
@@ -307,7 +310,7 @@ fn displace(screws: &mut [Screw], k: usize, by: f64) {
 struct Rows<'a> {
     data: &'a Refinement<'a>,
     point: &'a Point,
-    dynamics: crate::rigid::RigidDynamics<'a>,
+    dynamics: lagrangian_mechanics::rigid::RigidDynamics<'a>,
     bodies: Vec<f64>,
     tangents: Tangents,
     /// Columns and values of the regressor of each joint.
@@ -376,8 +379,8 @@ impl<'a> Rows<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Result;
-    use crate::rigid::JointKind;
+    use lagrangian_mechanics::rigid::JointKind;
+    use lagrangian_motion::Result;
 
     #[test]
     fn torques_change_with_the_place_of_a_joint_as_differences_say() -> Result<()> {

@@ -14,13 +14,15 @@ use rayon::prelude::*;
 
 use super::refine::Refinement;
 use crate::dataset::Dataset;
-use crate::mechanics::solve::ridge::{Ridge, scales};
-use crate::rigid::consistent::Quadratic;
-use crate::rigid::joint_sums::{Friction, JointSums};
-use crate::rigid::screws::Screw;
-use crate::rigid::{JointKind, RigidBodies};
-use crate::train::{Observer, Samples};
-use crate::{Coordinates, Error, Result, shuffle};
+use crate::shuffle;
+use crate::train::Observer;
+use lagrangian_mechanics::rigid::consistent::Quadratic;
+use lagrangian_mechanics::rigid::joint_sums::{Friction, JointSums};
+use lagrangian_mechanics::rigid::screws::Screw;
+use lagrangian_mechanics::rigid::{JointKind, RigidBodies};
+use lagrangian_motion::samples::Samples;
+use lagrangian_motion::solve::ridge::{Ridge, scales};
+use lagrangian_motion::{Coordinates, Error, Result};
 
 /// The samples that are searched with.
 const SAMPLES: usize = 240;
@@ -341,7 +343,7 @@ fn ridge(data: &Quadratic, all: &Quadratic) -> Option<Vec<f64>> {
 /// At most `most` samples, evenly spaced.
 fn evenly(samples: &Samples, most: usize) -> Samples {
     let count = samples.len().min(most);
-    let mut signals: crate::Signals = crate::Signals::default();
+    let mut signals: lagrangian_motion::Signals = lagrangian_motion::Signals::default();
     for k in 0..count {
         let row = samples.row(k * samples.len() / count.max(1));
         signals.q.extend_from_slice(row.q);

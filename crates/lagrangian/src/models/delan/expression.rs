@@ -1,7 +1,7 @@
 //! A deep Lagrangian network as an expression.
 
 use super::{Delan, factor};
-use crate::expression::{Function, Value, network};
+use lagrangian_mechanics::expression::{Function, Value, network};
 use nets::Activation;
 
 impl Delan {

@@ -12,9 +12,9 @@ use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::models::vin;
 use crate::saved::{self, SavedModel};
-use crate::settings::{Kind, Setting, named};
 use crate::train::{Choice, FitConfig, Known, LOSS, Loss, Request};
-use crate::{Error, Result};
+use lagrangian_motion::settings::{Kind, Setting, named};
+use lagrangian_motion::{Error, Result};
 use nets::simd::Real;
 
 /// The row of the table of families.

@@ -2,10 +2,10 @@
 
 use super::one::One;
 use super::{Delan, Factor, Factors, Outputs};
-use crate::mechanics::lagrangian::curvature::{STEP, differences};
-use crate::mechanics::lagrangian::{Curvature, Jet, Jets};
 use crate::models::NetworkShape;
 use crate::models::passes::Passes;
+use lagrangian_mechanics::lagrangian::curvature::{STEP, differences};
+use lagrangian_mechanics::lagrangian::{Curvature, Jet, Jets};
 
 pub(super) struct DelanJets<'a> {
     delan: &'a Delan,

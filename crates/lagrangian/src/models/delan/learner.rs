@@ -2,10 +2,10 @@
 //! change along q̇ and their change along one more direction in q (theory.md, section 14).
 
 use super::{Block, DelanShape};
-use crate::mechanics::solve::Regularity;
 use crate::models::NetworkShape;
-use crate::rigid::RigidBodies;
 use crate::train::{At, Facts, Forces, Learner, Loss, Work};
+use lagrangian_mechanics::rigid::RigidBodies;
+use lagrangian_motion::solve::Regularity;
 use nets::simd::Real;
 use nets::{Gradient, Packed, Terms};
 

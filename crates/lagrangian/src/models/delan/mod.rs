@@ -22,11 +22,11 @@ pub use structure::{Structure, Terms};
 use num_dual::DualNum;
 use serde::{Deserialize, Serialize};
 
-use crate::expression::{Expressed, Moving};
-use crate::mechanics::lagrangian::scaled::{Features, Scaling};
-use crate::mechanics::lagrangian::{Jets, Lagrangian};
 use crate::models::network::{Network, NetworkShape, Parts, check_coordinates, check_layers};
-use crate::{Coordinates, Error, Result};
+use lagrangian_mechanics::expression::{Expressed, Moving};
+use lagrangian_mechanics::lagrangian::scaled::{Features, Scaling};
+use lagrangian_mechanics::lagrangian::{Jets, Lagrangian};
+use lagrangian_motion::{Coordinates, Error, Result};
 use nets::simd::Real;
 use nets::{Activation, Build, Gradient, Net, Packed, Pass};
 

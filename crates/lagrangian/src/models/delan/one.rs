@@ -1,8 +1,8 @@
 //! The derivatives of a deep Lagrangian network at one state, as a control loop asks for them.
 
 use super::{Delan, DelanShape, Factor};
-use crate::mechanics::lagrangian::Jet;
-use crate::mechanics::lagrangian::positions::Positions;
+use lagrangian_mechanics::lagrangian::Jet;
+use lagrangian_mechanics::lagrangian::positions::Positions;
 use nets::Chain;
 
 /// Evaluates them where the layers are a chain: shared trunks, and M depends on q.

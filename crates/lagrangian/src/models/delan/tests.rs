@@ -5,9 +5,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::{Block, DelanConfig, DelanShape, Inertia, Trunks};
-use crate::mechanics::lagrangian::Scaling;
 use crate::models::NetworkShape;
-use crate::trajectory::{Coordinates, Topology};
+use lagrangian_mechanics::lagrangian::Scaling;
+use lagrangian_motion::{Coordinates, Topology};
 use nets::simd::Real;
 use nets::{Packed, Pass};
 

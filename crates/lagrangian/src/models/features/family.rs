@@ -6,9 +6,9 @@ use crate::models::family::{self, Abilities, Entry, Family, Plan};
 use crate::models::learned::{Description, Learned, LearnedLagrangian, Stored};
 use crate::models::settings as shared;
 use crate::saved::{self, SavedModel};
-use crate::settings::{Kind, Range, Setting};
 use crate::train::{FitConfig, Loss, Observer};
-use crate::{Error, Result};
+use lagrangian_motion::settings::{Kind, Range, Setting};
+use lagrangian_motion::{Error, Result};
 
 /// The row of the table of families.
 pub(crate) const ENTRY: Entry = Entry {

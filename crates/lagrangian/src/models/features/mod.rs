@@ -15,10 +15,10 @@ use nets::Activation;
 use serde::{Deserialize, Serialize};
 
 use super::lnn::Form;
-use crate::expression::{Expressed, Moving};
-use crate::mechanics::lagrangian::{Jets, Lagrangian, Scaling};
 use crate::models::lnn::{Lnn, LnnConfig};
-use crate::{Coordinates, Error, Result};
+use lagrangian_mechanics::expression::{Expressed, Moving};
+use lagrangian_mechanics::lagrangian::{Jets, Lagrangian, Scaling};
+use lagrangian_motion::{Coordinates, Error, Result};
 
 /// The shape of a Lagrangian that is linear in random features.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -21,12 +21,12 @@ use rayon::prelude::*;
 
 use super::{FeatureLagrangian, FeaturesConfig, KINETIC};
 use crate::dataset::Dataset;
-use crate::mechanics::dynamics::Mechanical;
-use crate::mechanics::lagrangian::Scaling;
-use crate::mechanics::lagrangian::scaled::Features;
 use crate::models::Solution;
-use crate::train::Samples;
-use crate::{Coordinates, Error, Result};
+use lagrangian_mechanics::dynamics::Mechanical;
+use lagrangian_mechanics::lagrangian::Scaling;
+use lagrangian_mechanics::lagrangian::scaled::Features;
+use lagrangian_motion::samples::Samples;
+use lagrangian_motion::{Coordinates, Error, Result};
 
 /// The candidate ridges, relative to the norm of each column.
 const RIDGES: [f64; 8] = [1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-6, 1e-4, 1e-2];
@@ -311,8 +311,8 @@ fn squared_distance(sums: &Mat<f64>, weights: &[f64]) -> f64 {
 mod tests {
     use super::*;
     use crate::dataset::random_states;
-    use crate::mechanics::analytic::by_name;
-    use crate::mechanics::dynamics::Model;
+    use lagrangian_mechanics::analytic::by_name;
+    use lagrangian_mechanics::dynamics::Model;
 
     #[test]
     fn the_columns_are_the_inverse_dynamics_of_the_network_that_has_these_weights() {

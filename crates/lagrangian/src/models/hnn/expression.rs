@@ -1,12 +1,12 @@
 //! A Hamiltonian network as an expression.
 
 use super::{Hnn, HnnNet};
-use crate::Result;
-use crate::expression::{self, Equations};
-use crate::mechanics::forces::Applied;
 use crate::models::NetworkShape;
 use crate::models::delan::Delan;
 use crate::models::lnn::Lnn;
+use lagrangian_mechanics::expression::{self, Equations};
+use lagrangian_mechanics::forces::Applied;
+use lagrangian_motion::Result;
 
 impl Hnn {
     /// Hamilton's equations under these forces.

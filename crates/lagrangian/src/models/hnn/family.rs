@@ -5,9 +5,6 @@ use serde_json::Value;
 use super::learner::HnnLearner;
 use super::{Hnn, HnnConfig, HnnShape, HnnStructure, Momenta};
 use crate::dataset::Dataset;
-use crate::expression::Equations;
-use crate::mechanics::hamiltonian::{Canonical, Hamiltonian};
-use crate::mechanics::lagrangian::Lagrangian;
 use crate::models::NetworkShape;
 use crate::models::family::{
     self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained, Training,
@@ -18,9 +15,12 @@ use crate::models::learned::{
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::saved::{self, SavedModel};
-use crate::settings::{Kind, Range, Setting, named};
 use crate::train::{Choice, FitConfig, ForceTerms, Known, Loss, Request};
-use crate::{Error, Result};
+use lagrangian_mechanics::expression::Equations;
+use lagrangian_mechanics::hamiltonian::{Canonical, Hamiltonian};
+use lagrangian_mechanics::lagrangian::Lagrangian;
+use lagrangian_motion::settings::{Kind, Range, Setting, named};
+use lagrangian_motion::{Error, Result};
 use nets::simd::Real;
 
 /// The row of the table of families.
@@ -204,7 +204,7 @@ impl FittedModel for Canonical<Hnn> {
     }
 
     fn forces(&self) -> FittedForces<'_> {
-        self.mechanical().fitted_forces()
+        FittedForces::of(self.mechanical())
     }
 
     fn hamiltonian(&self) -> Option<&dyn Hamiltonian> {

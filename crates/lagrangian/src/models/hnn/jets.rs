@@ -2,12 +2,12 @@
 //! the motion.
 
 use super::{Hnn, HnnNet};
-use crate::mechanics::dynamics::Evaluation;
-use crate::mechanics::hamiltonian::{HamiltonianJet, HamiltonianJets};
-use crate::mechanics::lagrangian::Jet;
 use crate::models::NetworkShape;
 use crate::models::delan::{Factors, Outputs};
 use crate::models::passes::Passes;
+use lagrangian_mechanics::dynamics::Evaluation;
+use lagrangian_mechanics::hamiltonian::{HamiltonianJet, HamiltonianJets};
+use lagrangian_mechanics::lagrangian::Jet;
 
 pub(super) struct HnnJets<'a> {
     hnn: &'a Hnn,

@@ -5,7 +5,7 @@ use super::{HnnNet, HnnShape, Momenta, Unit};
 use crate::models::NetworkShape;
 use crate::models::delan::Outputs;
 use crate::train::{At, Facts, Forces, Learner, Loss, Work};
-use crate::trajectory::Signals;
+use lagrangian_motion::Signals;
 use nets::simd::Real;
 use nets::{Gradient, Packed, Terms};
 
@@ -272,11 +272,12 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::super::{HnnConfig, HnnStructure};
     use super::*;
-    use crate::Coordinates;
-    use crate::mechanics::lagrangian::Scaling;
+    use crate::train::ForceTerms;
     use crate::train::tests::{assert_step_solves, forces, gradient_error, samples};
-    use crate::train::{ForceTerms, Samples};
-    use crate::trajectory::Signals;
+    use lagrangian_mechanics::lagrangian::Scaling;
+    use lagrangian_motion::Coordinates;
+    use lagrangian_motion::Signals;
+    use lagrangian_motion::samples::Samples;
 
     fn shape(
         n: usize,

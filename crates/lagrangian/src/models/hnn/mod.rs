@@ -9,12 +9,13 @@ mod slopes;
 use num_dual::DualNum;
 use serde::{Deserialize, Serialize};
 
-use crate::mechanics::hamiltonian::{Hamiltonian, HamiltonianJets};
-use crate::mechanics::lagrangian::{DelanShape, Features, LnnShape, Scaling, Seen};
 use crate::models::delan::{Delan, DelanConfig};
 use crate::models::lnn::{Lnn, LnnConfig};
 use crate::models::network::{Network, NetworkShape, Parts};
-use crate::{Coordinates, Error, Result};
+use crate::models::{delan::DelanShape, lnn::LnnShape};
+use lagrangian_mechanics::hamiltonian::{Hamiltonian, HamiltonianJets};
+use lagrangian_mechanics::lagrangian::{Features, Scaling, Seen};
+use lagrangian_motion::{Coordinates, Error, Result};
 use nets::simd::Real;
 use nets::{Activation, Build, Net, Pass};
 

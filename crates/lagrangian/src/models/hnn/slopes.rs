@@ -3,9 +3,9 @@
 
 use super::HnnNet;
 use super::learner::HnnLearner;
-use crate::mechanics::lagrangian::{Features, Scaling};
 use crate::models::NetworkShape;
 use crate::train::Work;
+use lagrangian_mechanics::lagrangian::{Features, Scaling};
 use nets::Packed;
 use nets::simd::Real;
 

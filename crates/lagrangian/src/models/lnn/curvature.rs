@@ -1,10 +1,10 @@
 //! ∂²L/∂q∂q and ∂p/∂q of a Lagrangian network: one pass with the 2 n tangents of all of (q̇, q).
 
 use super::{Lnn, LnnShape};
-use crate::mechanics::lagrangian::Curvature;
-use crate::mechanics::lagrangian::scaled::Features;
 use crate::models::NetworkShape;
 use crate::models::passes::BLOCK;
+use lagrangian_mechanics::lagrangian::Curvature;
+use lagrangian_mechanics::lagrangian::scaled::Features;
 use nets::Pass;
 use nets::simd::Real;
 

@@ -1,8 +1,8 @@
 //! A Lagrangian network as an expression.
 
 use super::{Form, Lnn};
-use crate::expression::{Function, Value, network};
-use crate::mechanics::lagrangian::Seen;
+use lagrangian_mechanics::expression::{Function, Value, network};
+use lagrangian_mechanics::lagrangian::Seen;
 
 impl Lnn {
     /// L of (q, q̇).

@@ -13,9 +13,9 @@ use crate::models::learned::{Description, Learned, LearnedLagrangian, Stored, no
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::saved::{self, SavedModel};
-use crate::settings::{Kind, Setting, named};
 use crate::train::{Choice, FitConfig, Known, Loss, Request};
-use crate::{Error, Result};
+use lagrangian_motion::settings::{Kind, Setting, named};
+use lagrangian_motion::{Error, Result};
 use nets::simd::Real;
 
 /// The row of the table of families.

@@ -2,10 +2,10 @@
 //! derivative of its solve (theory.md, equations 15 and 16).
 
 use super::LnnShape;
-use crate::mechanics::solve::Regularity;
 use crate::models::NetworkShape;
-use crate::rigid::RigidBodies;
 use crate::train::{At, Facts, Forces, Learner, Loss, Work};
+use lagrangian_mechanics::rigid::RigidBodies;
+use lagrangian_motion::solve::Regularity;
 use nets::simd::Real;
 use nets::{Gradient, Packed, Terms};
 

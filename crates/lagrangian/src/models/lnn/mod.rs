@@ -10,13 +10,13 @@ pub(crate) mod points;
 use num_dual::DualNum;
 use serde::{Deserialize, Serialize};
 
-use crate::expression::{Expressed, Moving};
-use crate::mechanics::lagrangian::scaled::{Features, Scaling};
-use crate::mechanics::lagrangian::seen::{Seen, SpeedChart, VelocityFeature};
-use crate::mechanics::lagrangian::{Curvature, Jet, Jets, Lagrangian};
 use crate::models::network::{Network, NetworkShape, Parts, check_coordinates, check_layers};
 use crate::models::passes::Passes;
-use crate::{Coordinates, Error, Result};
+use lagrangian_mechanics::expression::{Expressed, Moving};
+use lagrangian_mechanics::lagrangian::scaled::{Features, Scaling};
+use lagrangian_mechanics::lagrangian::seen::{Seen, SpeedChart, VelocityFeature};
+use lagrangian_mechanics::lagrangian::{Curvature, Jet, Jets, Lagrangian};
+use lagrangian_motion::{Coordinates, Error, Result};
 use nets::simd::Real;
 use nets::{Activation, Build, Gradient, Net, Packed, Pass, Weighted};
 

@@ -1,11 +1,11 @@
 //! The derivatives of a Lagrangian network at one state, as a control loop and an integrator ask for them.
 
 use super::{Form, Lnn, LnnShape};
-use crate::mechanics::lagrangian::Jet;
-use crate::mechanics::lagrangian::positions::Positions;
-use crate::mechanics::lagrangian::scaled::Scaling;
-use crate::mechanics::lagrangian::seen::VelocityFeature;
 use crate::models::NetworkShape;
+use lagrangian_mechanics::lagrangian::Jet;
+use lagrangian_mechanics::lagrangian::positions::Positions;
+use lagrangian_mechanics::lagrangian::scaled::Scaling;
+use lagrangian_mechanics::lagrangian::seen::VelocityFeature;
 use nets::Chain;
 
 /// Evaluates them in the free form, whose layers are a chain.

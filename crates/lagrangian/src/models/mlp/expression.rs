@@ -1,7 +1,7 @@
 //! A plain network as an expression.
 
 use super::{Direction, Mlp};
-use crate::expression::{Equations, Plain, network};
+use lagrangian_mechanics::expression::{Equations, Plain, network};
 
 impl Mlp {
     /// What the network computes.

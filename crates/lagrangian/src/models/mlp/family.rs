@@ -2,9 +2,7 @@
 
 use super::learner::MlpLearner;
 use super::{Direction, Mlp, MlpConfig, MlpScaling, MlpShape};
-use crate::Result;
 use crate::dataset::Dataset;
-use crate::expression::Equations;
 use crate::models::NetworkShape;
 use crate::models::family::{
     self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained, Training,
@@ -13,6 +11,8 @@ use crate::models::learned::{Description, FittedModel, Learned, Stored, not_trai
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::train::{FitConfig, Loss};
+use lagrangian_mechanics::expression::Equations;
+use lagrangian_motion::Result;
 use nets::simd::Real;
 
 /// The row of the table of families.

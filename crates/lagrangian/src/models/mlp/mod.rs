@@ -7,11 +7,11 @@ pub(crate) mod learner;
 
 use serde::{Deserialize, Serialize};
 
-use crate::mechanics::dynamics::{Evaluation, Evaluator, Model, PhaseFlow};
-use crate::mechanics::lagrangian::{Features, Scaling};
 use crate::models::network::{Network, NetworkShape, Parts, check_coordinates, check_layers};
 use crate::models::passes::Passes;
-use crate::{Coordinates, Result};
+use lagrangian_mechanics::dynamics::{Evaluation, Evaluator, Model, PhaseFlow};
+use lagrangian_mechanics::lagrangian::{Features, Scaling};
+use lagrangian_motion::{Coordinates, Result};
 use nets::simd::Real;
 use nets::{Activation, Build, Net, Pass};
 

@@ -1,9 +1,7 @@
 //! Neural ordinary differential equations as a family: what they can be fitted to, their training, their saved form.
 
 use super::{NeuralOde, NeuralOdeConfig, Order};
-use crate::Result;
 use crate::dataset::Dataset;
-use crate::expression::{self, Equations};
 use crate::models::NetworkShape;
 use crate::models::family::{
     self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained, Training,
@@ -13,8 +11,10 @@ use crate::models::mlp::{Mlp, MlpShape};
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::saved::SavedModel;
-use crate::settings::{Kind, Setting, named};
 use crate::train::{Choice, FitConfig, Known, LOSS, Loss, Request};
+use lagrangian_mechanics::expression::{self, Equations};
+use lagrangian_motion::Result;
+use lagrangian_motion::settings::{Kind, Setting, named};
 use nets::simd::Real;
 
 /// The row of the table of families.

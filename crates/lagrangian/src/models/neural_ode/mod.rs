@@ -8,9 +8,9 @@ pub(crate) mod family;
 
 use serde::{Deserialize, Serialize};
 
-use crate::mechanics::dynamics::{Evaluator, Model};
 use crate::models::mlp::{Direction, Mlp, MlpConfig};
-use crate::{Coordinates, Error, Result};
+use lagrangian_mechanics::dynamics::{Evaluator, Model};
+use lagrangian_motion::{Coordinates, Error, Result};
 use nets::Activation;
 
 /// The order of a differential equation.

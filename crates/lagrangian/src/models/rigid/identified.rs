@@ -1,11 +1,11 @@
 //! Rigid bodies whose parameters were identified.
 
-use crate::mechanics::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
-use crate::mechanics::lagrangian::Lagrangian;
 use crate::models::Parameter;
 use crate::models::learned::{Description, FittedForces, FittedModel, Learned, Stored};
-use crate::rigid::RigidBodies;
-use crate::{Coordinates, Error, Result};
+use lagrangian_mechanics::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
+use lagrangian_mechanics::lagrangian::Lagrangian;
+use lagrangian_mechanics::rigid::RigidBodies;
+use lagrangian_motion::{Coordinates, Error, Result};
 
 /// Rigid bodies with identified parameters and the standard errors of these.
 #[derive(Debug, Clone)]
@@ -125,7 +125,7 @@ impl<L: Identifiable> FittedModel for IdentifiedBodies<L> {
     }
 
     fn forces(&self) -> FittedForces<'_> {
-        self.motion.fitted_forces()
+        FittedForces::of(&self.motion)
     }
 
     fn robot(&self) -> Option<&RigidBodies> {

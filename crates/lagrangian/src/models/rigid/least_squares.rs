@@ -4,11 +4,11 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use rayon::prelude::*;
 
-use crate::Result;
 use crate::dataset::Dataset;
-use crate::mechanics::dynamics::Mechanical;
-use crate::mechanics::forces::Dissipation;
-use crate::mechanics::lagrangian::Lagrangian;
+use lagrangian_mechanics::dynamics::Mechanical;
+use lagrangian_mechanics::forces::Dissipation;
+use lagrangian_mechanics::lagrangian::Lagrangian;
+use lagrangian_motion::Result;
 
 /// Smoothing speeds that are tried, in parts of the smallest root mean square of a velocity.
 const SMOOTHING: [f64; 7] = [0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5];

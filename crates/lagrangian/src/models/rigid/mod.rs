@@ -14,10 +14,10 @@ use serde_json::Value;
 use super::family::{self, Abilities, Entry, Family, Plan};
 use super::settings as shared;
 use crate::dataset::Dataset;
-use crate::rigid::RobotConfig;
-use crate::settings::{Kind, Setting};
 use crate::train::{Choice, FitConfig, Known, Loss, Request};
-use crate::{Error, Result};
+use lagrangian_mechanics::rigid::RobotConfig;
+use lagrangian_motion::settings::{Kind, Setting};
+use lagrangian_motion::{Error, Result};
 
 pub use chain::{Angles, RigidChain};
 

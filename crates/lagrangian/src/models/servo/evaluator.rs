@@ -1,9 +1,9 @@
 //! Forces and accelerations of a servo at single states; τ is the torque of the motor.
 
 use super::machine::{Machine, Moving, Workspace};
-use crate::mechanics::dynamics::{Balance, Evaluation, Evaluator};
-use crate::mechanics::forces::Load;
-use crate::mechanics::solve::{Regularity, SymmetricSolver};
+use lagrangian_mechanics::dynamics::{Balance, Evaluation, Evaluator};
+use lagrangian_mechanics::forces::Load;
+use lagrangian_motion::solve::{Regularity, SymmetricSolver};
 
 /// A machine with memory for its evaluation.
 pub(super) struct ServoEvaluator<'a> {

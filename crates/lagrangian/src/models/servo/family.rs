@@ -17,9 +17,10 @@ use crate::models::family::{self, Abilities, Entry, Family, Plan, Solution};
 use crate::models::learned::{Description, FittedModel, Stored, WEIGHTS};
 use crate::models::named::Parameter;
 use crate::saved::{self, SavedModel};
-use crate::settings::{Kind, Range, Setting, named};
-use crate::train::{FitConfig, Loss, Observer, Samples};
-use crate::{Error, Result};
+use crate::train::{FitConfig, Loss, Observer};
+use lagrangian_motion::samples::Samples;
+use lagrangian_motion::settings::{Kind, Range, Setting, named};
+use lagrangian_motion::{Error, Result};
 
 /// The row of the table of families.
 pub(crate) const ENTRY: Entry = Entry {

@@ -1,7 +1,7 @@
 //! What drives are told along a recording.
 
-use crate::mechanics::forces::Command;
-use crate::trajectory::Signals;
+use lagrangian_mechanics::forces::Command;
+use lagrangian_motion::Signals;
 
 /// The longest step of a simulation, s.
 const STEP: f64 = 0.0025;

@@ -1,6 +1,6 @@
 //! A planar chain of joints with geared, position-controlled motors, and one implicit step of its motion.
 
-use crate::mechanics::forces::{Command, Drive, DrySolver, GearFriction, Load, Scalar};
+use lagrangian_mechanics::forces::{Command, Drive, DrySolver, GearFriction, Load, Scalar};
 
 /// A planar chain of n links with geared motors at its joints; over any scalar, so that motions have sensitivities.
 ///

@@ -25,12 +25,12 @@ mod tests;
 
 use serde::{Deserialize, Serialize};
 
-use crate::mechanics::dynamics::{Driven, Evaluator, Model};
-use crate::mechanics::forces::{Drive, GearFriction};
-use crate::rollout::{Outcome, Rollout};
-use crate::trajectory::{Signal, Signals};
-use crate::{Coordinates, Error, Result, Trajectory};
 use input::steps;
+use lagrangian_mechanics::dynamics::{Driven, Evaluator, Model};
+use lagrangian_mechanics::forces::{Drive, GearFriction};
+use lagrangian_mechanics::rollout::{Outcome, Rollout};
+use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
+use lagrangian_motion::{Signal, Signals};
 use machine::{Machine, Moving};
 use motion::Recorded;
 use parameters::Layout;
@@ -187,7 +187,7 @@ impl Servo {
                 None => Outcome::Finished,
                 Some(&t) => Outcome::Diverged {
                     t,
-                    reason: crate::integrate::Failure::NotFinite,
+                    reason: lagrangian_mechanics::integrate::Failure::NotFinite,
                 },
             },
             trajectory,

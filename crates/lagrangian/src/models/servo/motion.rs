@@ -2,9 +2,9 @@
 
 use super::input::{Input, steps};
 use super::machine::{Machine, Moving, Workspace};
-use crate::mechanics::forces::Scalar;
-use crate::trajectory::Signals;
-use crate::trajectory::low_pass::{HIGHEST, LowPass};
+use lagrangian_mechanics::forces::Scalar;
+use lagrangian_motion::Signals;
+use lagrangian_recordings::low_pass::{HIGHEST, LowPass};
 
 /// Cut-off of the low-pass that makes the states in which segments begin, Hz.
 const CUTOFF: f64 = 20.0;

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::machine::Machine;
-use crate::mechanics::forces::{Drive, GearFriction, Scalar, Sensitive};
+use lagrangian_mechanics::forces::{Drive, GearFriction, Scalar, Sensitive};
 
 /// The terms of the friction of gears, by the numbers of Duclusaud et al. 2025.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]

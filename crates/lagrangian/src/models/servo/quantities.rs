@@ -1,7 +1,7 @@
 //! What the parameters of a servo stand for, with names and units.
 
 use super::machine::Machine;
-use crate::mechanics::forces::Scalar;
+use lagrangian_mechanics::forces::Scalar;
 
 /// A physical quantity of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -15,9 +15,9 @@ pub(crate) use covariance::standard_errors;
 use super::machine::{Machine, Moving};
 use super::motion::{FAR, Recorded};
 use super::parameters::{Layout, variables};
-use crate::mechanics::forces::{Scalar, Sensitive};
-use crate::mechanics::solve::SymmetricSolver;
-use crate::trajectory::local_polynomial::median_step;
+use lagrangian_mechanics::forces::{Scalar, Sensitive};
+use lagrangian_motion::solve::SymmetricSolver;
+use lagrangian_recordings::local_polynomial::median_step;
 
 /// Directions of the sensitivities of one simulation.
 const LANES: usize = 8;

@@ -2,7 +2,7 @@
 
 use super::motion::Recorded;
 use super::parameters::Joint;
-use crate::mechanics::solve::SymmetricSolver;
+use lagrangian_motion::solve::SymmetricSolver;
 
 /// Below this speed, rad/s, dry friction hides the motion's equation.
 const SLOW: f64 = 0.3;

@@ -3,11 +3,12 @@
 use super::input::Input;
 use super::machine::{Machine, Moving, Workspace};
 use super::*;
-use crate::mechanics::forces::Command;
+use crate::Dataset;
 use crate::models::Learned;
 use crate::saved::Provenance;
 use crate::train::{FitConfig, fit};
-use crate::{Dataset, State};
+use lagrangian_mechanics::forces::Command;
+use lagrangian_motion::State;
 use rand::SeedableRng;
 
 const OFF: Command = Command {

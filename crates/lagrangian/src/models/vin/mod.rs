@@ -6,10 +6,10 @@ use serde::{Deserialize, Serialize};
 use super::delan::{DelanConfig, Inertia, Trunks, family as delan};
 use super::family::{self, Abilities, Entry, Family, Plan};
 use super::settings as shared;
-use crate::Result;
 use crate::dataset::Dataset;
-use crate::settings::Setting;
 use crate::train::{Choice, FitConfig, Known, LOSS, Loss, Request};
+use lagrangian_motion::Result;
+use lagrangian_motion::settings::Setting;
 use nets::Activation;
 
 /// The row of the table of families.

@@ -1,7 +1,7 @@
 //! The properties of data that choices depend on.
 
 use crate::dataset::Dataset;
-use crate::trajectory::{Estimate, Source};
+use lagrangian_recordings::{Estimate, Source};
 
 /// Accelerations are noisy where their relative standard error exceeds this.
 const NOISY: f64 = 0.005;

@@ -20,10 +20,10 @@ use super::rollout::RolloutLoss;
 use super::settings::{ROLLOUT_SETTINGS, SETTINGS, TrainingSettings};
 use crate::dataset::Dataset;
 use crate::models::{Abilities, Entry, FAMILIES, Family};
-use crate::rigid::RobotConfig;
-use crate::settings::{Need, Setting, Values, is_absent};
-use crate::trajectory::Estimate;
-use crate::{Error, Result};
+use lagrangian_mechanics::rigid::RobotConfig;
+use lagrangian_motion::settings::{Need, Setting, Values, is_absent};
+use lagrangian_motion::{Error, Result};
+use lagrangian_recordings::Estimate;
 
 /// A request for a fit, with the settings that a person gave.
 ///

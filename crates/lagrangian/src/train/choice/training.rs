@@ -8,7 +8,7 @@ use crate::train::fit::{Budget, Optimizer, SECONDS};
 use crate::train::loss::Loss;
 use crate::train::natural::NaturalConfig;
 use crate::train::settings::{DampingName, OptimizerName, TrainingSettings};
-use crate::{Error, Result};
+use lagrangian_motion::{Error, Result};
 
 /// The choices of the training so far, and what further ones depend on.
 pub(super) struct TrainingChoices {

@@ -1,8 +1,8 @@
 //! Forces of a fitted model in training again, and their slopes by the inputs.
 
 use super::{Drive, ForceTerms, Forces, Input, SMOOTHING, STRIBECK, Term};
-use crate::mechanics::forces::{Actuation, Directional, Dissipation};
 use crate::models::FittedForces;
+use lagrangian_mechanics::forces::{Actuation, Directional, Dissipation};
 
 impl ForceTerms {
     /// The terms that such forces and rotors are made of.

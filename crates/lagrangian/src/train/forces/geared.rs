@@ -2,7 +2,7 @@
 //! derivatives.
 
 use super::{Drive, Forces, Term};
-use crate::mechanics::forces::{GearFriction, Scalar, Sensitive};
+use lagrangian_mechanics::forces::{GearFriction, Scalar, Sensitive};
 
 /// The parameters of a gear, its force and its velocity.
 const LANES: usize = 13;

@@ -84,7 +84,7 @@ impl<T: Real> Batches<T> {
             lane.gradient.clear();
             lane.extra.fill(0.0);
             for indices in indices.chunks(block).skip(l).step_by(lanes) {
-                samples.gather(indices, &mut lane.work);
+                lane.work.gather(samples, indices);
                 learner.residuals(packed, extra, &mut lane.work);
                 lane.value = lane.value + value(&lane.work, loss, m);
                 if wanted {

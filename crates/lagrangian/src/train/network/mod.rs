@@ -126,7 +126,7 @@ impl LeastSquares for NetworkProblem<'_> {
         blocks
             .zip(indices.par_chunks(BLOCK))
             .for_each(|(block, indices)| {
-                samples.gather(indices, &mut block.work);
+                block.work.gather(samples, indices);
                 learner.residuals(packed, extra, &mut block.work);
             });
         self.weigh()

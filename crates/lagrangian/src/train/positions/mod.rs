@@ -15,9 +15,9 @@
 use super::forces::{Drive, Forces};
 use super::learner::{Facts, Learner, Work};
 use super::loss::Loss;
-use crate::integrate::Rule;
-use crate::mechanics::lagrangian::Scaling;
 use crate::models::NetworkShape;
+use lagrangian_mechanics::integrate::Rule;
+use lagrangian_mechanics::lagrangian::Scaling;
 use nets::simd::Real;
 use nets::{Gradient, Packed, Terms};
 

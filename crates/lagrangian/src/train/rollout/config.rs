@@ -4,9 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use super::step::evaluations;
 use crate::dataset::Dataset;
-use crate::integrate::Method;
 use crate::train::{Loss, Optimizer};
-use crate::{Error, Result};
+use lagrangian_mechanics::integrate::Method;
+use lagrangian_motion::{Error, Result};
 
 /// The part of a rollout that is compared with the recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

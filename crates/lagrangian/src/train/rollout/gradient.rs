@@ -6,9 +6,9 @@ use super::config::{RolloutLoss, SEGMENTS};
 use super::flow::Flow;
 use super::shoot::{Back, Block, Task};
 use super::step::evaluations;
-use crate::mechanics::solve::SymmetricSolver;
 use crate::train::learner::Learner;
 use crate::train::problem::LossValue;
+use lagrangian_motion::solve::SymmetricSolver;
 use nets::{Gradient, Packed};
 
 /// The number of parts of a batch; more threads are of no use.

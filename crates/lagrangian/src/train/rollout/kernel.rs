@@ -79,7 +79,7 @@ impl GaussNewton {
                     let width = between.len();
                     let others = b.chained[t * rows * width..][..rows * width].chunks_exact(width);
                     for (x, other) in out.iter_mut().zip(others) {
-                        *x = crate::mechanics::solve::dot(&between, other);
+                        *x = lagrangian_motion::solve::dot(&between, other);
                     }
                     starts_kernel((&a.block, s, i), (&b.block, t), task, out);
                 }
@@ -136,7 +136,7 @@ fn add_extra(
             let a = &left.linear.extra[(s * k + i) * force_terms..][..force_terms];
             for (t, x) in row.iter_mut().enumerate() {
                 let b = &right.linear.extra[(t * k + j) * force_terms..][..force_terms];
-                *x += crate::mechanics::solve::dot(a, b);
+                *x += lagrangian_motion::solve::dot(a, b);
             }
         }
     }

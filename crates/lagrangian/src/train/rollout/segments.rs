@@ -1,10 +1,10 @@
 //! The starts of segments, and the units of their errors.
 
 use super::config::{Observe, RolloutLoss, Start};
-use crate::Coordinates;
 use crate::dataset::{Dataset, Timeline};
 use crate::models::{Family, Momenta};
-use crate::train::Samples;
+use lagrangian_motion::Coordinates;
+use lagrangian_motion::samples::Samples;
 
 /// The recorded motion that segments are cut from.
 #[derive(Clone, Copy)]

@@ -2,9 +2,9 @@
 
 use super::flow::{Flow, Point};
 use super::{leapfrog, midpoint, rk4};
-use crate::integrate::Method;
 use crate::train::MAX_DOF;
 use crate::train::learner::Work;
+use lagrangian_mechanics::integrate::Method;
 
 /// Longest state x.
 pub(crate) const MAX_STATE: usize = 2 * MAX_DOF;

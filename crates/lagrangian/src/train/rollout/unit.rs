@@ -90,7 +90,7 @@ impl Unit {
             let (s, chained) = (at / rows, &self.chained[at * total * k..][..total * k]);
             for (e, chained) in chained.chunks_exact(k).enumerate() {
                 let raw = &self.raw[(e * SEGMENTS + s) * k..][..k];
-                *right += crate::mechanics::solve::dot(chained, raw);
+                *right += lagrangian_motion::solve::dot(chained, raw);
             }
         }
     }

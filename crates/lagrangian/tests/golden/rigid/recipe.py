@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 
 HERE = Path(__file__).parent
-ROBOTS = HERE / "../../../src/rigid/robots"
+ROBOTS = HERE / "../../../../lagrangian-mechanics/src/rigid/robots"
 STATES = 20
 
 

@@ -48,9 +48,9 @@ struct Features<T> {
     /// The coordinate of each feature.
     coordinates: Vec<usize>,
     /// The features.
-    values: Planes<T>,
+    pub values: Planes<T>,
     /// The derivative of each feature by its coordinate.
-    slopes: Planes<T>,
+    pub slopes: Planes<T>,
     /// A tangent of the features, or the gradient by them.
     tangent: Planes<T>,
 }

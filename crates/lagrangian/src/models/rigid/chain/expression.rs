@@ -1,7 +1,7 @@
 //! A planar chain as an expression.
 
 use super::{Angles, RigidChain};
-use crate::expression::Value;
+use lagrangian_mechanics::expression::Value;
 
 impl RigidChain {
     /// L of (q, q̇).

@@ -3,10 +3,10 @@
 use num_dual::DualNum;
 use serde::{Deserialize, Serialize};
 
-use crate::expression::{Expressed, Moving};
-use crate::mechanics::analytic::{ClosedForm, DualJets};
-use crate::mechanics::lagrangian::{Jets, Lagrangian};
-use crate::{Coordinates, Error, Result};
+use lagrangian_mechanics::analytic::{ClosedForm, DualJets};
+use lagrangian_mechanics::expression::{Expressed, Moving};
+use lagrangian_mechanics::lagrangian::{Jets, Lagrangian};
+use lagrangian_motion::{Coordinates, Error, Result};
 
 /// The reference of the angles of a chain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

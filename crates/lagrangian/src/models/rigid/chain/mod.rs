@@ -23,13 +23,13 @@ use super::identified::{ERRORS, Identifiable, IdentifiedBodies, parameter};
 use super::least_squares::{Columns, Sums};
 
 use crate::dataset::Dataset;
-use crate::mechanics::dynamics::{EulerLagrange, Evaluator, Mechanical};
-use crate::mechanics::lagrangian::Lagrangian;
 use crate::models::learned::{Stored, WEIGHTS};
 use crate::models::{Parameter, Solution};
 use crate::saved::{self, SavedModel};
-use crate::train::Samples;
-use crate::{Error, Result};
+use lagrangian_mechanics::dynamics::{EulerLagrange, Evaluator, Mechanical};
+use lagrangian_mechanics::lagrangian::Lagrangian;
+use lagrangian_motion::samples::Samples;
+use lagrangian_motion::{Error, Result};
 
 /// The name under which a chain is saved.
 pub(crate) const SAVED_AS: &str = "rigid";

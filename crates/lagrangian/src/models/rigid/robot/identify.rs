@@ -13,16 +13,16 @@
 
 use super::{Identification, IdentifiedRobot};
 use crate::dataset::Dataset;
-use crate::mechanics::dynamics::Mechanical;
-use crate::mechanics::forces::Dissipation;
 use crate::models::correlation::correlations;
-use crate::rigid::changes::Certainty;
-use crate::rigid::consistent::{Prior, is_consistent, minimise};
-use crate::rigid::joint_sums::{Friction, JointSums};
-use crate::rigid::regressor::PER_BODY;
-use crate::rigid::{RigidBodies, RobotConfig};
-use crate::train::Samples;
-use crate::{Error, Result};
+use lagrangian_mechanics::dynamics::Mechanical;
+use lagrangian_mechanics::forces::Dissipation;
+use lagrangian_mechanics::rigid::changes::Certainty;
+use lagrangian_mechanics::rigid::consistent::{Prior, is_consistent, minimise};
+use lagrangian_mechanics::rigid::joint_sums::{Friction, JointSums};
+use lagrangian_mechanics::rigid::regressor::PER_BODY;
+use lagrangian_mechanics::rigid::{RigidBodies, RobotConfig};
+use lagrangian_motion::samples::Samples;
+use lagrangian_motion::{Error, Result};
 
 /// Strengths of the prior that are tried, each from the minimum of the one before.
 const STRENGTHS: [f64; 8] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-7, 1e-9, 1e-12];

@@ -12,15 +12,15 @@ pub use identify::{IdentifyOptions, identify};
 use serde_json::Value;
 
 use super::identified::{ERRORS, Identifiable, IdentifiedBodies, parameter};
-use crate::Result;
-use crate::mechanics::dynamics::Mechanical;
-use crate::mechanics::forces::Dissipation;
 use crate::models::learned::{Stored, WEIGHTS};
 use crate::models::{Parameter, Solution};
-use crate::rigid::changes::{Certainty, Changes, Known};
-use crate::rigid::regressor::NAMES;
-use crate::rigid::{RigidBodies, RobotShape};
 use crate::saved::{self, SavedModel};
+use lagrangian_mechanics::dynamics::Mechanical;
+use lagrangian_mechanics::forces::Dissipation;
+use lagrangian_mechanics::rigid::changes::{Certainty, Changes, Known};
+use lagrangian_mechanics::rigid::regressor::NAMES;
+use lagrangian_mechanics::rigid::{RigidBodies, RobotShape};
+use lagrangian_motion::Result;
 
 /// A robot with identified parameters: ten of each body in the frame of its joint (`mass_elbow` …), then of each joint its
 /// rotor, constant torque, and viscous and Coulomb friction where they were identified.

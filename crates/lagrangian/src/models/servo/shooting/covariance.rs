@@ -9,13 +9,13 @@ use faer::Mat;
 use rayon::prelude::*;
 
 use super::{LANES, Normal, RIDGE, Shooting, Stage};
-use crate::mechanics::forces::Sensitive;
-use crate::mechanics::solve::{dot, product};
 use crate::models::correlation::correlation;
 use crate::models::servo::motion::Recorded;
 use crate::models::servo::parameters::{Layout, variables};
 use crate::models::servo::quantities::quantities;
-use crate::rigid::consistent;
+use lagrangian_mechanics::forces::Sensitive;
+use lagrangian_mechanics::rigid::consistent;
+use lagrangian_motion::solve::{dot, product};
 
 /// The standard errors of all [`quantities`] of a machine that was fitted to these motions by simulations of these lengths; 0 of what
 /// was not fitted. What the motions leave open, such as a limit that is never reached, is as wide as the ridge leaves it.

@@ -4,10 +4,10 @@ use super::super::config::{RolloutLoss, SEGMENTS, Start};
 use super::super::gauss_newton::{GaussNewton, RolloutProblem, Segments};
 use super::super::segments::{Recorded, Rows};
 use super::{dataset, direction, families, methods, moved, settings, template};
-use crate::integrate::Method;
 use crate::train::System;
 use crate::train::learner::Learner;
 use crate::train::problem::LeastSquares;
+use lagrangian_mechanics::integrate::Method;
 
 /// What a problem says at θ: r, J φ, Jᵀ x of the parameters, and J Jᵀ x.
 struct Seen {

@@ -8,8 +8,6 @@ use super::gradient::{Derivatives, Shooting};
 use super::segments::{Recorded, Rows};
 use super::shoot::{Back, Block, Task};
 use crate::dataset::Dataset;
-use crate::integrate::Method;
-use crate::mechanics::dynamics::Model;
 use crate::models::Trainable;
 use crate::models::delan::DelanConfig;
 use crate::models::hnn::{HnnConfig, HnnStructure, Momenta};
@@ -17,8 +15,10 @@ use crate::models::lnn::{Form, LnnConfig};
 use crate::models::mlp::MlpConfig;
 use crate::models::neural_ode::{NeuralOdeConfig, Order};
 use crate::train::{Family, FitConfig, ForceTerms, Loss};
-use crate::trajectory::Signals;
-use crate::{Coordinates, Trajectory};
+use lagrangian_mechanics::dynamics::Model;
+use lagrangian_mechanics::integrate::Method;
+use lagrangian_motion::Signals;
+use lagrangian_motion::{Coordinates, Trajectory};
 use nets::Packed;
 
 pub(super) const METHODS: [Method; 3] =
@@ -66,7 +66,7 @@ pub(super) fn dataset() -> Dataset {
         Trajectory::new("test", t, signals)
     };
     let mut coordinates = Coordinates::angles(2);
-    coordinates.0[1].topology = crate::trajectory::Topology::Line;
+    coordinates.0[1].topology = lagrangian_motion::Topology::Line;
     let train = [trajectory(0.0), trajectory(0.8)];
     Dataset::new(coordinates, &train, &[]).unwrap()
 }
@@ -206,7 +206,7 @@ fn slopes(
         let far = (at(2.0 * step) - at(-2.0 * step)) / (4.0 * step);
         let near = (at(step) - at(-step)) / (2.0 * step);
         (
-            crate::mechanics::solve::dot(&gradient, &along),
+            lagrangian_motion::solve::dot(&gradient, &along),
             (4.0 * near - far) / 3.0,
         )
     };
@@ -277,12 +277,12 @@ fn a_rollout_in_training_is_that_of_the_model() {
             let (t, tau) = (&dataset.train_times.t, &dataset.train.tau);
             let times = [t[4], 0.5 * (t[4] + t[5]), t[5]];
             let mut evaluator = model.evaluator();
-            let control = crate::integrate::Control {
+            let control = lagrangian_mechanics::integrate::Control {
                 step: 0.51 * (t[5] - t[4]),
                 rtol: 1e-9,
                 atol: 1e-9,
                 max_steps: 100,
-                stop: crate::Stop::default(),
+                stop: lagrangian_motion::Stop::default(),
             };
             let mut end = Vec::new();
             let mut sink = |_: usize, x: &[f64]| end = x.to_vec();

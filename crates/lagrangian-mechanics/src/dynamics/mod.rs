@@ -1,0 +1,90 @@
+//! The Euler–Lagrange equation, written once: M q̈ + c = τ − d(q, q̇) (theory.md, equations 4 to 8).
+//!
+//! From d/dt ∂L/∂q̇ − ∂L/∂q = τ − d with p = ∂L/∂q̇: M = ∂²L/∂q̇∂q̇ and c = (∂p/∂q) q̇ − ∂L/∂q. Along every motion
+//! the energy H = p·q̇ − L changes by the power of the forces, dH/dt = (τ − d)·q̇.
+//!
+//! A [`Model`] answers at two levels, and both report by one outcome, [`Evaluation`]. An [`Evaluator`] is for loops: it
+//! writes to memory of the caller, allocates nothing once warm, and takes the lengths of its arrays for granted.
+//! [`Quantities`] are for single questions: they check the lengths, return new arrays, and make an error of an answer that
+//! does not exist.
+//!
+//! ```
+//! use lagrangian::analytic::by_name;
+//! use lagrangian::{Dissipation, Evaluation, Mechanical, Model, Quantities};
+//!
+//! let pendulum = by_name("pendulum", &[("length", 2.0)])?;
+//! let damped = Mechanical::dissipative(pendulum.lagrangian(), Dissipation::viscous(vec![0.4]))?;
+//! // q̈ = −b q̇ / (m l²) at the bottom.
+//! let acceleration = damped.forward_dynamics(&[0.0], &[3.0], &[0.0])?;
+//! assert!((acceleration[0] + 0.3).abs() < 1e-15);
+//!
+//! let (mut evaluator, mut acceleration) = (damped.evaluator(), [0.0]);
+//! let outcome = evaluator.forward_dynamics(&[0.0], &[3.0], &[0.0], &mut acceleration);
+//! assert!(outcome == Evaluation::Regular && (acceleration[0] + 0.3).abs() < 1e-15);
+//! # Ok::<(), lagrangian::Error>(())
+//! ```
+
+mod balance;
+mod equation;
+mod euler_lagrange;
+mod evaluator;
+mod forced;
+mod mechanical;
+mod quantities;
+
+use crate::Visited;
+use crate::rollout::Rollout;
+use lagrangian_motion::{Coordinates, Result, Trajectory};
+
+pub use balance::Balance;
+pub use equation::{bias, energy, forward, inverse, momenta};
+pub use euler_lagrange::{EulerLagrange, Slopes};
+pub use evaluator::{Evaluation, Evaluator, PhaseFlow};
+pub(crate) use forced::Forced;
+pub use mechanical::Mechanical;
+pub use quantities::Quantities;
+
+/// Anything that predicts motion: a Lagrangian or a Hamiltonian with its forces, or a plain network.
+pub trait Model: Send + Sync {
+    /// The coordinates of its state.
+    fn coordinates(&self) -> &Coordinates;
+
+    /// Whether it has forward dynamics, so that it can be rolled out: all but a plain network of torques.
+    fn moves(&self) -> bool {
+        true
+    }
+
+    /// An evaluator of the model with its own scratch memory; one for each thread.
+    fn evaluator(&self) -> Box<dyn Evaluator + '_>;
+
+    /// Its Lagrangian with friction and inputs, for methods that need more than accelerations; `None` for a model
+    /// that has none.
+    fn mechanics(&self) -> Option<EulerLagrange<'_>> {
+        None
+    }
+
+    /// The model that it was built upon, and must not be worse than.
+    fn nominal(&self) -> Option<&dyn Model> {
+        None
+    }
+
+    /// Its drives, where it moves by what these are told; `None` for a model that moves by forces.
+    fn driven(&self) -> Option<&dyn Driven> {
+        None
+    }
+
+    /// The states that its data visited, for a model that was fitted and knows them.
+    fn visited(&self) -> Option<&Visited> {
+        None
+    }
+}
+
+/// A model whose drives are told where to go.
+pub trait Driven {
+    /// Simulates a recording from its first state, by its goals alone, at its times.
+    ///
+    /// # Errors
+    /// As [`Trajectory::validate`]; [`crate::Error::Shape`] for another number of coordinates, [`crate::Error::Setting`] where
+    /// the recording has no goals.
+    fn follow(&self, recording: &Trajectory) -> Result<Rollout>;
+}

@@ -1,0 +1,476 @@
+//! The equations of a model as expressions: what code generators print, and derive once more.
+//!
+//! A [`Graph`] holds vectors that are computed from vectors, each once. Its operations are few, so that a printer for a new language is
+//! short; derivatives along a direction and gradients are expressions in the same graph. A family of models writes its Lagrangian, or its
+//! forces, as such an expression; all else that a model says follows from [`Equations`].
+//!
+//! ```
+//! use lagrangian::expression::Graph;
+//!
+//! let graph = Graph::new();
+//! let x = graph.input("x", 2);
+//! let energy = (x * x).sum() * graph.number(0.5) + x.at(0).cos();
+//! let slope = energy.gradient(x);
+//! let along = slope.along(&[(x, graph.constant(&[1.0, 0.0]))]);
+//! let values = graph.evaluate(&[("x", &[0.0, 3.0])], &[slope, along])?;
+//! assert_eq!(values, [vec![0.0, 3.0], vec![0.0, 0.0]]);
+//! # Ok::<(), lagrangian::Error>(())
+//! ```
+
+mod derivative;
+mod equations;
+mod evaluate;
+mod forces;
+mod function;
+mod network;
+mod operators;
+mod visited;
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::fmt;
+use std::rc::Rc;
+
+pub use equations::{Equations, Expressed, Hamiltonian, Mechanics, Moving, Plain, input};
+pub use equations::{of, without};
+pub use function::Function;
+pub use network::network;
+
+/// The number of a vector in its graph.
+pub type Id = usize;
+
+/// How a vector of a [`Graph`] is computed. Vectors of one number are combined with longer ones number by number.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub enum Operation {
+    /// A vector that is given.
+    Input(&'static str),
+    /// Numbers, by their bits.
+    Constant(Rc<[u64]>),
+    /// a + b.
+    Add(Id, Id),
+    /// a − b.
+    Subtract(Id, Id),
+    /// a b, number by number.
+    Multiply(Id, Id),
+    /// a / b, number by number.
+    Divide(Id, Id),
+    /// −a.
+    Negate(Id),
+    /// f of each number.
+    Map(Function, Id),
+    /// The second where the first is not negative, else the third, number by number.
+    Choose(Id, Id, Id),
+    /// The sum of all numbers.
+    Sum(Id),
+    /// As many numbers as the vector has, from this one on.
+    Slice(Id, usize),
+    /// Vectors one after the other.
+    Join(Rc<[Id]>),
+    /// The product of a [`Matrix`] of the graph, or of its transpose, and a vector.
+    Matrix {
+        /// The number of the matrix.
+        matrix: usize,
+        /// Whether its transpose is taken.
+        transposed: bool,
+        /// The vector.
+        of: Id,
+    },
+}
+
+impl Operation {
+    /// The vectors that it is computed from.
+    #[must_use]
+    pub fn operands(&self) -> Vec<Id> {
+        match self {
+            Self::Input(_) | Self::Constant(_) => Vec::new(),
+            Self::Add(a, b) | Self::Subtract(a, b) | Self::Multiply(a, b) | Self::Divide(a, b) => {
+                vec![*a, *b]
+            }
+            Self::Negate(a) | Self::Map(_, a) | Self::Sum(a) | Self::Slice(a, _) => vec![*a],
+            Self::Matrix { of, .. } => vec![*of],
+            Self::Choose(a, b, c) => vec![*a, *b, *c],
+            Self::Join(parts) => parts.to_vec(),
+        }
+    }
+
+    /// Whether each of its numbers is computed from those at the same place.
+    #[must_use]
+    pub fn is_elementwise(&self) -> bool {
+        matches!(
+            self,
+            Self::Add(..)
+                | Self::Subtract(..)
+                | Self::Multiply(..)
+                | Self::Divide(..)
+                | Self::Negate(_)
+                | Self::Map(..)
+                | Self::Choose(..)
+        )
+    }
+}
+
+/// A matrix of constants.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Matrix {
+    /// The number of rows.
+    pub rows: usize,
+    /// The number of columns.
+    pub columns: usize,
+    /// Its numbers, row by row.
+    pub values: Vec<f64>,
+}
+
+#[derive(Debug)]
+struct Node {
+    operation: Operation,
+    length: usize,
+}
+
+/// Vectors that are computed from vectors, each after all that it needs, and each once.
+#[derive(Default)]
+pub struct Graph {
+    nodes: RefCell<Vec<Node>>,
+    known: RefCell<HashMap<Operation, Vec<Id>>>,
+    matrices: RefCell<Vec<Matrix>>,
+}
+
+impl fmt::Debug for Graph {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "Graph of {} vectors and {} matrices",
+            self.nodes.borrow().len(),
+            self.matrices.borrow().len()
+        )
+    }
+}
+
+/// A vector of a [`Graph`]: numbers are combined by `+ − * /`.
+#[derive(Clone, Copy)]
+pub struct Value<'g> {
+    graph: &'g Graph,
+    id: Id,
+}
+
+impl fmt::Debug for Value<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} = {:?}", self.id, self.graph.operation(self.id))
+    }
+}
+
+impl PartialEq for Value<'_> {
+    fn eq(&self, other: &Self) -> bool {
+        std::ptr::eq(self.graph, other.graph) && self.id == other.id
+    }
+}
+
+impl Graph {
+    /// A graph of no vectors.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The input of this name; the same for the same name.
+    pub fn input(&self, name: &'static str, length: usize) -> Value<'_> {
+        self.add(Operation::Input(name), length)
+    }
+
+    /// A vector of constants.
+    pub fn constant(&self, numbers: &[f64]) -> Value<'_> {
+        let bits = numbers.iter().map(|x| x.to_bits()).collect();
+        self.add(Operation::Constant(bits), numbers.len())
+    }
+
+    /// A constant number.
+    pub fn number(&self, number: f64) -> Value<'_> {
+        self.constant(&[number])
+    }
+
+    /// Vectors one after the other.
+    ///
+    /// # Panics
+    /// Without vectors.
+    pub fn join<'g>(&'g self, parts: &[Value<'g>]) -> Value<'g> {
+        if let [only] = parts {
+            return *only;
+        }
+        if let Some(numbers) = parts
+            .iter()
+            .map(|part| part.numbers())
+            .collect::<Option<Vec<_>>>()
+        {
+            return self.constant(&numbers.concat());
+        }
+        let length = parts.iter().map(|part| part.len()).sum();
+        let parts: Rc<[Id]> = parts.iter().map(|part| part.id).collect();
+        self.add(Operation::Join(parts), length)
+    }
+
+    /// A matrix for products, row by row.
+    ///
+    /// # Panics
+    /// Where there are not `rows × columns` numbers.
+    pub fn matrix(&self, rows: usize, columns: usize, values: &[f64]) -> usize {
+        assert_eq!(values.len(), rows * columns, "a matrix of all its numbers");
+        let mut matrices = self.matrices.borrow_mut();
+        matrices.push(Matrix {
+            rows,
+            columns,
+            values: values.to_vec(),
+        });
+        matrices.len() - 1
+    }
+
+    /// The matrix of this number.
+    ///
+    /// # Panics
+    /// Where there are not so many.
+    #[must_use]
+    pub fn matrix_of(&self, matrix: usize) -> Matrix {
+        self.matrices.borrow()[matrix].clone()
+    }
+
+    /// The vector of this number.
+    ///
+    /// # Panics
+    /// Where there are not so many.
+    #[must_use]
+    pub fn value(&self, id: Id) -> Value<'_> {
+        assert!(id < self.nodes.borrow().len(), "vector {id} is not there");
+        Value { graph: self, id }
+    }
+
+    /// How a vector is computed.
+    #[must_use]
+    pub fn operation(&self, id: Id) -> Operation {
+        self.nodes.borrow()[id].operation.clone()
+    }
+
+    /// How many numbers a vector has.
+    #[must_use]
+    pub fn length(&self, id: Id) -> usize {
+        self.nodes.borrow()[id].length
+    }
+
+    /// The vectors that `outputs` are computed from, with themselves, each after all that it needs.
+    #[must_use]
+    pub fn needed(&self, outputs: &[Id]) -> Vec<Id> {
+        let nodes = self.nodes.borrow();
+        let mut needed = vec![false; nodes.len()];
+        outputs.iter().for_each(|id| needed[*id] = true);
+        for id in (0..nodes.len()).rev().filter(|id| *id < nodes.len()) {
+            if needed[id] {
+                let operands = nodes[id].operation.operands();
+                operands
+                    .into_iter()
+                    .for_each(|operand| needed[operand] = true);
+            }
+        }
+        (0..nodes.len()).filter(|id| needed[*id]).collect()
+    }
+
+    fn add(&self, operation: Operation, length: usize) -> Value<'_> {
+        let mut known = self.known.borrow_mut();
+        let same = known.entry(operation.clone()).or_default();
+        let mut nodes = self.nodes.borrow_mut();
+        if let Some(id) = same.iter().find(|id| nodes[**id].length == length) {
+            return Value {
+                graph: self,
+                id: *id,
+            };
+        }
+        same.push(nodes.len());
+        nodes.push(Node { operation, length });
+        Value {
+            graph: self,
+            id: nodes.len() - 1,
+        }
+    }
+}
+
+impl<'g> Value<'g> {
+    /// The number of the vector in its graph.
+    #[must_use]
+    pub fn id(self) -> Id {
+        self.id
+    }
+
+    /// The graph.
+    #[must_use]
+    pub fn graph(self) -> &'g Graph {
+        self.graph
+    }
+
+    /// How many numbers it has.
+    #[must_use]
+    #[allow(
+        clippy::len_without_is_empty,
+        reason = "a vector of an expression has numbers"
+    )]
+    pub fn len(self) -> usize {
+        self.graph.length(self.id)
+    }
+
+    /// Its numbers, if they are constant.
+    #[must_use]
+    pub fn numbers(self) -> Option<Vec<f64>> {
+        match self.graph.operation(self.id) {
+            Operation::Constant(bits) => Some(bits.iter().map(|x| f64::from_bits(*x)).collect()),
+            _ => None,
+        }
+    }
+
+    /// Whether all its numbers are this constant.
+    fn is(self, number: f64) -> bool {
+        let same = |x: &f64| (x - number).abs() <= 0.0;
+        self.numbers()
+            .is_some_and(|numbers| numbers.iter().all(same))
+    }
+
+    /// Number `i`.
+    ///
+    /// # Panics
+    /// Where there are not so many.
+    #[must_use]
+    pub fn at(self, i: usize) -> Self {
+        self.slice(i, 1)
+    }
+
+    /// All its numbers, each as a vector.
+    #[must_use]
+    pub fn each(self) -> Vec<Self> {
+        (0..self.len()).map(|i| self.at(i)).collect()
+    }
+
+    /// `length` numbers from number `first` on.
+    ///
+    /// # Panics
+    /// Where there are not so many.
+    #[must_use]
+    pub fn slice(self, first: usize, length: usize) -> Self {
+        assert!(first + length <= self.len(), "a slice beyond its vector");
+        if length == self.len() {
+            return self;
+        }
+        match self.graph.operation(self.id) {
+            Operation::Constant(bits) => {
+                let part = bits[first..first + length].into();
+                self.graph.add(Operation::Constant(part), length)
+            }
+            Operation::Slice(of, before) => self.graph.value(of).slice(before + first, length),
+            Operation::Join(parts) => self.slice_of_join(&parts, first, length),
+            _ => self.graph.add(Operation::Slice(self.id, first), length),
+        }
+    }
+
+    /// The slice of the only part that holds all of it, where there is one.
+    fn slice_of_join(self, parts: &[Id], first: usize, length: usize) -> Self {
+        let mut before = 0;
+        for part in parts.iter().map(|part| self.graph.value(*part)) {
+            if first >= before && first + length <= before + part.len() {
+                return part.slice(first - before, length);
+            }
+            before += part.len();
+        }
+        self.graph.add(Operation::Slice(self.id, first), length)
+    }
+
+    /// The sum of all its numbers.
+    #[must_use]
+    pub fn sum(self) -> Self {
+        if self.len() == 1 {
+            return self;
+        }
+        if let Some(numbers) = self.numbers() {
+            return self.graph.number(numbers.iter().sum());
+        }
+        self.graph.add(Operation::Sum(self.id), 1)
+    }
+
+    /// Σ aᵢ bᵢ.
+    #[must_use]
+    pub fn dot(self, other: Self) -> Self {
+        (self * other).sum()
+    }
+
+    /// f of each number.
+    #[must_use]
+    pub fn map(self, function: Function) -> Self {
+        if let Some(numbers) = self.numbers() {
+            let values: Vec<f64> = numbers.iter().map(|x| function.evaluate(*x)).collect();
+            return self.graph.constant(&values);
+        }
+        self.graph
+            .add(Operation::Map(function, self.id), self.len())
+    }
+
+    /// cos of each number.
+    #[must_use]
+    pub fn cos(self) -> Self {
+        self.map(Function::Cos)
+    }
+
+    /// sin of each number.
+    #[must_use]
+    pub fn sin(self) -> Self {
+        self.map(Function::Sin)
+    }
+
+    /// `positive` where its numbers are not negative, else `negative`.
+    #[must_use]
+    pub fn choose(self, positive: Self, negative: Self) -> Self {
+        if positive == negative {
+            return positive;
+        }
+        let length = self.len().max(positive.len()).max(negative.len());
+        let operation = Operation::Choose(self.id, positive.id, negative.id);
+        self.graph.add(operation, length)
+    }
+
+    /// The larger of each pair of numbers.
+    #[must_use]
+    pub fn max(self, other: Self) -> Self {
+        (self - other).choose(self, other)
+    }
+
+    /// The product of a matrix of the graph and this vector.
+    ///
+    /// # Panics
+    /// For a matrix of another width.
+    #[must_use]
+    pub fn times_matrix(self, matrix: usize) -> Self {
+        self.product(matrix, false)
+    }
+
+    fn product(self, matrix: usize, transposed: bool) -> Self {
+        let (rows, columns) = {
+            let matrix = &self.graph.matrices.borrow()[matrix];
+            (matrix.rows, matrix.columns)
+        };
+        let (length, width) = match transposed {
+            false => (rows, columns),
+            true => (columns, rows),
+        };
+        assert_eq!(self.len(), width, "a matrix times a vector of its width");
+        if self.is(0.0) {
+            return self.graph.constant(&vec![0.0; length]);
+        }
+        if length == 1 || width == 1 {
+            let values = self.graph.matrices.borrow()[matrix].values.clone();
+            let products = self * self.graph.constant(&values);
+            return if length == 1 {
+                products.sum()
+            } else {
+                products
+            };
+        }
+        let of = self.id;
+        let operation = Operation::Matrix {
+            matrix,
+            transposed,
+            of,
+        };
+        self.graph.add(operation, length)
+    }
+}

@@ -1,0 +1,62 @@
+//! A network as an expression.
+
+use nets::{Kind, Net, Source};
+
+use super::{Function, Value};
+use crate::lagrangian::Scaling;
+use lagrangian_motion::Coordinates;
+
+/// The outputs of a network with these parameters at features `x` and velocities `v`.
+pub fn network<'g>(net: &Net, parameters: &[f64], x: Value<'g>, v: Option<Value<'g>>) -> Value<'g> {
+    let graph = x.graph();
+    let mut outputs: Vec<Value<'g>> = Vec::with_capacity(net.layers.len());
+    for layer in &net.layers {
+        let z = match &layer.kind {
+            Kind::Dense { inputs, bias } => {
+                let zeros = vec![0.0; layer.width];
+                let biases = bias.map_or(&zeros[..], |at| &parameters[at..at + layer.width]);
+                let mut z = graph.constant(biases);
+                for input in inputs.iter().filter(|input| input.width > 0) {
+                    let source = match input.source {
+                        Source::Features => x,
+                        Source::Layer(l) => outputs[l],
+                    };
+                    let weights = &parameters[input.at..][..layer.width * input.width];
+                    let matrix = graph.matrix(layer.width, input.width, weights);
+                    z = z + source.times_matrix(matrix);
+                }
+                z
+            }
+            Kind::Gate { gates } => {
+                let gate = |j: usize| outputs[*gates].slice(j * layer.width, layer.width);
+                let v = v.map(Value::each).unwrap_or_default();
+                let moved = v.iter().enumerate().map(|(j, v)| gate(j) * *v);
+                moved.fold(gate(v.len()), |sum, part| sum + part)
+            }
+        };
+        outputs.push(match layer.activation {
+            Some(activation) => z.map(Function::Activation(activation, 0)),
+            None => z,
+        });
+    }
+    let of: Vec<Value<'g>> = net.outputs.iter().map(|l| outputs[*l]).collect();
+    graph.join(&of)
+}
+
+impl Scaling {
+    /// The features of the coordinates as an expression: cos and sin of an angle, else a scaled coordinate.
+    pub fn features_of<'g>(&self, coordinates: &Coordinates, q: Value<'g>) -> Value<'g> {
+        let graph = q.graph();
+        let mut features = Vec::new();
+        for (i, q) in q.each().into_iter().enumerate() {
+            match coordinates.is_circle(i) {
+                true => features.extend([q.cos(), q.sin()]),
+                false => {
+                    let inverse = graph.number(self.q_scale[i].recip());
+                    features.push((q - graph.number(self.q_center[i])) * inverse);
+                }
+            }
+        }
+        graph.join(&features)
+    }
+}

@@ -1,0 +1,341 @@
+//! Forces that take energy out: viscous, smooth Coulomb and Stribeck friction, and friction in proportion to the load of a
+//! gear, coefficients for each coordinate.
+
+use serde::{Deserialize, Serialize};
+
+use super::{GearFriction, Load};
+use lagrangian_motion::{Error, Result};
+
+/// Friction dᵢ = bᵢ q̇ᵢ + tanh(q̇ᵢ / vₛᵢ) [cᵢ + lᵢ |Fᵢ| + hᵢ exp(−(q̇ᵢ / vₕᵢ)²)], which opposes the motion: M q̈ + c = F − d
+/// with the force F of the drive (theory.md, equations 4, 24, 36 and 130); [`Directional`] adds terms by what comes out of the gear.
+///
+/// All coefficients are non-negative, so that the power d·q̇ taken out is never negative.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Dissipation {
+    /// Viscous coefficients b, N·s/m or N·m·s/rad, `[n]`.
+    pub viscous: Vec<f64>,
+    /// Coulomb coefficients c, N or N·m, `[n]`.
+    pub coulomb: Vec<f64>,
+    /// The speeds vₛ over which Coulomb friction changes its sign, m/s or rad/s, `[n]`.
+    pub smoothing: Vec<f64>,
+    /// The excess of friction near standstill over Coulomb friction, if there is one (Stribeck 1902).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stribeck: Option<Stribeck>,
+    /// The shares l of the drive's force that friction in its gear takes, below 1, `[n]`, where there are any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub load: Option<Vec<f64>>,
+    /// What else gears lose, by the direction of the power, where they do.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub directional: Option<Directional>,
+}
+
+/// Friction by what comes out of a gear, y = F − d, and by the squares of F and y near standstill: with σ = exp(−(q̇ / vₕ)²),
+/// kₑ |y| + σ (lₘ |F| + lₑ |y| + s₂) in addition, s₂ = qₑ y² where the drive moves the joint and qₘ F² where the joint moves the drive
+/// (theory.md, equation 130c; the terms of M4 to M6, arXiv 2410.08650). The terms with σ need a [`Stribeck`] speed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Directional {
+    /// Shares kₑ of the force that comes out, `[n]`.
+    pub external: Vec<f64>,
+    /// Shares lₘ of the drive's force that are lost near standstill in addition, `[n]`.
+    pub stribeck_motor: Vec<f64>,
+    /// The same lₑ of the force that comes out, `[n]`.
+    pub stribeck_external: Vec<f64>,
+    /// Excess qₘ near standstill by the square of the drive's force, 1/N or 1/(N·m), `[n]`.
+    pub quadratic_motor: Vec<f64>,
+    /// Excess qₑ near standstill by the square of the force that comes out, 1/N or 1/(N·m), `[n]`.
+    pub quadratic_external: Vec<f64>,
+}
+
+impl Directional {
+    /// No loss, of `n` coordinates.
+    #[must_use]
+    pub fn none(n: usize) -> Self {
+        let zeros = || vec![0.0; n];
+        Self {
+            external: zeros(),
+            stribeck_motor: zeros(),
+            stribeck_external: zeros(),
+            quadratic_motor: zeros(),
+            quadratic_external: zeros(),
+        }
+    }
+
+    /// Whether any square has a coefficient.
+    #[must_use]
+    pub fn has_squares(&self) -> bool {
+        let mut all = self.quadratic_motor.iter().chain(&self.quadratic_external);
+        all.any(|x| *x != 0.0)
+    }
+}
+
+/// The excess of static over Coulomb friction: hᵢ exp(−(q̇ᵢ / vₕᵢ)²).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stribeck {
+    /// Heights h, N or N·m, `[n]`.
+    pub height: Vec<f64>,
+    /// Speeds vₕ at which it has fallen to 37 %, m/s or rad/s, `[n]`.
+    pub speed: Vec<f64>,
+}
+
+impl Dissipation {
+    /// A dissipation of viscous friction alone.
+    #[must_use]
+    pub fn viscous(coefficients: Vec<f64>) -> Self {
+        Self {
+            coulomb: vec![0.0; coefficients.len()],
+            smoothing: vec![1.0; coefficients.len()],
+            viscous: coefficients,
+            stribeck: None,
+            load: None,
+            directional: None,
+        }
+    }
+
+    /// Checks the coefficients for a system of `n` degrees of freedom.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] where there are not `n` of each; [`Error::Argument`] where one is negative or not
+    /// finite, a speed is not positive, or the shares of one force are not below 1 together.
+    pub fn validate(&self, n: usize) -> Result<()> {
+        let mut lists = vec![
+            ("viscous friction", &self.viscous, COEFFICIENT),
+            ("Coulomb friction", &self.coulomb, COEFFICIENT),
+            ("smoothing", &self.smoothing, SPEED),
+        ];
+        if let Some(stribeck) = &self.stribeck {
+            lists.push(("Stribeck friction", &stribeck.height, COEFFICIENT));
+            lists.push(("Stribeck speed", &stribeck.speed, SPEED));
+        }
+        if let Some(load) = &self.load {
+            lists.push(("friction by the load", load, COEFFICIENT));
+        }
+        if let Some(d) = &self.directional {
+            lists.extend([
+                ("friction by what comes out", &d.external, COEFFICIENT),
+                (
+                    "friction by the load near standstill",
+                    &d.stribeck_motor,
+                    COEFFICIENT,
+                ),
+                (
+                    "friction by what comes out near standstill",
+                    &d.stribeck_external,
+                    COEFFICIENT,
+                ),
+                (
+                    "friction by the square of the load",
+                    &d.quadratic_motor,
+                    COEFFICIENT,
+                ),
+                (
+                    "friction by the square of what comes out",
+                    &d.quadratic_external,
+                    COEFFICIENT,
+                ),
+            ]);
+        }
+        for (name, list, must) in lists {
+            Error::check_shape(name, list.len(), n, "give one coefficient per coordinate")?;
+            let right = |x: &f64| x.is_finite() && (*x > 0.0 || (*x == 0.0 && must == COEFFICIENT));
+            if let Some(value) = list.iter().find(|x| !right(x)) {
+                return Err(Error::argument(name, value, must));
+            }
+        }
+        self.check_shares(n)
+    }
+
+    /// A gear that loses all of a force does not move.
+    fn check_shares(&self, n: usize) -> Result<()> {
+        for gear in (0..n).map(|i| self.gear(i)) {
+            let shares = [
+                ("friction by the load", gear.motor + gear.stribeck_motor),
+                (
+                    "friction by what comes out",
+                    gear.external + gear.stribeck_external,
+                ),
+            ];
+            if let Some((name, share)) = shares.into_iter().find(|(_, share)| *share >= 1.0) {
+                return Err(Error::argument(name, share, SHARE));
+            }
+        }
+        Ok(())
+    }
+
+    /// The friction of coordinate `i` as that of a gear: the same terms without the smooth change of sign.
+    #[must_use]
+    pub fn gear(&self, i: usize) -> GearFriction {
+        let stribeck = self.stribeck.as_ref();
+        let directional = self.directional.as_ref();
+        let of = |f: fn(&Directional) -> &[f64]| directional.map_or(0.0, |d| f(d)[i]);
+        GearFriction {
+            viscous: self.viscous[i],
+            coulomb: self.coulomb[i],
+            motor: self.load.as_ref().map_or(0.0, |load| load[i]),
+            external: of(|d| &d.external),
+            stribeck: stribeck.map_or(0.0, |s| s.height[i]),
+            stribeck_motor: of(|d| &d.stribeck_motor),
+            stribeck_external: of(|d| &d.stribeck_external),
+            quadratic_motor: of(|d| &d.quadratic_motor),
+            quadratic_external: of(|d| &d.quadratic_external),
+            speed: stribeck.map_or(0.0, |s| s.speed[i]),
+        }
+    }
+
+    /// Writes d at `m` states without a load; `qd` and `force` are `[m, n]`.
+    pub fn force(&self, qd: &[f64], force: &mut [f64]) {
+        self.each(qd, force, |force, gear, Motion { v, direction }| {
+            *force = gear.viscous * v + direction * gear.dry(UNLOADED, v);
+        });
+    }
+
+    /// Replaces the forces F of `m` drives by F − d, `[m, n]`.
+    pub fn take_out(&self, qd: &[f64], force: &mut [f64]) {
+        self.each(qd, force, |force, gear, Motion { v, direction }| {
+            *force -= gear.friction(*force, v, direction);
+        });
+    }
+
+    /// Replaces the forces F of `m` drives by d, `[m, n]`.
+    pub(crate) fn replace_by_force(&self, qd: &[f64], force: &mut [f64]) {
+        self.each(qd, force, |force, gear, Motion { v, direction }| {
+            *force = gear.friction(*force, v, direction);
+        });
+    }
+
+    /// Replaces the forces that `m` motions need by those that the drives must exert, F − d = needed, `[m, n]`.
+    pub fn put_in(&self, qd: &[f64], force: &mut [f64]) {
+        self.each(qd, force, |force, gear, Motion { v, direction }| {
+            *force = gear.motor_torque(*force, -*force, v, direction);
+        });
+    }
+
+    /// Calls `put` with each force, its gear and its motion.
+    #[inline]
+    fn each(&self, qd: &[f64], force: &mut [f64], put: impl Fn(&mut f64, &GearFriction, Motion)) {
+        let n = self.viscous.len().max(1);
+        for (qd, force) in qd.chunks_exact(n).zip(force.chunks_exact_mut(n)) {
+            for (i, (&v, force)) in qd.iter().zip(force).enumerate() {
+                let gear = self.gear(i);
+                let direction = match gear.is_dry() {
+                    true => (v / self.smoothing[i]).tanh(),
+                    false => 0.0,
+                };
+                put(force, &gear, Motion { v, direction });
+            }
+        }
+    }
+}
+
+/// The motion of a gear: its speed, and the smooth sign of it.
+#[derive(Debug, Clone, Copy)]
+struct Motion {
+    v: f64,
+    direction: f64,
+}
+
+const UNLOADED: Load = Load {
+    motor: 0.0,
+    external: 0.0,
+};
+const COEFFICIENT: &str = "finite and not negative: friction takes energy out";
+const SHARE: &str = "below 1: a gear that takes all of the force does not move";
+const SPEED: &str = "a positive speed: take one below the slowest motion of interest";
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+
+    #[test]
+    fn friction_never_puts_energy_in_and_saturates() {
+        let d = Dissipation {
+            viscous: vec![0.1, 0.0],
+            coulomb: vec![0.0, 2.0],
+            smoothing: vec![0.01; 2],
+            ..Dissipation::viscous(vec![0.0; 2])
+        };
+        d.validate(2).unwrap();
+        let mut force = [0.0; 6];
+        let qd = [3.0, -1.0, -3.0, 1.0, 0.0, 0.0];
+        d.force(&qd, &mut force);
+        let expected = [0.3, -2.0, -0.3, 2.0, 0.0, 0.0];
+        assert!(
+            force
+                .iter()
+                .zip(expected)
+                .all(|(f, e)| (f - e).abs() < 1e-12),
+            "{force:?}"
+        );
+        assert!(force.iter().zip(qd).all(|(f, v)| f * v >= 0.0));
+    }
+
+    #[test]
+    fn friction_near_standstill_exceeds_that_of_motion_where_it_is_told_to() {
+        let stribeck = Stribeck {
+            height: vec![0.5],
+            speed: vec![0.1],
+        };
+        let d = Dissipation {
+            viscous: vec![0.0],
+            coulomb: vec![1.0],
+            smoothing: vec![1e-4],
+            stribeck: Some(stribeck),
+            load: None,
+            directional: None,
+        };
+        d.validate(1).unwrap();
+        let mut force = [0.0; 3];
+        d.force(&[1e-3, 0.1, -1.0], &mut force);
+        let expected = [1.5, 1.0 + 0.5 / std::f64::consts::E, -1.0];
+        assert!(
+            force
+                .iter()
+                .zip(expected)
+                .all(|(f, e)| (f - e).abs() < 1e-4),
+            "{force:?}"
+        );
+    }
+
+    #[test]
+    fn a_gear_takes_a_share_of_the_force_that_it_transmits() {
+        let gear = Dissipation {
+            coulomb: vec![0.1],
+            smoothing: vec![1e-3],
+            load: Some(vec![0.2]),
+            ..Dissipation::viscous(vec![0.5])
+        };
+        gear.validate(1).unwrap();
+        for (v, motor, left) in [
+            (1.0, 2.0, 1.0),
+            (1.0, -2.0, -3.0),
+            (-1.0, 2.0, 3.0),
+            (0.0, 2.0, 2.0),
+        ] {
+            let mut force = [motor];
+            gear.take_out(&[v], &mut force);
+            assert!((force[0] - left).abs() < 1e-12, "{v} {motor}: {force:?}");
+            gear.put_in(&[v], &mut force);
+            assert!((force[0] - motor).abs() < 1e-12, "{v} {motor}: {force:?}");
+        }
+        let all = Dissipation {
+            load: Some(vec![1.0]),
+            ..gear
+        };
+        assert!(all.validate(1).is_err());
+    }
+
+    #[test]
+    fn coefficients_that_would_put_energy_in_are_refused() {
+        assert!(Dissipation::viscous(vec![-0.1]).validate(1).is_err());
+        assert!(Dissipation::viscous(vec![f64::NAN]).validate(1).is_err());
+        assert!(Dissipation::viscous(vec![0.1]).validate(2).is_err());
+        let still = Dissipation {
+            smoothing: vec![0.0],
+            ..Dissipation::viscous(vec![0.1])
+        };
+        assert!(still.validate(1).is_err());
+    }
+}

@@ -1,0 +1,43 @@
+//! Mechanics: what moves, and by which equations. Nothing here knows a network, an integrator or a file.
+//!
+//! | folder | equation |
+//! |---|---|
+//! | `lagrangian` | the trait of L(q, q̇) and its derivatives, scaled Lagrangians and sums of them |
+//! | `analytic` | known Lagrangians, a system in a file |
+//! | `forces` | friction d(q̇), smooth or as a set, and the map from inputs to forces |
+//! | `dynamics` | the Euler–Lagrange equation M q̈ + c = τ − d, written once, and what it says of single states |
+//! | `hamiltonian` | the trait of H(q, p), Hamilton's equations, the Legendre transform in both directions |
+//! | `solve` | M x = b for the small systems of a state |
+
+#![forbid(unsafe_code)]
+
+pub mod analytic;
+pub mod dynamics;
+pub mod expression;
+pub mod forces;
+pub mod hamiltonian;
+pub mod integrate;
+pub mod lagrangian;
+pub mod rigid;
+pub mod rollout;
+mod visited;
+
+pub use dynamics::{
+    Balance, Driven, EulerLagrange, Evaluation, Evaluator, Mechanical, Model, PhaseFlow,
+    Quantities, Slopes, bias, energy, forward, inverse, momenta,
+};
+pub use forces::{
+    Actuation, Applied, Command, Directional, Dissipation, Drive, DrySolver, GearFriction, Load,
+    Scalar, Sensitive, Stribeck,
+};
+pub use hamiltonian::{
+    Canonical, Hamiltonian, HamiltonianJet, HamiltonianJets, HamiltonianOf, LagrangianOf,
+};
+pub use integrate::Method;
+pub use lagrangian::{Curvature, Jet, Jets, Lagrangian, Scaling, SpeedChart, Sum};
+pub use lagrangian_motion::solve::{
+    Regularity, SymmetricSolver, diagonalise, dot, inverse_root, product,
+};
+pub use rigid::RobotConfig;
+pub use rollout::{Outcome, Rollout, RolloutOptions, rollout};
+pub use visited::{Axis, Beyond, Visited};

@@ -1,0 +1,293 @@
+//! The torques of a robot as linear functions of its parameters, summed over samples joint by joint (theory.md, 45).
+//!
+//! | symbol | meaning | shape |
+//! |---|---|---|
+//! | yⱼ | regressor of joint j: the inertial parameters of all bodies, then the joint's own rotor, offset, viscous friction, and Coulomb friction and friction by the load for each smoothing speed | P = 10 n + 3 + 2 S |
+//! | Gⱼ, rⱼ | Σ yⱼ yⱼᵀ and Σ yⱼ τⱼ | P × P, P |
+//! | π | bodies, rotors, offsets, then viscous friction and Coulomb friction for each speed in use | K |
+
+use std::ops::Range;
+
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, Par};
+use rayon::prelude::*;
+
+use super::bodies::RigidBodies;
+use super::consistent::Quadratic;
+use super::regressor::PER_BODY;
+use lagrangian_motion::samples::Samples;
+use lagrangian_motion::solve::ridge::{Ridge, scales};
+
+/// The number of samples that are summed at a time.
+const BLOCK: usize = 512;
+
+/// The friction of the joints.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Friction {
+    /// None.
+    Frictionless,
+    /// Viscous and Coulomb friction, the latter with one smoothing speed for each joint, `[n]`.
+    Coulomb(Vec<usize>),
+    /// The same and friction in proportion to the torque.
+    Loaded(Vec<usize>),
+    /// Viscous friction, and Coulomb friction with all smoothing speeds at once.
+    Every,
+}
+
+impl Friction {
+    /// The smoothing speed of each joint, `[n]`, where there is one.
+    pub fn speeds(&self) -> Option<&[usize]> {
+        match self {
+            Self::Coulomb(speeds) | Self::Loaded(speeds) => Some(speeds),
+            Self::Frictionless | Self::Every => None,
+        }
+    }
+}
+
+/// Sums over samples.
+#[derive(Debug, Clone)]
+pub struct JointSums {
+    /// The number of samples.
+    pub samples: usize,
+    speeds: usize,
+    joints: Vec<Moments>,
+}
+
+/// The sums of one joint.
+#[derive(Debug, Clone)]
+struct Moments {
+    gram: Mat<f64>,
+    right: Vec<f64>,
+    torque: f64,
+}
+
+impl Moments {
+    fn zero(size: usize) -> Self {
+        Self {
+            gram: Mat::zeros(size, size),
+            right: vec![0.0; size],
+            torque: 0.0,
+        }
+    }
+
+    fn plus(mut self, other: &Self) -> Self {
+        self.gram += &other.gram;
+        self.right
+            .iter_mut()
+            .zip(&other.right)
+            .for_each(|(a, b)| *a += b);
+        self.torque += other.torque;
+        self
+    }
+
+    /// The sum of the squared residuals for columns with these values, the others being 0.
+    fn residual(&self, terms: &[(usize, f64)]) -> f64 {
+        let of_column = |&(k, x): &(usize, f64)| {
+            let row: f64 = terms.iter().map(|&(j, y)| self.gram[(k, j)] * y).sum();
+            x * (row - 2.0 * self.right[k])
+        };
+        terms.iter().map(of_column).sum::<f64>() + self.torque
+    }
+}
+
+impl JointSums {
+    /// Over the samples of `range`; Coulomb friction changes its sign over each of `speeds`, rad/s or m/s.
+    pub fn over(
+        samples: &Samples,
+        range: Range<usize>,
+        robot: &RigidBodies,
+        speeds: &[f64],
+    ) -> Self {
+        let starts: Vec<usize> = range.clone().step_by(BLOCK).collect();
+        let block = |&start: &usize| {
+            Self::of_block(
+                samples,
+                start..(start + BLOCK).min(range.end),
+                robot,
+                speeds,
+            )
+        };
+        let blocks: Vec<Self> = starts.par_iter().map(block).collect();
+        blocks
+            .iter()
+            .fold(Self::zero(robot.dof(), speeds.len()), Self::plus)
+    }
+
+    /// Sums over no samples.
+    pub fn zero(n: usize, speeds: usize) -> Self {
+        let size = PER_BODY * n + 3 + 2 * speeds;
+        Self {
+            samples: 0,
+            speeds,
+            joints: vec![Moments::zero(size); n],
+        }
+    }
+
+    /// The sums over both sets of samples.
+    pub fn plus(self, other: &Self) -> Self {
+        Self {
+            samples: self.samples + other.samples,
+            speeds: self.speeds,
+            joints: self
+                .joints
+                .into_iter()
+                .zip(&other.joints)
+                .map(|(a, b)| a.plus(b))
+                .collect(),
+        }
+    }
+
+    fn of_block(
+        samples: &Samples,
+        range: Range<usize>,
+        robot: &RigidBodies,
+        speeds: &[f64],
+    ) -> Self {
+        let (n, rows) = (robot.dof(), range.len());
+        let bodies = PER_BODY * n;
+        let mut regressors = vec![Mat::<f64>::zeros(rows, bodies + 3 + 2 * speeds.len()); n];
+        let (mut dynamics, mut own) = (robot.dynamics(), vec![0.0; n * bodies]);
+        for (row, s) in range.clone().enumerate() {
+            let x = samples.row(s);
+            dynamics.inertial_regressor(x.q, x.qd, x.qdd, &mut own);
+            for (j, (y, of_bodies)) in regressors
+                .iter_mut()
+                .zip(own.chunks_exact(bodies))
+                .enumerate()
+            {
+                for (k, value) in of_bodies.iter().enumerate() {
+                    y[(row, k)] = *value;
+                }
+                y[(row, bodies)] = x.qdd[j];
+                y[(row, bodies + 1)] = 1.0;
+                y[(row, bodies + 2)] = x.qd[j];
+                for (k, speed) in speeds.iter().enumerate() {
+                    let direction = (x.qd[j] / speed).tanh();
+                    y[(row, bodies + 3 + k)] = direction;
+                    y[(row, bodies + 3 + speeds.len() + k)] = direction * x.tau[j].abs();
+                }
+            }
+        }
+        let moments = |(j, y): (usize, &Mat<f64>)| {
+            let mut sums = Moments::zero(y.ncols());
+            matmul(
+                sums.gram.as_mut(),
+                Accum::Replace,
+                y.transpose(),
+                y.as_ref(),
+                1.0,
+                Par::Seq,
+            );
+            for (row, s) in range.clone().enumerate() {
+                let tau = samples.row(s).tau[j];
+                sums.torque += tau * tau;
+                for (k, right) in sums.right.iter_mut().enumerate() {
+                    *right += y[(row, k)] * tau;
+                }
+            }
+            sums
+        };
+        Self {
+            samples: rows,
+            speeds: speeds.len(),
+            joints: regressors.iter().enumerate().map(moments).collect(),
+        }
+    }
+
+    /// n.
+    pub(crate) fn dof(&self) -> usize {
+        self.joints.len()
+    }
+
+    /// The number of coefficients of each joint.
+    pub fn of_joint(&self, friction: &Friction) -> usize {
+        match friction {
+            Friction::Frictionless => 2,
+            Friction::Coulomb(_) => 4,
+            Friction::Loaded(_) => 5,
+            Friction::Every => 3 + self.speeds,
+        }
+    }
+
+    /// The columns of yⱼ that are in use, each with its place in π.
+    fn columns(&self, j: usize, friction: &Friction) -> Vec<(usize, usize)> {
+        let (n, bodies) = (self.dof(), PER_BODY * self.dof());
+        let of_joint: Vec<usize> = match friction {
+            Friction::Frictionless => vec![0, 1],
+            Friction::Coulomb(speeds) => vec![0, 1, 2, 3 + speeds[j]],
+            Friction::Loaded(speeds) => {
+                vec![0, 1, 2, 3 + speeds[j], 3 + self.speeds + speeds[j]]
+            }
+            Friction::Every => (0..3 + self.speeds).collect(),
+        };
+        let own = of_joint
+            .into_iter()
+            .enumerate()
+            .map(|(place, k)| (bodies + k, bodies + place * n + j));
+        (0..bodies).map(|k| (k, k)).chain(own).collect()
+    }
+
+    /// The weighted sums of all joints: those of joint j count `weights[j]`².
+    pub fn quadratic(&self, weights: &[f64], friction: &Friction) -> Quadratic {
+        let size = (PER_BODY + self.of_joint(friction)) * self.dof();
+        let (mut gram, mut right, mut torque) = (vec![0.0; size * size], vec![0.0; size], 0.0);
+        let count = (self.samples * self.dof()).max(1) as f64;
+        for (j, (sums, weight)) in self.joints.iter().zip(weights).enumerate() {
+            let factor = weight * weight / count;
+            let columns = self.columns(j, friction);
+            for &(from, to) in &columns {
+                right[to] += factor * sums.right[from];
+                for &(other, at) in &columns {
+                    gram[to * size + at] += factor * sums.gram[(from, other)];
+                }
+            }
+            torque += factor * sums.torque;
+        }
+        Quadratic {
+            gram,
+            right,
+            torque,
+        }
+    }
+
+    /// The mean square of the residuals of each joint at π, `[n]`.
+    pub fn mean_squares(&self, values: &[f64], friction: &Friction) -> Vec<f64> {
+        let count = self.samples.max(1) as f64;
+        let of_joint = |(j, sums): (usize, &Moments)| {
+            let columns = self.columns(j, friction).into_iter();
+            let terms: Vec<(usize, f64)> = columns.map(|(from, to)| (from, values[to])).collect();
+            (sums.residual(&terms) / count).max(0.0)
+        };
+        self.joints.iter().enumerate().map(of_joint).collect()
+    }
+
+    /// The smoothing speed of each joint whose regression, on these samples and with any body for each joint, has the
+    /// smallest residual on the samples of `other`.
+    pub fn smoothing(&self, other: &Self, ridge: f64) -> Friction {
+        let joint = |j: usize| {
+            let error = |speed: usize| self.regression(j, speed, other, ridge);
+            (0..self.speeds)
+                .min_by(|&a, &b| error(a).total_cmp(&error(b)))
+                .unwrap_or(0)
+        };
+        Friction::Coulomb((0..self.dof()).into_par_iter().map(joint).collect())
+    }
+
+    /// The mean square residual on `other` of a ridge regression of joint j alone; infinite where it has no solution.
+    fn regression(&self, j: usize, speed: usize, other: &Self, ridge: f64) -> f64 {
+        let columns: Vec<usize> = self
+            .columns(j, &Friction::Coulomb(vec![speed; self.dof()]))
+            .iter()
+            .map(|c| c.0)
+            .collect();
+        let (own, size) = (&self.joints[j], columns.len());
+        let gram = |a: usize, b: usize| own.gram[(columns[a], columns[b])];
+        let scale = scales(size, |a| gram(a, a), 1e-300);
+        let Some(ridge) = Ridge::new(gram, scale, ridge) else {
+            return f64::INFINITY;
+        };
+        let solution = ridge.solve(1, |a, _| own.right[columns[a]]);
+        let terms: Vec<(usize, f64)> = (0..size).map(|a| (columns[a], solution[(a, 0)])).collect();
+        other.joints[j].residual(&terms) / other.samples.max(1) as f64
+    }
+}

@@ -1,0 +1,71 @@
+//! The energy that rollouts keep.
+//!
+//! The protocol of the double pendulum is that of Cranmer et al. 2020 (arXiv 2003.04630): rollouts of 100 s from rest, the
+//! true energy at the end against the true energy at the start.
+
+use serde::Serialize;
+
+use super::Rollout;
+use crate::dynamics::Model;
+use lagrangian_motion::Trajectory;
+
+/// How well free rollouts keep the true energy.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EnergyTest {
+    /// |E(end) − E(start)| in percent of the reference energy, one figure a finished rollout.
+    pub percent: Vec<f64>,
+    /// Their mean.
+    pub mean: f64,
+    /// Their median.
+    pub median: f64,
+    /// The worst.
+    pub worst: f64,
+    /// Rollouts that did not reach the end; they are in none of the figures.
+    pub unfinished: usize,
+}
+
+/// The energy test of `rollouts` by the energy of `truth`; `reference` is the energy that counts as 100 %, J.
+pub fn energy_test(truth: &dyn Model, rollouts: &[Rollout], reference: f64) -> EnergyTest {
+    let finished = rollouts.iter().filter(|r| r.outcome.is_finished());
+    let percent: Vec<f64> = finished
+        .filter_map(|rollout| {
+            energy_error(truth, &rollout.trajectory, reference)
+                .last()
+                .copied()
+        })
+        .map(f64::abs)
+        .collect();
+    let mut sorted = percent.clone();
+    sorted.sort_by(f64::total_cmp);
+    EnergyTest {
+        mean: percent.iter().sum::<f64>() / percent.len() as f64,
+        median: median(&sorted),
+        worst: sorted.last().copied().unwrap_or(f64::NAN),
+        unfinished: rollouts.len() - percent.len(),
+        percent,
+    }
+}
+
+/// (E(t) − E(0)) / `reference` along a trajectory, in percent, with the energy of `truth`; empty where it has none.
+#[must_use]
+pub fn energy_error(truth: &dyn Model, trajectory: &Trajectory, reference: f64) -> Vec<f64> {
+    let mut energy = vec![0.0; trajectory.len()];
+    let mut evaluator = truth.evaluator();
+    let outcome = evaluator.energy(&trajectory.q, &trajectory.qd, &mut energy);
+    if !outcome.is_supported() {
+        return Vec::new();
+    }
+    let start = energy.first().copied().unwrap_or(0.0);
+    energy
+        .iter()
+        .map(|e| 100.0 * (e - start) / reference)
+        .collect()
+}
+
+fn median(sorted: &[f64]) -> f64 {
+    match sorted.len() {
+        0 => f64::NAN,
+        n if n % 2 == 1 => sorted[n / 2],
+        n => 0.5 * (sorted[n / 2 - 1] + sorted[n / 2]),
+    }
+}

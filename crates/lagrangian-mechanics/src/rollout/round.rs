@@ -1,0 +1,128 @@
+//! The evaluations that several rollouts ask for at one time, as one batch.
+
+use super::{Force, Known};
+use crate::dynamics::{Evaluation, Evaluator, Model};
+
+/// A batch of states, a row each, and their rates.
+pub(super) struct Round<'a> {
+    pub(super) evaluator: Box<dyn Evaluator + 'a>,
+    n: usize,
+    q: Vec<f64>,
+    /// The velocities, or what else the model moves in.
+    z: Vec<f64>,
+    qd: Vec<f64>,
+    force: Vec<f64>,
+    dq: Vec<f64>,
+    dz: Vec<f64>,
+    alone: [Vec<f64>; 2],
+    /// Singular mass matrices of each row.
+    singular: Vec<u64>,
+}
+
+impl<'a> Round<'a> {
+    pub(super) fn new(model: &'a dyn Model) -> Self {
+        let n = model.coordinates().dof();
+        let [q, z, qd, force, dq, dz] = [const { Vec::new() }; 6];
+        Self {
+            evaluator: model.evaluator(),
+            n,
+            q,
+            z,
+            qd,
+            force,
+            dq,
+            dz,
+            alone: [vec![0.0; n], vec![0.0; n]],
+            singular: Vec::new(),
+        }
+    }
+
+    /// Begins a batch without rows.
+    pub(super) fn clear(&mut self) {
+        self.q.clear();
+        self.z.clear();
+    }
+
+    /// Adds the state x = (q, z) as its next row.
+    pub(super) fn add(&mut self, x: &[f64]) {
+        self.q.extend_from_slice(&x[..self.n]);
+        self.z.extend_from_slice(&x[self.n..]);
+    }
+
+    /// The rates of all rows, under the forces at the time of each.
+    pub(super) fn evaluate(&mut self, tau: &Force<'_>, time: impl Fn(usize) -> f64) {
+        let n = self.n;
+        for signal in [&mut self.qd, &mut self.force, &mut self.dq, &mut self.dz] {
+            signal.resize(self.q.len(), 0.0);
+        }
+        match self.evaluator.phase_flow() {
+            None => self.qd.copy_from_slice(&self.z),
+            Some(phase) => {
+                let _ = phase.velocity(&self.q, &self.z, &mut self.qd);
+            }
+        }
+        for (row, force) in self.force.chunks_exact_mut(n).enumerate() {
+            let (q, qd) = (&self.q[row * n..][..n], &self.qd[row * n..][..n]);
+            tau(time(row), q, qd, force);
+        }
+        let Self {
+            evaluator,
+            q,
+            z,
+            force,
+            dq,
+            dz,
+            alone: [dq_alone, dz_alone],
+            singular,
+            ..
+        } = self;
+        singular.clear();
+        singular.resize(q.len() / n, 0);
+        if rates(&mut **evaluator, [q, z, force], dq, dz).singular() > 0 {
+            // Rare enough to ask each row whether it was the one.
+            for (row, singular) in singular.iter_mut().enumerate() {
+                let row = row * n..(row + 1) * n;
+                let (q, z, force) = (&q[row.clone()], &z[row.clone()], &force[row]);
+                let outcome = rates(&mut **evaluator, [q, z, force], dq_alone, dz_alone);
+                *singular = outcome.singular() as u64;
+            }
+        }
+    }
+
+    /// Gives each row its acceleration, where that was evaluated.
+    pub(super) fn record_accelerations(&mut self, known: &mut [Known]) {
+        if self.evaluator.phase_flow().is_some() {
+            return;
+        }
+        let n = self.n;
+        for (row, known) in known.iter_mut().enumerate() {
+            let row = row * n..(row + 1) * n;
+            let (q, qd) = (&self.q[row.clone()], &self.qd[row.clone()]);
+            known.evaluated(q, qd, &self.force[row.clone()], &self.dz[row]);
+        }
+    }
+
+    /// Writes the rates (q̇, ż) of a row; how many mass matrices of it were singular.
+    pub(super) fn read(&self, row: usize, slope: &mut [f64]) -> u64 {
+        let n = self.n;
+        slope[..n].copy_from_slice(&self.dq[row * n..][..n]);
+        slope[n..].copy_from_slice(&self.dz[row * n..][..n]);
+        self.singular[row]
+    }
+}
+
+/// Writes dq/dt and dz/dt of the states [q, z] under the forces τ, all `[m, n]`.
+fn rates(
+    evaluator: &mut dyn Evaluator,
+    [q, z, tau]: [&[f64]; 3],
+    dq: &mut [f64],
+    dz: &mut [f64],
+) -> Evaluation {
+    match evaluator.phase_flow() {
+        Some(phase) => phase.flow(q, z, tau, dq, dz),
+        None => {
+            dq.copy_from_slice(z);
+            evaluator.forward_dynamics(q, z, tau, dz)
+        }
+    }
+}

@@ -1,0 +1,36 @@
+//! Motions of a mechanical system, and what every other crate of `lagrangian` needs to speak of them.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`Trajectory`] | time stamps with the [`Signals`] q, q̇, q̈, τ, p, ṗ at them |
+//! | [`Coordinates`] | the names of the coordinates, and which are angles, lengths or parameters |
+//! | [`Samples`] | states with their accelerations and forces, apart from time |
+//! | [`solve`] | M x = b for the small systems of a state |
+//! | [`settings`] | settings as data: names, meaning, values |
+//! | [`Error`] | the errors of all crates |
+//!
+//! Nothing here knows a file, a force, an integrator or a network.
+
+#![forbid(unsafe_code)]
+
+mod coordinates;
+pub mod error;
+pub mod noise;
+pub mod samples;
+pub mod settings;
+mod shown;
+mod signals;
+pub mod solve;
+mod state;
+pub mod statistics;
+pub mod stop;
+mod trajectory;
+
+pub use coordinates::{Coordinate, Coordinates, Topology};
+pub use error::{Error, Result, brief, counted};
+pub use samples::Samples;
+pub use shown::{is_hidden, shown, shown_json, shown_lines};
+pub use signals::{Signal, Signals};
+pub use state::State;
+pub use stop::Stop;
+pub use trajectory::Trajectory;

@@ -1,0 +1,78 @@
+//! Samples: states with what belongs to them, apart from time.
+
+use std::ops::{Deref, DerefMut};
+
+use crate::Signals;
+
+/// Samples to fit: states with the accelerations and forces that belong to them, row-major `[m, n]`.
+///
+/// Its [`Signals`] can be used as if they were its own fields: `samples.q` is `samples.signals.q`. Forces are 0 where
+/// the motion is free; momenta and their rates are empty where they are not known.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Samples {
+    /// The number n of degrees of freedom.
+    pub n: usize,
+    /// The signals q, q̇, q̈, τ, p and ṗ of all samples.
+    pub signals: Signals,
+    /// The time steps for losses of positions alone, s, `[m, 2]`, else empty: the steps h⁻ to the middle one of three neighbouring
+    /// positions and h⁺ from it. Then q is the middle one, q̇ the velocity to it, q̈ the second divided difference, and
+    /// τ the mean over both steps.
+    pub steps: Vec<f64>,
+}
+
+impl Deref for Samples {
+    type Target = Signals;
+
+    fn deref(&self) -> &Signals {
+        &self.signals
+    }
+}
+
+impl DerefMut for Samples {
+    fn deref_mut(&mut self) -> &mut Signals {
+        &mut self.signals
+    }
+}
+
+impl Samples {
+    /// The samples with these signals of `n` degrees of freedom.
+    #[must_use]
+    pub fn new(n: usize, signals: Signals) -> Self {
+        Self {
+            n,
+            signals,
+            steps: Vec::new(),
+        }
+    }
+
+    /// The signals of sample `s`.
+    #[must_use]
+    pub fn row(&self, s: usize) -> Signals<&[f64]> {
+        self.signals.row(self.n, s)
+    }
+
+    /// The number of samples.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.q.len().checked_div(self.n).unwrap_or(0)
+    }
+
+    /// Whether there are no samples.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.q.is_empty()
+    }
+
+    /// At most `count` of the samples, evenly spread: states, accelerations and forces.
+    pub fn spread(&self, count: usize) -> Self {
+        let every = self.len().div_ceil(count).max(1);
+        let mut signals: Signals = Signals::default();
+        for row in (0..self.len()).step_by(every).map(|s| self.row(s)) {
+            signals.q.extend(row.q);
+            signals.qd.extend(row.qd);
+            signals.qdd.extend(row.qdd);
+            signals.tau.extend(row.tau);
+        }
+        Self::new(self.n, signals)
+    }
+}

@@ -1,0 +1,138 @@
+//! Motions of a system: time, coordinates, velocities and, where known, accelerations and forces.
+
+use std::ops::{Deref, DerefMut, Range};
+
+use crate::{Error, Result, Signal, Signals};
+
+/// One motion, recorded or predicted: both are this type, so one function compares them.
+///
+/// Its [`Signals`] can be used as if they were its own fields: `motion.q` is `motion.signals.q`.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Trajectory {
+    /// A name to tell it from others (file, or the value of its `trajectory` column).
+    pub name: String,
+    /// Time stamps, s, strictly increasing, `[len]`.
+    pub t: Vec<f64>,
+    /// What is known of the motion at these times, `[len, n]` each; q and q̇ always are.
+    pub signals: Signals,
+}
+
+impl Deref for Trajectory {
+    type Target = Signals;
+
+    fn deref(&self) -> &Signals {
+        &self.signals
+    }
+}
+
+impl DerefMut for Trajectory {
+    fn deref_mut(&mut self) -> &mut Signals {
+        &mut self.signals
+    }
+}
+
+impl Trajectory {
+    /// The motion with these signals at the times `t`.
+    ///
+    /// ```
+    /// use lagrangian::{Signals, Trajectory};
+    /// let signals = Signals { q: vec![0.0, 0.1], qd: vec![1.0, 1.0], ..Signals::default() };
+    /// let glide = Trajectory::new("glide", vec![0.0, 0.1], signals);
+    /// assert_eq!((glide.len(), glide.dof()), (2, 1));
+    /// ```
+    #[must_use]
+    pub fn new(name: impl Into<String>, t: Vec<f64>, signals: Signals) -> Self {
+        Self {
+            name: name.into(),
+            t,
+            signals,
+        }
+    }
+
+    /// Number of samples.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.t.len()
+    }
+
+    /// Whether it holds no sample.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.t.is_empty()
+    }
+
+    /// Degrees of freedom n (0 when it is empty).
+    #[must_use]
+    pub fn dof(&self) -> usize {
+        self.q.len().checked_div(self.t.len()).unwrap_or(0)
+    }
+
+    /// Sample `k`.
+    #[must_use]
+    pub fn row(&self, k: usize) -> Signals<&[f64]> {
+        self.signals.row(self.dof(), k)
+    }
+
+    /// The samples of a range, which must lie within it.
+    #[must_use]
+    pub fn part(&self, range: Range<usize>) -> Self {
+        Self {
+            name: self.name.clone(),
+            signals: self.signals.rows(self.dof(), &range),
+            t: self.t[range].to_vec(),
+        }
+    }
+
+    /// The samples after the first `skipped`.
+    #[must_use]
+    pub fn after(&self, skipped: usize) -> Self {
+        self.part(skipped.min(self.len())..self.len())
+    }
+
+    /// The same path `alpha` times as fast, q(t) → q(α t): q̇ grows by α, q̈ by α², and which forces that needs only a
+    /// model can say; nor which momenta, where these are not linear in q̇.
+    #[must_use]
+    pub fn faster(&self, alpha: f64) -> Self {
+        let scaled = |signal: Signal, x: &Vec<f64>| {
+            let by = signal.order().map(|order| alpha.powi(order));
+            by.map_or(Vec::new(), |by| x.iter().map(|x| by * x).collect())
+        };
+        Self {
+            name: self.name.clone(),
+            t: self.t.iter().map(|t| t * (1.0 / alpha)).collect(),
+            signals: self.signals.as_ref().map(scaled),
+        }
+    }
+
+    /// Checks shapes, finiteness and that time increases.
+    ///
+    /// # Errors
+    /// [`Error::Shape`], [`Error::NotFinite`] or [`Error::Argument`], for the first thing that is wrong.
+    pub fn validate(&self) -> Result<()> {
+        let (len, n) = (self.len(), self.dof());
+        self.check_signal("t", &self.t, len)?;
+        for (signal, values) in self.iter() {
+            let needed = matches!(signal, Signal::Q | Signal::Qd);
+            if needed || !values.is_empty() {
+                self.check_signal(signal.name(), values, len * n)?;
+            }
+        }
+        let Some(k) = self.t.windows(2).position(|w| w[1] <= w[0]) else {
+            return Ok(());
+        };
+        let (before, after) = (self.t[k], self.t[k + 1]);
+        Err(Error::argument(
+            "t",
+            format!("{after} after {before} in trajectory '{}'", self.name),
+            "strictly increasing: sort the rows and remove repeats",
+        ))
+    }
+
+    fn check_signal(&self, name: &str, values: &[f64], expected: usize) -> Result<()> {
+        let what = format!("{name} of trajectory '{}'", self.name);
+        let (len, n) = (self.len(), self.dof());
+        let remedy = format!("give one value per sample and coordinate ({len} × {n})");
+        Error::check_shape(&what, values.len(), expected, remedy)?;
+        Error::check_finite(what, values)
+    }
+}

@@ -1,0 +1,415 @@
+//! Whether the forces belong to the motion: their delay, sign and size.
+
+use std::f64::consts::TAU;
+
+use super::regression::{JointFit, JointFits, Rub, Stranger, Undriven};
+use super::swings::{Swings, swings};
+use super::{Item, range, swings_of_all};
+use crate::Recording;
+use lagrangian_motion::Topology;
+use lagrangian_motion::counted;
+
+/// An inertia or a sign is assessed only where the motion explains this part of the variance of the force …
+const EXPLAINED: f64 = 0.5;
+/// … and a delay, which changes little of it, or a force that is missing, where it explains this part.
+const WELL_EXPLAINED: f64 = 0.9;
+/// A delay is one only beyond so many standard errors, as many joints are tested …
+const ERRORS: f64 = 4.0;
+/// … and this part of a sample: a force that a controller holds between samples comes half a sample late.
+const SAMPLES: f64 = 0.5;
+/// … and if without it this much more of the force stays unexplained.
+const GAIN: f64 = 1.15;
+/// Beyond these an inertia is a matter of units, kg m² or kg.
+const INERTIA: (f64, f64) = (1e-6, 1e4);
+/// Drives brake where they do this part of their work against the motion, each and all together: one alone may be moved by the others.
+const BRAKING: f64 = 0.5;
+/// A joint that moves one way gives back what was stored in it; it has moved forth and back with so many swings.
+const FORTH_AND_BACK: usize = 3;
+/// Coordinates are taken for degrees where that leaves less than this part of the unexplained forces.
+const DEGREES: f64 = 0.5;
+/// Forces beyond this, N·m or N, are a matter of units.
+const IMPLAUSIBLE: f64 = 1e4;
+/// A wrong sign is certain beyond so many standard errors …
+const SIGN_ERRORS: f64 = 5.0;
+/// … where inertia makes up this part of the force.
+const INERTIAL_PART: f64 = 0.2;
+/// Friction is certain beyond so many standard errors, where it is this part of a force …
+const FRICTION_ERRORS: f64 = 5.0;
+const FRICTION_PART: f64 = 0.03;
+/// … and that of another joint is taken for its own only where its own is below this part of it.
+const OWN_FRICTION: f64 = 0.25;
+/// The parameters of a joint at least: inertia, gravity, friction. Each needs a swing.
+const PARAMETERS: usize = 3;
+/// A recording is of another machine where the law of all leaves so many times as much of its forces as its own law, beyond so many errors …
+const OTHER_MACHINE: f64 = 3.0;
+const OTHER_MACHINE_ERRORS: f64 = 4.0;
+/// … and this part of the variance of the forces of all: a rough law leaves some of a motion that is unlike the others.
+const LEFT: f64 = 0.3;
+/// Accelerations that are less certain than this part of them want a filter.
+const UNCERTAIN: f64 = 0.1;
+/// A motion that explains less than this part of the forces is that of a real machine, with friction and noise.
+const EXACT: f64 = 0.999;
+/// So do forces with more noise than this part of them.
+const NOISY_FORCES: f64 = 0.01;
+/// An inertia that grows by more than this part from one cut-off to a lower one is not to be trusted.
+const GROWTH: f64 = 0.2;
+
+/// Items about forces and motion of all recordings together.
+pub(super) fn items(recordings: &[Recording], fits: Option<&JointFits>, errors: f64) -> Vec<Item> {
+    let mut items: Vec<Item> = silent(recordings).into_iter().collect();
+    items.extend(few_swings(recordings, fits));
+    let Some(fits) = fits else { return items };
+    items.extend(works(recordings));
+    items.extend(units(recordings, fits));
+    items.extend(frictions(recordings, fits, errors));
+    items.extend(unrecorded(recordings, fits));
+    items.extend(machines(fits));
+    items.extend(delays(recordings, fits, errors));
+    items.extend(inertias(recordings, fits, errors));
+    if !fits.given && recordings.iter().any(|r| r.qdd.is_empty()) {
+        items.extend(accelerations(recordings, fits));
+    }
+    items
+}
+
+/// An item where forces were recorded and all of them are 0.
+fn silent(recordings: &[Recording]) -> Option<Item> {
+    let mut forces = recordings.iter().flat_map(|r| &r.tau).peekable();
+    forces.peek()?;
+    forces.all(|x| *x == 0.0).then(|| {
+        let finding = "all forces are 0 throughout, so that the motion is taken for a free one";
+        let remedy =
+            "record the forces of the drives; where nothing drives the machine, omit their columns";
+        Item::doubt("forces", finding, remedy)
+    })
+}
+
+/// An item where a machine turns back less often than it has parameters, unless its motion explains its forces exactly.
+fn few_swings(recordings: &[Recording], fits: Option<&JointFits>) -> Option<Item> {
+    let swings = swings_of_all(recordings);
+    let first = recordings.iter().find(|r| !r.tau.is_empty())?;
+    let exact = |fits: &JointFits| fits.low_pass.is_some_and(|c| c.explained > EXACT);
+    let n = first.dof() - first.coordinates.parameters().count();
+    let enough = PARAMETERS * n;
+    (swings < enough && !fits.is_some_and(exact)).then(|| {
+        let finding = format!("all coordinates together turn back {swings} times");
+        let remedy = format!(
+            "record longer, or faster: {enough} swings or more for {}, as many as there are parameters",
+            counted(n, "coordinate")
+        );
+        Item::doubt("swings", finding, remedy).value("swings", swings as f64)
+    })
+}
+
+fn names(recordings: &[Recording]) -> impl Iterator<Item = (usize, &str)> {
+    let coordinates = recordings.iter().take(1).flat_map(|r| &r.coordinates.0);
+    coordinates.enumerate().map(|(i, c)| (i, c.name.as_str()))
+}
+
+/// Whether the positions show what the force does not know, so that neither inertias nor delays can be trusted: the
+/// accelerations of all joints are in the regressor of each. An inertia below its own standard error grows by chance.
+fn is_shaken(fits: &JointFits) -> bool {
+    let known = |f: &&JointFit| f.explained.0 > EXPLAINED && f.inertia.0.abs() > f.inertia.1;
+    let mut joints = fits.joints.iter().flatten().filter(known);
+    joints.any(|f| f.growth.abs() > GROWTH)
+}
+
+/// Whether a coordinate spans more than a turn, if it is in radians: in degrees that is little for a joint.
+fn reaches_far(recording: &Recording) -> bool {
+    let n = recording.dof();
+    let spans = |i: usize| {
+        let (low, high) = range(recording.q.iter().skip(i).step_by(n).copied());
+        high - low > TAU
+    };
+    (0..n).any(spans)
+}
+
+/// Units that explain the forces better, or forces that no machine has.
+fn units(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
+    let mut items = Vec::new();
+    let turns = recordings.iter().any(reaches_far);
+    if let Some(left) = fits.as_degrees.filter(|left| *left < DEGREES && turns) {
+        let percent = 100.0 * left;
+        let finding = format!(
+            "read as degrees, the coordinates leave {percent:.0} % of what stays unexplained of the forces in radians"
+        );
+        let remedy = "declare them: `angles` all and `degrees`, or convert them to radians";
+        items.push(
+            Item::doubt("unit", finding, remedy)
+                .claims(None, 1.0)
+                .value("left", left),
+        );
+    }
+    let forces = recordings.iter().flat_map(|r| &r.tau);
+    let largest = forces.fold(0.0_f64, |most, x| most.max(x.abs()));
+    if largest > IMPLAUSIBLE {
+        let finding = format!("forces of up to {largest:.1e} N·m or N");
+        let remedy = "check their unit: SI units are expected, and masses are found in the unit of the forces";
+        items.push(Item::doubt("unit", finding, remedy).value("largest", largest));
+    }
+    items
+}
+
+/// The work of each force over all recordings, as a part of the work that its parts do either way: friction takes energy out of a
+/// machine, so that its drives put energy in.
+fn works(recordings: &[Recording]) -> Vec<Item> {
+    let n = recordings.first().map_or(0, Recording::dof);
+    let (mut sums, mut sizes) = (vec![0.0; n], vec![0.0; n]);
+    for recording in recordings.iter().filter(|r| r.tau.len() == r.q.len()) {
+        let steps = recording.q.windows(n + 1).zip(recording.tau.windows(n + 1));
+        for (k, (q, tau)) in steps.enumerate() {
+            let work = 0.5 * (tau[0] + tau[n]) * (q[n] - q[0]);
+            sums[k % n] += work;
+            sizes[k % n] += work.abs();
+        }
+    }
+    if sums.iter().sum::<f64>() > -BRAKING * sizes.iter().sum::<f64>() {
+        return Vec::new();
+    }
+    let swings: Vec<Vec<Swings>> = recordings.iter().map(swings).collect();
+    let turns = |i: usize| {
+        swings
+            .iter()
+            .filter_map(|s| s.get(i))
+            .map(|s| s.count)
+            .sum::<usize>()
+    };
+    let part = |i: usize| sums[i] / sizes[i];
+    let of_joint = |(i, name): (usize, &str)| {
+        (part(i) < -BRAKING && turns(i) >= FORTH_AND_BACK).then(|| {
+            let finding = format!(
+                "{name}: its force takes energy out of the machine ({:.0} % of the work that it does either way), as if it only braked",
+                -100.0 * part(i)
+            );
+            let remedy = "reverse the sign of that force, or of the coordinate, unless something else moves the machine";
+            Item::doubt("work", finding, remedy).claims(Some(i), 1.0).value("part", part(i))
+        })
+    };
+    names(recordings)
+        .filter(|(i, _)| *i < n)
+        .filter_map(of_joint)
+        .collect()
+}
+
+/// Coordinates that must be driven, although their forces are 0 throughout.
+fn unrecorded(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
+    let all: Vec<&str> = names(recordings).map(|(_, name)| name).collect();
+    let is_told = |u: &&Undriven| u.forces_explained > WELL_EXPLAINED && u.explained < EXPLAINED;
+    let item = |u: &Undriven| {
+        let finding = format!(
+            "{}: its force is 0 throughout, but it does not move as a joint without a drive: {:.0} % of its acceleration follow from the motion of the \
+             others, while {:.0} % of their forces follow from the motion",
+            all[u.coordinate],
+            100.0 * u.explained.max(0.0),
+            100.0 * u.forces_explained
+        );
+        let remedy = "record the force of that drive, or choose its column (`tau`)";
+        Item::doubt("forces", finding, remedy)
+            .value("explained", u.explained)
+            .value("forces_explained", u.forces_explained)
+    };
+    fits.undriven.iter().filter(is_told).map(item).collect()
+}
+
+/// Whether a recording is not of the machine of the others.
+fn machines(fits: &JointFits) -> Option<Item> {
+    let certain = |s: &Stranger| {
+        s.times > OTHER_MACHINE
+            && s.times.ln() > OTHER_MACHINE_ERRORS * s.error
+            && s.left > LEFT
+            && s.others_agree
+    };
+    let least_likely = |a: &&(String, Stranger), b: &&(String, Stranger)| {
+        let weight = |s: &Stranger| (certain(s), s.times);
+        let (a, b) = (weight(&a.1), weight(&b.1));
+        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+    };
+    let (name, s) = fits.strangers.iter().max_by(least_likely)?;
+    let finding = format!(
+        "the law of all recordings leaves {:.1} % of the forces of '{name}' unexplained, {:.2} times as much as its own law does",
+        100.0 * s.left,
+        s.times
+    );
+    let remedy = "check that all are of one machine, with one load, and their columns in one order; fit machines one at a time";
+    let item = match certain(s) {
+        true => Item::doubt("machines", finding, remedy),
+        false => Item::pass("machines", finding),
+    };
+    Some(item.value("times", s.times).value("error", s.error))
+}
+
+/// Forces that brake the velocity of another joint, or drive their own where friction should brake it.
+fn frictions(recordings: &[Recording], fits: &JointFits, errors: f64) -> Vec<Item> {
+    let all: Vec<&str> = names(recordings).map(|(_, name)| name).collect();
+    let certain = |rub: &Rub, sign| rub.is_certain(sign, errors * FRICTION_ERRORS, FRICTION_PART);
+    let of_force = |(i, rubs): (usize, &Vec<Rub>)| {
+        let own = rubs[i];
+        if certain(&own, -1.0) {
+            let finding = format!(
+                "{}: its force helps its velocity where friction must brake it ({:.0} ± {:.0} % of the force)",
+                all[i],
+                -100.0 * own.size,
+                100.0 * own.error
+            );
+            let remedy = "reverse the sign of that force, or of the coordinate and its velocity";
+            return Some(
+                Item::doubt("sign", finding, remedy)
+                    .claims(Some(i), 1.0)
+                    .value("friction", own.size),
+            );
+        }
+        let others = rubs.iter().enumerate().filter(|(j, _)| *j != i);
+        let (j, most) = others.max_by(|a, b| a.1.size.total_cmp(&b.1.size))?;
+        // A force across the velocity, as of a magnet, does no work: its counterpart has the other sign.
+        let across = certain(&fits.rubs[j][i], -1.0);
+        if !certain(most, 1.0) || own.size > OWN_FRICTION * most.size || across {
+            return None;
+        }
+        let finding = format!(
+            "the friction in the force of {} goes with the velocity of {} ({:.0} ± {:.0} % of the force), not with its own ({:.0} %)",
+            all[i],
+            all[j],
+            100.0 * most.size,
+            100.0 * most.error,
+            100.0 * own.size
+        );
+        let remedy = "check the order of the columns of the forces: that of the coordinates";
+        Some(
+            Item::doubt("order", finding, remedy)
+                .claims(Some(i), 1.0)
+                .value("friction", most.size)
+                .value("own", own.size),
+        )
+    };
+    fits.rubs.iter().enumerate().filter_map(of_force).collect()
+}
+
+fn is_delay(found: &JointFit, step: f64, errors: f64) -> bool {
+    let (at_delay, at_none) = (1.0 - found.explained.0, 1.0 - found.explained.1);
+    !found.at_end
+        && found.explained.0 > WELL_EXPLAINED
+        && found.delay.abs() - errors * ERRORS * found.error > SAMPLES * step
+        && at_none > GAIN * at_delay
+}
+
+/// Gives the delays that hold their remedy, which names the shifts of all forces.
+pub(super) fn name_the_shifts(items: &mut [Item], recordings: &[Recording]) {
+    let mut shifts = vec!["0".to_string(); recordings.first().map_or(0, Recording::dof)];
+    let is_delay = |item: &&mut Item| item.name == "delay" && item.accuses();
+    for item in items.iter_mut().filter(is_delay) {
+        if let Some(i) = item.claim.and_then(|claim| claim.coordinate) {
+            shifts[i] = format!("{:.3}", 1e3 * item.values["delay_s"]);
+        }
+    }
+    let remedy = format!("shift the forces: `delay` {}", shifts.join(","));
+    let delays = items.iter_mut().filter(is_delay);
+    delays.for_each(|item| item.remedy = Some(remedy.clone()));
+}
+
+fn delays(recordings: &[Recording], fits: &JointFits, errors: f64) -> Vec<Item> {
+    // The whole says whether the machine shakes: in a half an inertia grows by chance.
+    let (step, shaken) = (fits.step, errors >= 1.0 && is_shaken(fits));
+    let item = |(i, name): (usize, &str)| {
+        // Where nothing is known there is nothing to say.
+        let known = |f: &JointFit| f.explained.0 > WELL_EXPLAINED && !shaken && !f.at_end;
+        let found = fits.joints[i].filter(known)?;
+        let explained = 100.0 * found.explained.0;
+        let (samples, error) = (found.delay / step, found.error / step);
+        let (ms, ms_error) = (1e3 * found.delay, 1e3 * found.error);
+        let size = format!("{samples:.2} ± {error:.2} samples ({ms:.2} ± {ms_error:.2} ms)");
+        let delayed = is_delay(&found, step, errors);
+        let finding = if delayed {
+            let side = if found.delay > 0.0 { "after" } else { "before" };
+            let without = 100.0 * found.explained.1;
+            format!(
+                "{name} moves {size} {side} its force: that explains {explained:.2} % of the force, no delay {without:.2} %"
+            )
+        } else if found.delay.abs() > ERRORS * found.error {
+            format!("{name}: {size}: too little to matter")
+        } else {
+            format!("{name}: {size}: none that is certain")
+        };
+        let item = Item::pass("delay", finding)
+            .warn_if(delayed, "shift the forces")
+            .claims(Some(i), found.delay)
+            .value("delay_s", found.delay)
+            .value("error_s", found.error)
+            .value("delay_samples", samples)
+            .value("explained", found.explained.0)
+            .value("explained_without", found.explained.1);
+        Some(item)
+    };
+    names(recordings).filter_map(item).collect()
+}
+
+fn inertias(recordings: &[Recording], fits: &JointFits, errors: f64) -> Vec<Item> {
+    let item = |(i, name): (usize, &str)| {
+        let found = fits.joints[i].filter(|f| f.explained.0 > EXPLAINED)?;
+        let (inertia, error) = found.inertia;
+        if !inertia.is_finite() || inertia.abs() == 0.0 {
+            return None; // no force, or none that can be squared
+        }
+        let circle = recordings[0].coordinates.0[i].topology == Topology::Circle;
+        let unit = if circle { "kg m²" } else { "kg or kg m²" };
+        let finding = format!("{name}: inertia {inertia:.3e} ± {error:.1e} {unit}");
+        let certain =
+            inertia.abs() > errors * SIGN_ERRORS * error && found.inertial_part > INERTIAL_PART;
+        if !certain {
+            return None; // The inertia of one joint alone says nothing of the others.
+        }
+        let item = if inertia < 0.0 {
+            let finding = format!("{finding}: the force pushes against the acceleration");
+            let remedy = "reverse the sign of that force (or that of the coordinate and its velocity): a positive force must accelerate forwards";
+            Item::fail("inertia", finding, remedy)
+        } else if !(INERTIA.0..INERTIA.1).contains(&inertia) {
+            let finding = format!("{finding}: implausible for a machine");
+            let remedy = "check the unit of that force (N·m, N) and of the coordinate: SI units are expected";
+            Item::doubt("inertia", finding, remedy)
+        } else {
+            Item::pass("inertia", finding)
+        };
+        Some(
+            item.claims(Some(i), inertia.signum())
+                .value("inertia", inertia)
+                .value("error", error),
+        )
+    };
+    names(recordings).filter_map(item).collect()
+}
+
+/// Whether noise spoils the accelerations, and the low-pass that helps.
+fn accelerations(recordings: &[Recording], fits: &JointFits) -> Option<Item> {
+    let certainty = fits.uncertainty.iter().enumerate();
+    let (at, worst) = certainty
+        .filter(|(_, c)| c.is_finite())
+        .max_by(|a, b| a.1.total_cmp(b.1))?;
+    let name = |i: usize| names(recordings).nth(i).map_or("", |n| n.1);
+    let (percent, joint) = (100.0 * worst, name(at));
+    let noise = fits
+        .noise
+        .iter()
+        .copied()
+        .filter(|x| x.is_finite())
+        .fold(0.0, f64::max);
+    let finding = format!(
+        "estimated q̈ is uncertain by {percent:.1} % ({joint}), the forces by {:.1} % or less",
+        100.0 * noise
+    );
+    let noisy = *worst > UNCERTAIN || noise > NOISY_FORCES;
+    let Some(low_pass) = fits.low_pass else {
+        let remedy = "record faster or more exciting motions, or choose a `low_pass` yourself: the motion explains too little of the forces to tell which";
+        let item = Item::pass("acceleration", finding).warn_if(noisy, remedy);
+        return Some(item.value("uncertainty", *worst));
+    };
+    let (hertz, explained) = (low_pass.hertz, 100.0 * low_pass.explained);
+    let noisy = noisy || low_pass.explained < EXACT;
+    let finding = format!(
+        "{finding}; after a low-pass of {hertz} Hz the motion explains {explained:.1} % of the forces"
+    );
+    let remedy = format!("pass motion and forces through the same low-pass: `low_pass` {hertz}");
+    let item = Item::pass("acceleration", finding)
+        .warn_if(noisy, remedy)
+        .value("uncertainty", *worst)
+        .value("explained", low_pass.explained);
+    Some(item.value("low_pass_hz", hertz))
+}

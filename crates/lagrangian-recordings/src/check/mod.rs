@@ -1,0 +1,468 @@
+//! Whether recordings are good enough for a fit: what a roboticist checks before trusting them.
+//!
+//! Every item has a verdict, a finding in words, its numbers and a remedy. [`Verdict::Fail`] means that
+//! a fit of these recordings would be meaningless; [`Verdict::Warn`] that it would be worse than it could be.
+
+mod column;
+mod copies;
+mod coverage;
+mod drive;
+mod evidence;
+mod frozen;
+mod goals;
+mod joints;
+mod pairs;
+mod rates;
+mod regression;
+mod repeated;
+mod signals;
+mod spikes;
+mod swings;
+mod time;
+
+use std::collections::BTreeMap;
+
+pub use evidence::Claim;
+use regression::JointFits;
+pub use repeated::check_validation;
+use serde::Serialize;
+pub use signals::LARGEST;
+
+use crate::Recording;
+use lagrangian_motion::counted;
+use lagrangian_motion::{Signal, Topology};
+
+/// Fewer samples than this in all cannot carry a fit.
+const FEWEST_SAMPLES: usize = 20;
+/// A fit of a learned model gets poor below this many samples for each axis of the state.
+const SAMPLES_PER_AXIS: usize = 100;
+
+/// How good an item is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// Nothing to do.
+    Pass,
+    /// A fit would be worse than it could be.
+    Warn,
+    /// A fit would be meaningless.
+    Fail,
+}
+
+/// One result of the check.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Item {
+    /// What was checked, e.g. `velocity`.
+    pub name: &'static str,
+    /// The trajectory; none if it is about all of them.
+    pub trajectory: Option<String>,
+    /// How good it is.
+    pub verdict: Verdict,
+    /// What was found, in words.
+    pub finding: String,
+    /// What to do about it.
+    pub remedy: Option<String>,
+    /// The numbers of the finding, under stable names.
+    pub values: BTreeMap<String, f64>,
+    /// Whether the values themselves are in doubt, so that no model of them can be called good.
+    pub doubtful: bool,
+    /// What it claims of all samples: an accusation of this kind must hold in each half of the data.
+    #[serde(skip)]
+    pub claim: Option<Claim>,
+}
+
+/// Findings that say of single samples, or exactly, that values are wrong; others claim it of all samples.
+const OF_SAMPLES: [&str; 10] = [
+    "copy", "forces", "frozen", "goal", "jumps", "machines", "repeated", "repeats", "spikes",
+    "unit",
+];
+
+impl Item {
+    /// Whether it says that values are wrong, and not only few or noisy.
+    #[must_use]
+    pub fn accuses(&self) -> bool {
+        let is_about_values = self.claim.is_some() || OF_SAMPLES.contains(&self.name);
+        self.verdict > Verdict::Pass && is_about_values
+    }
+
+    /// The trajectory that it is about.
+    fn about(&self) -> Option<&str> {
+        self.trajectory.as_deref()
+    }
+
+    /// An item that passes.
+    pub fn pass(name: &'static str, finding: impl Into<String>) -> Self {
+        Self {
+            name,
+            trajectory: None,
+            verdict: Verdict::Pass,
+            finding: finding.into(),
+            remedy: None,
+            values: BTreeMap::new(),
+            doubtful: false,
+            claim: None,
+        }
+    }
+
+    /// A warning that the values themselves are wrong, and not only few or noisy.
+    fn doubt(name: &'static str, finding: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::warn(name, finding, remedy).in_doubt()
+    }
+
+    fn in_doubt(self) -> Self {
+        Self {
+            doubtful: true,
+            ..self
+        }
+    }
+
+    /// An item that warns and says what to do.
+    pub fn warn(name: &'static str, finding: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::pass(name, finding).with(Verdict::Warn, remedy)
+    }
+
+    fn fail(name: &'static str, finding: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::pass(name, finding).with(Verdict::Fail, remedy)
+    }
+
+    fn with(self, verdict: Verdict, remedy: impl Into<String>) -> Self {
+        Self {
+            verdict,
+            remedy: Some(remedy.into()),
+            ..self
+        }
+    }
+
+    /// The same, with a warning where the condition holds.
+    fn warn_if(self, condition: bool, remedy: impl Into<String>) -> Self {
+        match condition {
+            true => self.with(Verdict::Warn, remedy),
+            false => self,
+        }
+    }
+
+    /// Adds a figure under a stable name.
+    #[must_use]
+    pub fn value(mut self, name: impl Into<String>, value: f64) -> Self {
+        self.values.insert(name.into(), value);
+        self
+    }
+
+    fn of(mut self, recording: &Recording) -> Self {
+        self.trajectory = Some(recording.name.clone());
+        self
+    }
+}
+
+/// The results of a check.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CheckReport {
+    /// First the items about all recordings together, then those of each.
+    pub items: Vec<Item>,
+}
+
+impl CheckReport {
+    /// Whether a fit makes sense: no item fails.
+    #[must_use]
+    pub fn passed(&self) -> bool {
+        self.verdict() < Verdict::Fail
+    }
+
+    /// The worst verdict.
+    #[must_use]
+    pub fn verdict(&self) -> Verdict {
+        let verdicts = self.items.iter().map(|i| i.verdict);
+        verdicts.max().unwrap_or(Verdict::Fail)
+    }
+
+    /// The findings that are shown: all of them for up to [`CheckReport::IN_FULL`] trajectories. Of more, those about all together,
+    /// then each kind of warning or failure once, with the trajectories that it is about.
+    ///
+    /// ```
+    /// use lagrangian::{CheckReport, Item};
+    /// let about = |name: &str| Item { trajectory: Some(name.into()), ..Item::warn("noise", "much", "filter") };
+    /// let report = CheckReport { items: ["a", "b", "c", "d"].map(about).to_vec() };
+    /// let shown = report.shown();
+    /// assert_eq!(shown.len(), 1);
+    /// assert_eq!(shown[0].trajectories, ["a", "b", "c", "d"]);
+    /// ```
+    #[must_use]
+    pub fn shown(&self) -> Vec<ShownItem<'_>> {
+        let mut names: Vec<&str> = self.items.iter().filter_map(Item::about).collect();
+        names.dedup();
+        let short = names.len() > Self::IN_FULL;
+        let mut shown: Vec<ShownItem> = Vec::new();
+        for (first, item) in self.items.iter().enumerate() {
+            let Some(name) = item.about().filter(|_| short) else {
+                let trajectories = item.about().into_iter().collect();
+                shown.push(ShownItem {
+                    first,
+                    trajectories,
+                });
+                continue;
+            };
+            if item.verdict == Verdict::Pass {
+                continue;
+            }
+            let same = |own: &&mut ShownItem| {
+                let first = &self.items[own.first];
+                !own.trajectories.is_empty()
+                    && first.name == item.name
+                    && first.verdict == item.verdict
+            };
+            match shown.iter_mut().find(same) {
+                // A trajectory may have several items of a kind.
+                Some(own) if own.trajectories.last() == Some(&name) => {}
+                Some(own) => own.trajectories.push(name),
+                None => shown.push(ShownItem {
+                    first,
+                    trajectories: vec![name],
+                }),
+            }
+        }
+        shown
+    }
+
+    /// Of more trajectories than this, passing items of single ones are not shown, and others once.
+    pub const IN_FULL: usize = 3;
+
+    /// How many items have this verdict.
+    #[must_use]
+    pub fn count(&self, verdict: Verdict) -> usize {
+        self.items.iter().filter(|i| i.verdict == verdict).count()
+    }
+}
+
+/// A finding that is shown, see [`CheckReport::shown`].
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct ShownItem<'a> {
+    /// The number of the first of its items.
+    pub first: usize,
+    /// The trajectories that it is about; none where it is about all together.
+    pub trajectories: Vec<&'a str>,
+}
+
+/// Options of [`check`].
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct CheckOptions {
+    /// Cut-off of the low-pass for motion and forces, Hz, that a fit will use; chosen from the data where there is none.
+    pub low_pass: Option<f64>,
+}
+
+/// Checks recordings before they are fitted. It has no error: each problem is an item.
+///
+/// # Example
+/// ```
+/// use lagrangian::{CheckOptions, Format, Layout, Verdict, check};
+/// // q̇ in degrees per second, q in radians.
+/// let rows: String = (0..200).map(|k| f64::from(k) * 0.02)
+///     .map(|t| format!("{t},{},{}\n", t.sin(), t.cos().to_degrees())).collect();
+/// let file = std::io::Cursor::new(format!("t,q1,qd1\n{rows}"));
+/// let recordings = Format::Csv.read(file, "swing", &Layout::default())?.recordings;
+/// let report = check(&recordings, &CheckOptions::default());
+/// assert!(!report.passed());
+/// assert!(report.items.iter().any(|i| i.verdict == Verdict::Fail && i.finding.contains("degrees")));
+/// # Ok::<(), lagrangian::Error>(())
+/// ```
+#[must_use]
+pub fn check(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
+    if recordings.len() <= MOST_CHECKED {
+        return check_all(recordings, options);
+    }
+    let some = some_of(recordings);
+    let mut report = check_all(&some, options);
+    let finding = format!(
+        "the check is of {} of {} trajectories ({MOST_CHECKED} at most), and of any that cannot be used",
+        some.len(),
+        recordings.len()
+    );
+    report.items.insert(0, Item::pass(CHECKED, finding));
+    report
+}
+
+/// Trajectories that are checked one by one, at most: each has a dozen findings.
+const MOST_CHECKED: usize = 20_000;
+
+/// The item that says that not all trajectories were checked.
+pub const CHECKED: &str = "checked";
+
+/// Of more trajectories than are checked, those that cannot be used, and others evenly spread.
+fn some_of(recordings: &[Recording]) -> Vec<Recording> {
+    let every = recordings.len().div_ceil(MOST_CHECKED / 2).max(1);
+    let numbered = recordings.iter().enumerate();
+    let bad = numbered.filter(|(k, r)| k % every != 0 && r.validate().is_err());
+    let bad = bad.map(|(_, r)| r).take(MOST_CHECKED / 2);
+    let spread = recordings.iter().step_by(every);
+    spread.chain(bad).cloned().collect()
+}
+
+fn check_all(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
+    let swings = swings_of_all(recordings);
+    let mut items = vec![
+        length(recordings, swings),
+        coverage::coverage(recordings, swings),
+        same_coordinates(recordings),
+    ];
+    items.extend(signals::excitation(recordings));
+    items.extend(repeated::items(recordings));
+    let fits = regression::fit_joints(recordings, options, false);
+    let mut shared = of_all(recordings, fits.as_ref(), 1.0);
+    // A half is looked at through the same low-pass, and as far for delays, so that it differs by its samples alone.
+    let found = fits.and_then(|fits| fits.low_pass);
+    let low_pass = options.low_pass.or(found.map(|found| found.hertz));
+    let in_half = |half: &[Recording]| {
+        let fits = regression::fit_joints(half, &CheckOptions { low_pass }, true);
+        of_all(half, fits.as_ref(), evidence::OF_HALF)
+    };
+    evidence::confirm(&mut shared, recordings, in_half);
+    drive::name_the_shifts(&mut shared, recordings);
+    items.extend(shared);
+    for recording in recordings {
+        let mut own = of_one(recording, 1.0);
+        let in_half = |half: &[Recording]| {
+            half.iter()
+                .flat_map(|r| of_one(r, evidence::OF_HALF))
+                .collect()
+        };
+        evidence::confirm(&mut own, std::slice::from_ref(recording), in_half);
+        items.extend(own.into_iter().map(|item| item.of(recording)));
+    }
+    CheckReport { items }
+}
+
+/// Findings about all recordings together that need `errors` times as many standard errors as usual.
+fn of_all(recordings: &[Recording], fits: Option<&JointFits>, errors: f64) -> Vec<Item> {
+    let mut items = copies::items(recordings);
+    items.extend(drive::items(recordings, fits, errors));
+    items.extend(goals::items(recordings));
+    items
+}
+
+/// Findings about one recording that need `errors` times as many standard errors as usual.
+fn of_one(recording: &Recording, errors: f64) -> Vec<Item> {
+    let mut own: Vec<Item> = shapes(recording).into_iter().collect();
+    let whole = own.is_empty();
+    own.extend(time::sample(recording));
+    own.extend(joints::renamed(recording));
+    own.extend(time::items(recording));
+    own.extend(time::too_short(recording));
+    if whole {
+        own.extend(parameters(recording));
+        own.extend(signals::items(recording, errors));
+        own.extend(signals::passive(recording));
+    }
+    if whole && time::usable(recording) {
+        own.extend(signals::sampled_items(recording));
+        own.extend(rates::items(recording, errors));
+    }
+    own
+}
+
+/// Whether there is enough of it.
+fn length(recordings: &[Recording], swings: usize) -> Item {
+    let samples: usize = recordings.iter().map(Recording::len).sum();
+    let durations = recordings.iter();
+    let durations = durations.filter_map(|r| Some(r.t.last()? - r.t.first()?));
+    let seconds: f64 = durations.sum();
+    let n = recordings.first().map_or(0, Recording::dof);
+    let finding = format!(
+        "{samples} samples, {seconds:.4} s, {}, {}",
+        counted(recordings.len(), "trajectory"),
+        counted(n, "coordinate")
+    );
+    let item = if samples < FEWEST_SAMPLES {
+        let remedy = format!(
+            "record more: at least {FEWEST_SAMPLES} samples, some thousand for a learned model"
+        );
+        Item::fail("length", finding, remedy)
+    } else {
+        enough(recordings, samples, swings, finding)
+    };
+    item.value("samples", samples as f64)
+        .value("seconds", seconds)
+        .value("trajectories", recordings.len() as f64)
+}
+
+/// Whether the samples are enough for the coordinates.
+fn enough(recordings: &[Recording], samples: usize, swings: usize, finding: String) -> Item {
+    let n = recordings.first().map_or(0, Recording::dof);
+    let enough = SAMPLES_PER_AXIS * 2 * n;
+    let finding = format!("{finding}; they turn back {swings} times in all");
+    let remedy = format!(
+        "record more: {enough} samples or more for {}",
+        counted(n, "coordinate")
+    );
+    Item::pass("length", finding)
+        .warn_if(samples < enough, remedy)
+        .value("swings", swings as f64)
+}
+
+/// The swings of all coordinates in all recordings.
+fn swings_of_all(recordings: &[Recording]) -> usize {
+    let all = recordings.iter().flat_map(swings::swings);
+    all.map(|s| s.count).sum()
+}
+
+fn same_coordinates(recordings: &[Recording]) -> Item {
+    let Some(first) = recordings.first() else {
+        let finding = "there is no recording";
+        return Item::fail("coordinates", finding, "name files that hold some");
+    };
+    let mut others = recordings.iter();
+    if let Some(other) = others.find(|r| r.coordinates != first.coordinates) {
+        let (one, other) = (&first.name, &other.name);
+        let finding = format!("'{one}' and '{other}' have different coordinates");
+        let remedy = "fit recordings of one system at a time; name the columns with `q`, the angles with `angles`";
+        return Item::fail("coordinates", finding, remedy);
+    }
+    let named = first.coordinates.0.iter().enumerate();
+    let names: Vec<String> = named.map(|(i, c)| describe(first, i, &c.name)).collect();
+    Item::pass("coordinates", names.join(", "))
+}
+
+fn describe(recording: &Recording, i: usize, name: &str) -> String {
+    let kind = match recording.coordinates.0[i].topology {
+        Topology::Circle => "angle",
+        Topology::Parameter => "parameter",
+        Topology::Line => "line",
+    };
+    let drive = match recording.columns.signals.tau.get(i) {
+        Some(column) if column.is_empty() => ", no column of its force: 0",
+        _ => "",
+    };
+    format!("{name} ({kind}{drive})")
+}
+
+/// An item if a parameter is not constant.
+fn parameters(recording: &Recording) -> Option<Item> {
+    let Err(lagrangian_motion::Error::Sample {
+        row,
+        finding,
+        remedy,
+        ..
+    }) = recording.parameters_are_constant()
+    else {
+        return None;
+    };
+    let finding = format!("{finding} at sample {row}");
+    Some(Item::fail("parameter", finding, remedy))
+}
+
+/// An item if a signal has another length than the time stamps.
+fn shapes(recording: &Recording) -> Option<Item> {
+    let expected = recording.len() * recording.dof();
+    let (signal, values) = recording.iter().find(|(signal, values)| {
+        let measured = *signal == Signal::Q || !values.is_empty();
+        measured && values.len() != expected
+    })?;
+    let (signal, count) = (signal.name(), values.len());
+    let finding = format!("{signal} has {count} values where {expected} are needed");
+    let remedy = "give one value per sample and coordinate";
+    Some(Item::fail("shape", finding, remedy))
+}
+
+/// The lowest and the highest of some values, NaN left aside; an empty range of none.
+fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let start = (f64::INFINITY, f64::NEG_INFINITY);
+    values.fold(start, |(low, high), x| (low.min(x), high.max(x)))
+}

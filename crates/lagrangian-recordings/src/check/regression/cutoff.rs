@@ -1,0 +1,193 @@
+//! The low-pass of a machine's log: the cut-off after which a regression explains the forces best.
+//!
+//! A cut-off that is too high leaves noise in the accelerations, which shrinks the inertias (errors in variables); one that is too low
+//! leaves no acceleration to learn from. A regression after each cut-off predicts the forces of stretches that it has not seen,
+//! after each cut-off in turn as the reference: a regression after 5 Hz must predict forces up to 3, 5, 8 … Hz. The best cut-off has the
+//! smallest mean logarithm of all these errors (docs/adr/0070).
+
+use rayon::prelude::*;
+
+use super::super::time;
+use super::Filtered;
+use super::least_squares::Part;
+use super::terms::Rubbing;
+use crate::Recording;
+use crate::local_polynomial::{median_step, segments};
+use lagrangian_motion::{Coordinate, Signal};
+
+/// The candidates of a decade, Hz.
+const DECADE: [f64; 6] = [8.0, 5.0, 3.0, 2.0, 1.5, 1.0];
+/// The number of candidates.
+const CANDIDATES: usize = 10;
+/// The highest candidate, Hz, and in parts of the sampling rate.
+const HIGHEST: f64 = 50.0;
+const OF_RATE: f64 = 0.3;
+/// Periods of the lowest candidate in the longest piece of a recording.
+const PERIODS: f64 = 10.0;
+/// The ridge of the regression in units of the diagonal.
+const RIDGE: f64 = 1e-4;
+/// A reference keeps this part of the variance of the velocities.
+const KEPT: f64 = 0.8;
+/// Among cut-offs that are nearly as good, one keeps this part where it can: lost motion bends what is learned from fast motions.
+const WHOLE: f64 = 0.99;
+/// A reference counts where what is left unexplained is at most so many times that of the clearest one: beyond it there is noise to
+/// predict.
+const CLEAR: f64 = 3.0;
+/// The lowest cut-off that keeps the motion and whose mean error exceeds that of the best by no more than this factor is taken.
+const NEARLY: f64 = 1.05;
+/// A cut-off is told only where the regression explains this part of the variance of the forces.
+const EXPLAINED: f64 = 0.5;
+
+/// A low-pass for some recordings.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::check) struct Cutoff {
+    /// The cut-off, Hz.
+    pub(in crate::check) hertz: f64,
+    /// The part of the variance of the forces that the regression explains after it, on stretches that it has not seen,
+    /// geometric mean of what it leaves over all joints.
+    pub(in crate::check) explained: f64,
+}
+
+/// The recordings after one low-pass.
+struct Candidate {
+    hertz: f64,
+    /// The root mean squares of the velocities, `[n]`.
+    speeds: Vec<f64>,
+    /// The sums of each joint over each stretch.
+    joints: Vec<Vec<Part>>,
+}
+
+/// The cut-off for these recordings; `None` where the motion does not explain the forces, or there is too little of it.
+pub(super) fn choose(recordings: &[&Recording]) -> Option<Cutoff> {
+    // From the lowest to the highest.
+    let hertz = candidates(recordings);
+    let margin = 0.5 / hertz.first()?;
+    let all: Vec<Candidate> = hertz
+        .iter()
+        .filter_map(|&hertz| Candidate::new(recordings, hertz, margin))
+        .collect();
+    let references: Vec<&Candidate> = all.iter().filter(|c| c.keeps(KEPT, all.last())).collect();
+    // By reference, then by candidate.
+    let errors_after = |r: &&Candidate| all.par_iter().map(|c| c.error(r)).collect();
+    let table: Vec<Vec<f64>> = references.iter().map(errors_after).collect();
+    let least = |errors: &[f64]| errors.iter().copied().fold(f64::INFINITY, f64::min);
+    let clearest = table.iter().map(|e| least(e)).fold(f64::INFINITY, f64::min);
+    let clear: Vec<&Vec<f64>> = table
+        .iter()
+        .filter(|errors| least(errors) <= clearest + CLEAR.ln())
+        .collect();
+    let mean = |k: usize| clear.iter().map(|e| e[k]).sum::<f64>() / clear.len() as f64;
+    let errors: Vec<f64> = (0..all.len()).map(mean).collect();
+    let best = errors.iter().copied().fold(f64::INFINITY, f64::min);
+    let pairs = all.iter().zip(&errors);
+    let mut near = pairs
+        .filter(|(_, e)| **e <= best + NEARLY.ln())
+        .map(|(c, _)| c);
+    let lowest = near.next()?;
+    let whole = std::iter::once(lowest)
+        .chain(near)
+        .find(|c| c.keeps(WHOLE, all.last()));
+    let chosen = whole.unwrap_or(lowest);
+    let explained = 1.0 - chosen.error(chosen).exp();
+    (explained > EXPLAINED).then_some(Cutoff {
+        hertz: chosen.hertz,
+        explained,
+    })
+}
+
+/// The part of the logarithmic mean error that is left where all coordinates but lengths are read as degrees.
+pub(super) fn as_degrees(recordings: &[&Recording], hertz: f64) -> Option<f64> {
+    let scaled = |r: &&Recording| {
+        let mut recording = (*r).clone();
+        let units: Vec<f64> = r.coordinates.0.iter().map(degrees_of).collect();
+        for signal in [Signal::Q, Signal::Qd, Signal::Qdd] {
+            let values = recording.signals.get_mut(signal).iter_mut();
+            values
+                .zip(units.iter().cycle())
+                .for_each(|(x, unit)| *x *= unit);
+        }
+        recording
+    };
+    let scaled: Vec<Recording> = recordings.iter().map(scaled).collect();
+    let scaled: Vec<&Recording> = scaled.iter().collect();
+    let error = |recordings: &[&Recording]| {
+        let candidate = Candidate::new(recordings, hertz, 0.0)?;
+        Some(candidate.error(&candidate))
+    };
+    Some((error(&scaled)? - error(recordings)?).exp())
+}
+
+fn degrees_of(coordinate: &Coordinate) -> f64 {
+    match coordinate.unit.as_str() {
+        "m" => 1.0,
+        _ => 1.0_f64.to_radians(),
+    }
+}
+
+/// The cut-offs that are tried, Hz, increasing.
+fn candidates(recordings: &[&Recording]) -> Vec<f64> {
+    let step = recordings
+        .iter()
+        .map(|r| median_step(&r.t))
+        .fold(0.0, f64::max);
+    let pieces = recordings.iter().flat_map(|r| {
+        let pieces = segments(&r.t, time::GAP).into_iter();
+        pieces.map(|s| r.t[s.end - 1] - r.t[s.start])
+    });
+    let longest = pieces.fold(0.0, f64::max);
+    let allowed = PERIODS / longest..=HIGHEST.min(OF_RATE / step);
+    let decades = (-3..=1).rev().map(|power| 10.0_f64.powi(power));
+    let all = decades.flat_map(|decade| DECADE.map(|x| x * decade));
+    let mut chosen: Vec<f64> = all
+        .filter(|hertz| allowed.contains(hertz))
+        .take(CANDIDATES)
+        .collect();
+    chosen.reverse();
+    chosen
+}
+
+impl Candidate {
+    /// `margin` seconds at the ends are omitted, whatever the cut-off.
+    fn new(recordings: &[&Recording], hertz: f64, margin: f64) -> Option<Self> {
+        let own = (margin - 0.5 / hertz).max(0.0);
+        let stretches = Filtered::new(recordings, hertz).signals(own, &[0.0])?;
+        let n = stretches.speeds.len();
+        Some(Self {
+            hertz,
+            joints: (0..n)
+                .into_par_iter()
+                .map(|i| stretches.parts(i, 1, Rubbing::Neighbours))
+                .collect(),
+            speeds: stretches.speeds,
+        })
+    }
+
+    /// Whether the velocities have this part of the variance that they have after the highest cut-off.
+    fn keeps(&self, part: f64, highest: Option<&Self>) -> bool {
+        let Some(highest) = highest else { return false };
+        let pairs = self.speeds.iter().zip(&highest.speeds);
+        let parts: f64 = pairs.map(|(own, all)| (own / all).powi(2)).sum();
+        parts > part * self.speeds.len() as f64
+    }
+
+    /// The mean over the joints of the logarithm of the part of the variance that the regression after this cut-off leaves of
+    /// the forces after that of the reference, on stretches that were left out in turn.
+    fn error(&self, reference: &Self) -> f64 {
+        let joints = self.joints.iter().zip(&reference.joints);
+        let errors: Vec<f64> = joints.filter_map(|(own, other)| left(own, other)).collect();
+        errors.iter().map(|e| e.ln()).sum::<f64>() / errors.len() as f64
+    }
+}
+
+/// The part of the variance that is left of one joint's force; `None` for a force that does not vary.
+fn left(own: &[Part], reference: &[Part]) -> Option<f64> {
+    let mut all = Part::sum(own)?;
+    let variance = Part::sum(reference)?.variance();
+    let mut residual = 0.0;
+    for (own, other) in own.iter().zip(reference) {
+        all.plus(own, -1.0);
+        residual += other.residual(&all.coefficients(RIDGE)?);
+        all.plus(own, 1.0);
+    }
+    Some(residual / variance).filter(|e| *e > 0.0 && e.is_finite())
+}

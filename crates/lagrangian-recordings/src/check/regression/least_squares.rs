@@ -1,0 +1,249 @@
+//! Sums over the samples, and least squares at every delay from them.
+
+use faer::Mat;
+
+use super::JointFit;
+use super::source::Signals;
+use super::terms::Terms;
+use lagrangian_motion::solve::ridge::Ridge;
+
+/// Added to the diagonal of the system in units of it, where delays are compared.
+const RIDGE: f64 = 1e-9;
+
+/// The sums over a stretch.
+pub(super) struct Part {
+    /// Rows.
+    count: f64,
+    /// Number of terms that q̈ᵢ multiplies.
+    own: usize,
+    /// `YᵀY`, `[P, P]`, its lower triangle.
+    square: Vec<f64>,
+    /// `Yᵀτ(t − δ)`, `[P, K]`.
+    right: Vec<f64>,
+    /// Sums of τ and τ², `[K]`.
+    tau: Vec<(f64, f64)>,
+    /// Sums of the factors of q̈ᵢ, `[own]`, and of the squares of q̈ᵢ.
+    factors: Vec<f64>,
+    acceleration: f64,
+}
+
+impl Part {
+    pub(super) fn of(s: &Signals, terms: &Terms<'_>, i: usize, delays: usize) -> Self {
+        let n = terms.speeds.len();
+        let mut row = Vec::new();
+        let own = terms.row(i, &s.q[..n], &s.qd[..n], &s.qdd[..n], &mut row);
+        let size = row.len();
+        let mut part = Self {
+            count: 0.0,
+            own,
+            square: vec![0.0; size * size],
+            right: vec![0.0; size * delays],
+            tau: vec![(0.0, 0.0); delays],
+            factors: vec![0.0; own],
+            acceleration: 0.0,
+        };
+        let mut forces = vec![0.0; delays];
+        for m in 0..s.q.len() / n {
+            let state = m * n..(m + 1) * n;
+            let (q, qd, qdd) = (&s.q[state.clone()], &s.qd[state.clone()], &s.qdd[state]);
+            terms.row(i, q, qd, qdd, &mut row);
+            for (k, force) in forces.iter_mut().enumerate() {
+                *force = s.tau[(m * delays + k) * n + i];
+            }
+            part.add(&row, &forces);
+            let mut ones = Vec::new();
+            let unit: Vec<f64> = (0..n).map(|j| if j == i { 1.0 } else { 0.0 }).collect();
+            terms.row(i, q, qd, &unit, &mut ones);
+            part.factors
+                .iter_mut()
+                .zip(&ones)
+                .for_each(|(f, x)| *f += x);
+            part.acceleration += qdd[i] * qdd[i];
+        }
+        part
+    }
+
+    fn add(&mut self, row: &[f64], forces: &[f64]) {
+        let (size, delays) = (row.len(), forces.len());
+        for (k, x) in row.iter().enumerate() {
+            let square = &mut self.square[k * size..k * size + k + 1];
+            square.iter_mut().zip(row).for_each(|(s, y)| *s += x * y);
+            let right = &mut self.right[k * delays..(k + 1) * delays];
+            right.iter_mut().zip(forces).for_each(|(r, f)| *r += x * f);
+        }
+        for (sums, f) in self.tau.iter_mut().zip(forces) {
+            sums.0 += f;
+            sums.1 += f * f;
+        }
+        self.count += 1.0;
+    }
+
+    /// The same with another one added, or with `sign` −1 taken away.
+    pub(super) fn plus(&mut self, other: &Self, sign: f64) {
+        let add = |a: &mut [f64], b: &[f64]| a.iter_mut().zip(b).for_each(|(a, b)| *a += sign * b);
+        add(&mut self.square, &other.square);
+        add(&mut self.right, &other.right);
+        add(&mut self.factors, &other.factors);
+        for (a, b) in self.tau.iter_mut().zip(&other.tau) {
+            a.0 += sign * b.0;
+            a.1 += sign * b.1;
+        }
+        self.count += sign * other.count;
+        self.acceleration += sign * other.acceleration;
+    }
+
+    /// The sums over all of them.
+    pub(super) fn sum<'a>(
+        parts: impl IntoIterator<Item = &'a Self, IntoIter: Clone>,
+    ) -> Option<Self> {
+        let parts = parts.into_iter();
+        let first = parts.clone().next()?;
+        let mut all = Self {
+            count: 0.0,
+            own: first.own,
+            square: vec![0.0; first.square.len()],
+            right: vec![0.0; first.right.len()],
+            tau: vec![(0.0, 0.0); first.tau.len()],
+            factors: vec![0.0; first.own],
+            acceleration: 0.0,
+        };
+        parts.for_each(|p| all.plus(p, 1.0));
+        Some(all)
+    }
+
+    /// The sum of the squares of the forces about their mean, without delay.
+    pub(super) fn variance(&self) -> f64 {
+        let (sum, square) = self.tau[0];
+        square - sum * sum / self.count
+    }
+
+    /// The number of rows.
+    pub(super) fn rows(&self) -> f64 {
+        self.count
+    }
+
+    /// The number of terms.
+    pub(super) fn size(&self) -> usize {
+        self.right.len() / self.tau.len()
+    }
+
+    /// The number of terms that q̈ᵢ multiplies, the first ones.
+    pub(super) fn own(&self) -> usize {
+        self.own
+    }
+
+    /// An entry of `YᵀY`.
+    pub(super) fn square(&self, k: usize, j: usize) -> f64 {
+        self.square[k.max(j) * self.size() + k.min(j)]
+    }
+
+    /// The sum of the squares of this combination of the terms.
+    pub(super) fn square_of(&self, v: &[f64]) -> f64 {
+        let row = |k: usize| (0..v.len()).map(|j| self.square(k, j) * v[j]).sum::<f64>();
+        (0..v.len()).map(|k| v[k] * row(k)).sum()
+    }
+
+    /// The coefficients of least squares for every delay, `[P, K]`, with this ridge in units of the diagonal.
+    pub(super) fn coefficients(&self, ridge: f64) -> Option<Mat<f64>> {
+        let (delays, size) = (self.tau.len(), self.size());
+        let scale: Vec<f64> = (0..size)
+            .map(|k| {
+                Some(self.square(k, k).sqrt())
+                    .filter(|s| *s > 0.0)
+                    .unwrap_or(1.0)
+            })
+            .collect();
+        let ridge = Ridge::new(|k, j| self.square(k, j), scale, ridge)?;
+        Some(ridge.solve(delays, |k, d| self.right[k * delays + d]))
+    }
+
+    /// The sum of the squared residuals for these coefficients, without delay.
+    pub(super) fn residual(&self, coefficients: &Mat<f64>) -> f64 {
+        let c: Vec<f64> = (0..self.size()).map(|k| coefficients[(k, 0)]).collect();
+        let rights = c.iter().zip(self.right.iter().step_by(self.tau.len()));
+        let right: f64 = rights.map(|(c, r)| c * r).sum();
+        self.square_of(&c) - 2.0 * right + self.tau[0].1
+    }
+}
+
+/// The fit of some stretches together.
+struct Solution {
+    /// Delay in steps, and whether it is at an end of the range.
+    delay: f64,
+    at_end: bool,
+    /// Unexplained parts of the variance at the best delay and at none.
+    unexplained: (f64, f64),
+    inertia: f64,
+    inertial_part: f64,
+}
+
+/// The standard error of an estimate, from those without one stretch each (Efron 1982).
+pub(in crate::check) fn jackknife(left: impl Iterator<Item = f64> + Clone) -> f64 {
+    let count = left.clone().count() as f64;
+    let mean = left.clone().sum::<f64>() / count;
+    ((count - 1.0) / count * left.map(|x| (x - mean).powi(2)).sum::<f64>()).sqrt()
+}
+
+pub(super) fn estimate(parts: &[Part], shifts: usize, step: f64) -> Option<JointFit> {
+    let mut all = Part::sum(parts)?;
+    let whole = solve(&all, shifts)?;
+    let without = |part: &Part| {
+        all.plus(part, -1.0);
+        let solution = solve(&all, shifts);
+        all.plus(part, 1.0);
+        solution.map(|s| (s.delay, s.inertia))
+    };
+    let left: Vec<(f64, f64)> = parts.iter().map(without).collect::<Option<_>>()?;
+    let scatter = |of: fn(&(f64, f64)) -> f64| jackknife(left.iter().map(of));
+    Some(JointFit {
+        delay: whole.delay * step,
+        error: scatter(|l| l.0) * step,
+        at_end: whole.at_end,
+        explained: (1.0 - whole.unexplained.0, 1.0 - whole.unexplained.1),
+        inertia: (whole.inertia, scatter(|l| l.1)),
+        growth: 0.0,
+        inertial_part: whole.inertial_part,
+    })
+}
+
+/// Least squares at every delay, and the vertex of the parabola through the best three.
+fn solve(sums: &Part, shifts: usize) -> Option<Solution> {
+    let delays = sums.tau.len();
+    let solved = sums.coefficients(RIDGE)?;
+    let unexplained: Vec<f64> = (0..delays)
+        .map(|d| {
+            let (sum, square) = sums.tau[d];
+            let fitted: f64 = (0..solved.nrows())
+                .map(|k| solved[(k, d)] * sums.right[k * delays + d])
+                .sum();
+            let variance = square - sum * sum / sums.count;
+            ((square - fitted) / variance).max(f64::MIN_POSITIVE)
+        })
+        .collect();
+    if unexplained.iter().any(|u| !u.is_finite()) {
+        return None;
+    }
+    let best = (0..delays).min_by(|a, b| unexplained[*a].total_cmp(&unexplained[*b]))?;
+    let at_end = best == 0 || best + 1 == delays;
+    let vertex = if at_end {
+        0.0
+    } else {
+        let [before, here, after] = [best - 1, best, best + 1].map(|d| unexplained[d].ln());
+        let curvature = before - 2.0 * here + after;
+        if curvature > 0.0 {
+            (0.5 * (before - after) / curvature).clamp(-0.5, 0.5)
+        } else {
+            0.0
+        }
+    };
+    let inertia = (0..sums.own)
+        .map(|k| solved[(k, best)] * sums.factors[k] / sums.count)
+        .sum::<f64>();
+    Some(Solution {
+        delay: best as f64 - shifts as f64 + vertex,
+        at_end,
+        unexplained: (unexplained[best], unexplained[shifts]),
+        inertia,
+        inertial_part: inertia.abs() * (sums.acceleration / sums.tau[best].1).sqrt(),
+    })
+}

@@ -1,0 +1,275 @@
+//! What the motion says of the forces: a model that is linear in its parameters, fitted at many delays at once.
+//!
+//! | symbol | meaning | shape |
+//! |---|---|---|
+//! | Y | regressor of one joint at the samples: accelerations, friction, gravity, Coriolis terms | m × P |
+//! | δₖ | a delay of k steps of the grid | K |
+//! | τ(t − δₖ) | the force so much earlier | m × K |
+//!
+//! Motion and forces pass the same low-pass, so that all delays see the same band of frequencies. Of a stretch of a recording only `YᵀY`, `Yᵀτ` and `τᵀτ` are kept, so that omitting
+//! one stretch after another needs no second pass over the samples (theory.md, equations 61 and 62).
+
+mod cutoff;
+mod friction;
+mod least_squares;
+mod machines;
+mod source;
+mod terms;
+mod undriven;
+
+use rayon::prelude::*;
+
+use super::{CheckOptions, time};
+use crate::Recording;
+use crate::local_polynomial::median_step;
+pub(in crate::check) use cutoff::Cutoff;
+pub(in crate::check) use friction::Rub;
+use lagrangian_motion::Coordinates;
+pub(in crate::check) use least_squares::jackknife;
+use least_squares::{Part, estimate};
+pub(in crate::check) use machines::Stranger;
+use source::{Signals, Source, force_noise, stretches, uncertainty};
+use terms::{Rubbing, Terms};
+pub(in crate::check) use undriven::Undriven;
+
+/// Delays are looked for up to this time, and so many times as far where none is found …
+const FARTHEST: f64 = 0.06;
+const FARTHER: f64 = 5.0;
+/// … and among at least, and at most, so many steps either way.
+const STEPS: (usize, usize) = (12, 60);
+/// Fewer stretches than this say nothing.
+const FEWEST: usize = 6;
+/// The cut-off in parts of the sampling rate, where no other is known.
+const UNKNOWN: f64 = 0.1;
+/// The second cut-off in parts of the first.
+const NARROWER: f64 = 0.7;
+
+/// The regression of one joint.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::check) struct JointFit {
+    /// The motion answers the force so much later, s.
+    pub(in crate::check) delay: f64,
+    /// Standard error of that, s.
+    pub(in crate::check) error: f64,
+    /// Whether the delay is at an end of the range that was searched.
+    pub(in crate::check) at_end: bool,
+    /// Part of the variance of the force that the motion explains at this delay, and at none.
+    pub(in crate::check) explained: (f64, f64),
+    /// Mean inertia ∂τᵢ/∂q̈ᵢ and its standard error, kg m² or kg.
+    pub(in crate::check) inertia: (f64, f64),
+    /// How much larger the inertia is after a lower cut-off, relative to it: noise and vibrations of the positions that the
+    /// force does not know make it too small, the more so the higher the cut-off.
+    pub(in crate::check) growth: f64,
+    /// Root mean square of inertia × acceleration over that of the force.
+    pub(in crate::check) inertial_part: f64,
+}
+
+/// All joints of some recordings.
+pub(in crate::check) struct JointFits {
+    /// The median step of the recordings, s.
+    pub(in crate::check) step: f64,
+    /// For each coordinate, where it has forces that vary.
+    pub(in crate::check) joints: Vec<Option<JointFit>>,
+    /// The standard error of q̈ over its root mean square, as it can be estimated without a low-pass, for each coordinate.
+    pub(in crate::check) uncertainty: Vec<f64>,
+    /// The noise of the forces over their deviation, for each coordinate.
+    pub(in crate::check) noise: Vec<f64>,
+    /// The low-pass, where one was found.
+    pub(in crate::check) low_pass: Option<Cutoff>,
+    /// Whether the low-pass was given.
+    pub(in crate::check) given: bool,
+    /// The part of the error of a regression that is left where coordinates are read as degrees.
+    pub(in crate::check) as_degrees: Option<f64>,
+    /// How the force of each coordinate brakes each velocity, `[n][n]`; empty where nothing is known.
+    pub(in crate::check) rubs: Vec<Vec<Rub>>,
+    /// The coordinates whose forces are 0 throughout, while others have some.
+    pub(in crate::check) undriven: Vec<Undriven>,
+    /// The names of the recordings that were compared, and what each says of its machine beside what all say.
+    pub(in crate::check) strangers: Vec<(String, Stranger)>,
+}
+
+/// Fits all recordings with forces and usable time stamps, and looks for each delay `farther`, or only where it must; `None` where there is
+/// none, or too little.
+pub(in crate::check) fn fit_joints(
+    recordings: &[Recording],
+    options: &CheckOptions,
+    farther: bool,
+) -> Option<JointFits> {
+    let coordinates = &recordings.first()?.coordinates;
+    let whole = |r: &&Recording| r.coordinates == *coordinates && !r.tau.is_empty() && usable(r);
+    let recordings: Vec<&Recording> = recordings.iter().filter(whole).collect();
+    let step = recordings
+        .iter()
+        .map(|r| median_step(&r.t))
+        .reduce(f64::min)?;
+    let low_pass = match options.low_pass {
+        Some(_) => None,
+        None => cutoff::choose(&recordings),
+    };
+    let cutoff = options.low_pass.or(low_pass.map(|c| c.hertz));
+    let cutoff = cutoff.unwrap_or(UNKNOWN / step);
+    // A second, lower cut-off shows what the choice of the first has decided.
+    let filtered = Filtered::new(&recordings, cutoff);
+    let near = joints_far(&filtered, step, farther)?;
+    let low = joints_far(
+        &Filtered::new(&recordings, NARROWER * cutoff),
+        step,
+        farther,
+    );
+    let joints = near.into_iter().enumerate().map(|(i, found)| {
+        let other = low.as_ref().and_then(|w| w[i]);
+        found.map(|f| f.beside(other))
+    });
+    Some(JointFits {
+        step,
+        joints: joints.collect(),
+        uncertainty: mean_of(&recordings, uncertainty),
+        noise: mean_of(&recordings, force_noise),
+        as_degrees: cutoff::as_degrees(&recordings, cutoff),
+        rubs: friction::rubs(&filtered),
+        undriven: undriven::undriven(&filtered),
+        strangers: named(&recordings, machines::strangers(&filtered)),
+        low_pass,
+        given: options.low_pass.is_some(),
+    })
+}
+
+fn named(recordings: &[&Recording], strangers: Vec<Stranger>) -> Vec<(String, Stranger)> {
+    let name = |s: &Stranger| recordings[s.recording].name.clone();
+    strangers.into_iter().map(|s| (name(&s), s)).collect()
+}
+
+/// The mean over the recordings, for each coordinate.
+fn mean_of(recordings: &[&Recording], of: fn(&Recording) -> Vec<f64>) -> Vec<f64> {
+    let all: Vec<Vec<f64>> = recordings.iter().map(|r| of(r)).collect();
+    let n = all.first().map_or(0, Vec::len);
+    let mean = |i: usize| all.iter().map(|u| u[i]).sum::<f64>() / all.len() as f64;
+    (0..n).map(mean).collect()
+}
+
+impl JointFit {
+    /// The same with the difference to another cut-off in its error.
+    fn beside(self, other: Option<Self>) -> Self {
+        let difference = other.map_or(0.0, |o| o.delay - self.delay);
+        let growth = other.map_or(0.0, |o| o.inertia.0 / self.inertia.0 - 1.0);
+        Self {
+            growth,
+            error: self.error.hypot(difference),
+            ..self
+        }
+    }
+}
+
+fn usable(recording: &Recording) -> bool {
+    let values = recording.len() * recording.dof();
+    time::usable(recording)
+        && recording
+            .known()
+            .all(|(_, s)| s.len() == values && s.iter().all(|x| x.is_finite()))
+}
+
+/// One estimate for each joint; delays at an end of the range are looked for farther away, and all where that is asked for.
+fn joints_far(filtered: &Filtered<'_>, step: f64, farther: bool) -> Option<Vec<Option<JointFit>>> {
+    let shifts = ((FARTHEST / step).ceil() as usize).clamp(STEPS.0, STEPS.1);
+    let mut near = joints(filtered, shifts, step)?;
+    if (farther || near.iter().flatten().any(|f| f.at_end))
+        && let Some(far) = joints(filtered, shifts, FARTHER * step)
+    {
+        for (near, far) in near.iter_mut().zip(far) {
+            let (Some(near), Some(far)) = (near, far) else {
+                continue;
+            };
+            let beyond = farther && far.delay.abs() > shifts as f64 * step;
+            let better = near.at_end || beyond && far.explained.0 > near.explained.0;
+            // Half a period late a force of the other sign explains as much.
+            if better && !far.at_end && far.inertia.0 > 0.0 {
+                *near = far;
+            }
+        }
+    }
+    Some(near)
+}
+
+/// One estimate for each joint, at delays of up to so many steps.
+fn joints(filtered: &Filtered<'_>, shifts: usize, step: f64) -> Option<Vec<Option<JointFit>>> {
+    let n = filtered.coordinates.dof();
+    let delays: Vec<f64> = (0..=2 * shifts)
+        .map(|k| (k as f64 - shifts as f64) * step)
+        .collect();
+    let stretches = filtered.signals(shifts as f64 * step, &delays)?;
+    let joint = |i: usize| {
+        estimate(
+            &stretches.parts(i, delays.len(), Rubbing::Neighbours),
+            shifts,
+            step,
+        )
+    };
+    Some((0..n).into_par_iter().map(joint).collect())
+}
+
+/// Recordings after a low-pass.
+struct Filtered<'a> {
+    coordinates: &'a Coordinates,
+    /// The number of recordings.
+    recordings: usize,
+    sources: Vec<Source>,
+}
+
+impl<'a> Filtered<'a> {
+    fn new(recordings: &[&'a Recording], cutoff: f64) -> Self {
+        Self {
+            coordinates: &recordings[0].coordinates,
+            recordings: recordings.len(),
+            sources: recordings
+                .par_iter()
+                .enumerate()
+                .filter_map(|(k, r)| Source::new(k, r, cutoff))
+                .collect(),
+        }
+    }
+
+    /// The signals of all stretches, less a margin at the ends, s; `None` where there are too few.
+    fn signals(&self, margin: f64, delays: &[f64]) -> Option<Stretches<'a>> {
+        let stretches = stretches(&self.sources, margin);
+        if stretches.len() < FEWEST {
+            return None;
+        }
+        let signals: Vec<Signals> = stretches.par_iter().map(|s| s.signals(delays)).collect();
+        let n = self.coordinates.dof();
+        let mean_square = |i: usize| {
+            let speeds = signals.iter().flat_map(|s| s.qd.iter().skip(i).step_by(n));
+            let (sum, count) = speeds.fold((0.0, 0.0), |(s, c), v| (s + v * v, c + 1.0));
+            sum / count
+        };
+        let speeds = (0..n).map(|i| f64::sqrt(mean_square(i)).max(f64::MIN_POSITIVE));
+        Some(Stretches {
+            coordinates: self.coordinates,
+            speeds: speeds.collect(),
+            signals,
+        })
+    }
+}
+
+/// The signals of stretches.
+struct Stretches<'a> {
+    coordinates: &'a Coordinates,
+    /// Root mean squares of the velocities, `[n]`.
+    speeds: Vec<f64>,
+    signals: Vec<Signals>,
+}
+
+impl Stretches<'_> {
+    /// The sums of joint `i` over each stretch.
+    fn parts(&self, i: usize, delays: usize, rubbing: Rubbing) -> Vec<Part> {
+        let (terms, signals) = (self.terms(rubbing), self.signals.iter());
+        signals.map(|s| Part::of(s, &terms, i, delays)).collect()
+    }
+
+    fn terms(&self, rubbing: Rubbing) -> Terms<'_> {
+        Terms {
+            coordinates: self.coordinates,
+            speeds: &self.speeds,
+            rubbing,
+        }
+    }
+}

@@ -1,0 +1,173 @@
+//! Recordings for the regression: after a low-pass, cut into stretches.
+
+use std::ops::Range;
+
+use super::super::time;
+use crate::delay::interpolated;
+use crate::derivatives::acceleration_window;
+use crate::local_polynomial::{Filter, Series, around, median_step, segments};
+use crate::window::noise_variance;
+use crate::{EstimateOptions, Recording};
+use lagrangian_motion::Trajectory;
+use lagrangian_motion::statistics::variances;
+
+/// The number of stretches that are left out one after another.
+pub(super) const STRETCHES: usize = 24;
+/// The shortest stretch, samples.
+const SHORTEST: usize = 20;
+/// Samples that are used in all, at most.
+const SAMPLES: usize = 12_000;
+
+/// A recording after a low-pass.
+pub(super) struct Source {
+    /// The place of the recording among all.
+    index: usize,
+    motion: Trajectory,
+    segments: Vec<Range<usize>>,
+}
+
+impl Source {
+    /// `None` where the recording has no forces, or is too short for the filter.
+    pub(super) fn new(index: usize, recording: &Recording, cutoff: f64) -> Option<Self> {
+        let options = EstimateOptions {
+            low_pass: Some(cutoff),
+            momenta: false,
+            ..EstimateOptions::default()
+        };
+        let (motion, _) = recording.clone().into_trajectory(&options).ok()?;
+        if motion.tau.is_empty() {
+            return None;
+        }
+        let segments = segments(&motion.t, time::GAP);
+        Some(Self {
+            index,
+            motion,
+            segments,
+        })
+    }
+}
+
+/// The standard error of q̈ over its root mean square, for each coordinate of a recording, in the windows in which it is
+/// known best.
+pub(super) fn uncertainty(recording: &Recording) -> Vec<f64> {
+    let n = recording.dof();
+    let pieces = segments(&recording.t, time::GAP);
+    let of_coordinate = |coordinate| {
+        let series = Series {
+            t: &recording.t,
+            y: &recording.q,
+            n,
+            coordinate,
+        };
+        let best = acceleration_window(series, &pieces);
+        best.standard_error() / acceleration(series, &pieces, best.window.max(7))
+    };
+    (0..n).map(of_coordinate).collect()
+}
+
+/// The noise of the forces over their deviation, for each coordinate of a recording.
+pub(super) fn force_noise(recording: &Recording) -> Vec<f64> {
+    let n = recording.dof();
+    let pieces = segments(&recording.t, time::GAP);
+    let of_coordinate = |coordinate| {
+        let series = Series {
+            t: &recording.t,
+            y: &recording.tau,
+            n,
+            coordinate,
+        };
+        noise_variance(series, &pieces, 3, 8)
+    };
+    let variances = variances(&recording.tau, n);
+    let noise = (0..n).map(of_coordinate).zip(variances);
+    noise.map(|(noise, all)| (noise / all).sqrt()).collect()
+}
+
+/// Root mean square of q̈ in windows of this length.
+fn acceleration(series: Series<'_>, pieces: &[Range<usize>], window: usize) -> f64 {
+    let stride = (series.t.len() / 500).max(1);
+    let places = pieces
+        .iter()
+        .flat_map(|s| s.clone().step_by(stride).map(move |k| (k, s)));
+    let mut weights = Vec::new();
+    let squares = places.map(|(k, s)| {
+        let window = around(k, window, s);
+        Filter::of_order(2).weights(&series.t[window.clone()], series.t[k], &mut weights);
+        series.dot(window.start, &weights).powi(2)
+    });
+    let (sum, count) = squares.fold((0.0, 0.0), |(s, c), x| (s + x, c + 1.0));
+    f64::sqrt(sum / count)
+}
+
+/// A stretch of a recording.
+pub(super) struct Stretch<'a> {
+    source: &'a Source,
+    rows: Range<usize>,
+    stride: usize,
+}
+
+/// Cuts all segments, less `margin` seconds at their ends, into stretches of consecutive samples.
+pub(super) fn stretches<'a>(sources: &'a [Source], margin: f64) -> Vec<Stretch<'a>> {
+    let usable = |source: &'a Source| {
+        let Source {
+            motion, segments, ..
+        } = source;
+        let own = (margin / median_step(&motion.t)).ceil() as usize;
+        let inside = move |s: &Range<usize>| s.start + own..s.end.saturating_sub(own);
+        segments.iter().map(inside).map(move |rows| (source, rows))
+    };
+    let pieces: Vec<(&'a Source, Range<usize>)> = sources
+        .iter()
+        .flat_map(usable)
+        .filter(|(_, rows)| rows.len() >= SHORTEST)
+        .collect();
+    let total: usize = pieces.iter().map(|(_, rows)| rows.len()).sum();
+    let length = total.div_ceil(STRETCHES).max(SHORTEST);
+    let stride = total.div_ceil(SAMPLES).max(1);
+    let cut = |(source, rows): (_, Range<usize>)| {
+        let count = (rows.len() / length).max(1);
+        let own = rows.len() / count;
+        (0..count).map(move |k| Stretch {
+            source,
+            rows: rows.start + k * own..rows.start + (k + 1) * own,
+            stride,
+        })
+    };
+    pieces.into_iter().flat_map(cut).collect()
+}
+
+/// Motion and forces of a stretch: q, q̇, q̈ `[m, n]`, and τ `[m, delays, n]` as it was so much earlier.
+pub(super) struct Signals {
+    /// The place of the recording among all.
+    pub(super) source: usize,
+    pub(super) q: Vec<f64>,
+    pub(super) qd: Vec<f64>,
+    pub(super) qdd: Vec<f64>,
+    pub(super) tau: Vec<f64>,
+}
+
+impl Stretch<'_> {
+    /// The signals, with the forces at each of `delays`, s.
+    pub(super) fn signals(&self, delays: &[f64]) -> Signals {
+        let motion = &self.source.motion;
+        let mut out = Signals {
+            source: self.source.index,
+            q: Vec::new(),
+            qd: Vec::new(),
+            qdd: Vec::new(),
+            tau: Vec::new(),
+        };
+        for k in self.rows.clone().step_by(self.stride) {
+            let row = motion.row(k);
+            out.q.extend(row.q);
+            out.qd.extend(row.qd);
+            out.qdd.extend(row.qdd);
+            for delay in delays {
+                let at = motion.t[k] - delay;
+                let force = |i| interpolated(&motion.t, &motion.tau, motion.dof(), i, at);
+                out.tau.extend((0..motion.dof()).map(force));
+            }
+        }
+        out
+    }
+}

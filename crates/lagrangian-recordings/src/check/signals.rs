@@ -1,0 +1,374 @@
+//! Each signal by itself: finite, moving, jumps, noise, quantisation, saturation, repeats.
+
+use std::cmp::Ordering;
+use std::f64::consts::TAU;
+
+use super::column::{Column, columns};
+use super::{Item, Verdict, frozen, range, spikes, swings, time};
+use crate::Recording;
+use crate::local_polynomial::{median, median_step, segments};
+use crate::window::noise_variance;
+use lagrangian_motion::Signal;
+
+/// A coordinate declared as an angle, or driven, that turns more often than this may be in degrees …
+const MANY_TURNS: f64 = 15.0;
+/// … if it comes so far between two turning points, so often, and its speed does not change with each turn: a pendulum that tumbles
+/// turns on, and gravity is felt in each turn.
+const TURNS_IN_A_SWING: f64 = 5.0;
+const MANY_SWINGS: f64 = 4.0;
+/// A jump is so many times the usual deviation from the neighbours …
+const JUMP: f64 = 30.0;
+/// … and at least this part of the range.
+const SMALLEST_JUMP: f64 = 0.05;
+/// Noise above this part of a signal's standard deviation is much.
+const MUCH_NOISE: f64 = 0.3;
+/// Fewer steps than this across the range are coarse.
+const COARSE_LEVELS: f64 = 50.0;
+/// More samples than this at the extreme value are a saturated signal.
+const MUCH_SATURATION: f64 = 0.05;
+/// More moving samples than this that repeat the row before are a stuck sensor.
+const MANY_REPEATS: f64 = 0.02;
+
+/// A force that deviates from its mean by less than this part of it is practically constant.
+const HARDLY_CHANGES: f64 = 0.05;
+/// A force below this part of the largest is that of a passive joint, or nearly.
+const WEAK: f64 = 0.25;
+
+/// Whether each coordinate moves in any of the recordings: about all of them together.
+pub(super) fn excitation(recordings: &[Recording]) -> Option<Item> {
+    let first = recordings.first()?;
+    let coordinates = &first.coordinates;
+    let moves = |i: usize, r: &Recording| {
+        let (low, high) = range(r.q.iter().skip(i).step_by(r.dof()).copied());
+        // A parameter is constant along a motion: what counts is that motions differ.
+        high > low || (coordinates.is_parameter(i) && r.q.get(i) != first.q.get(i))
+    };
+    let is_still = |i: &usize| {
+        let mut known = recordings.iter().filter(|r| *i < r.dof() && !r.is_empty());
+        !known.any(|r| moves(*i, r))
+    };
+    let still: Vec<usize> = (0..first.dof()).filter(is_still).collect();
+    let mut free = (0..first.dof()).filter(|&i| !coordinates.is_parameter(i));
+    if free.all(|i| still.contains(&i)) {
+        let remedy = "record a motion, or name the right columns with `q`";
+        return Some(Item::fail("excitation", "no coordinate moves", remedy));
+    }
+    if still.is_empty() {
+        let (forces, all) = (
+            recordings.iter().filter(|r| !r.tau.is_empty()),
+            recordings.len(),
+        );
+        let forces = forces.count();
+        let finding = format!("every coordinate moves; {forces} of {all} recordings have forces");
+        return Some(Item::pass("excitation", finding));
+    }
+    let names: Vec<&str> = still
+        .iter()
+        .map(|&i| coordinates.0[i].name.as_str())
+        .collect();
+    let finding = format!("{} never moves", names.join(", "));
+    let remedy = "omit it with `q`, or excite it: nothing about it can be learned";
+    Some(Item::warn("excitation", finding, remedy))
+}
+
+/// Items that need no usable time stamps.
+pub(super) fn items(recording: &Recording, errors: f64) -> Vec<Item> {
+    let columns = columns(recording);
+    let mut items = vec![finite(&columns), ranges(recording, &columns, errors)];
+    let limited = columns
+        .iter()
+        .filter(|c| matches!(c.signal, Signal::Q | Signal::Tau));
+    items.extend(limited.filter_map(saturation));
+    items
+}
+
+/// Items that need usable time stamps.
+pub(super) fn sampled_items(recording: &Recording) -> Vec<Item> {
+    let columns = columns(recording);
+    if !columns.iter().all(Column::is_finite) {
+        return Vec::new();
+    }
+    let mut items = vec![wraps(recording)];
+    let positions = columns.iter().filter(|c| c.signal == Signal::Q);
+    items.extend(positions.filter_map(|c| jumps(recording, c)));
+    let measured = columns
+        .iter()
+        .filter(|c| matches!(c.signal, Signal::Qd | Signal::Tau));
+    items.extend(measured.filter_map(|c| spikes::item(&recording.t, c)));
+    let all_steps: Vec<f64> = columns.iter().map(quantisation_step).collect();
+    items.push(repeats(recording, &all_steps));
+    // Goals and gains are told, not measured.
+    let (sensors, steps): (Vec<_>, Vec<f64>) = columns
+        .into_iter()
+        .zip(all_steps)
+        .filter(|(c, _)| !c.signal.is_of_drive())
+        .unzip();
+    items.extend(sensors.iter().filter_map(|c| frozen::item(&recording.t, c)));
+    items.push(noise(recording, &sensors));
+    items.push(quantisation(&sensors, &steps));
+    items
+}
+
+/// No signal of a machine is larger; its square is still a number.
+pub const LARGEST: f64 = 1e100;
+
+fn finite(columns: &[Column<'_>]) -> Item {
+    let unusable = |x: &f64| x.abs().partial_cmp(&LARGEST).is_none_or(Ordering::is_gt);
+    let counts = columns.iter().map(|c| c.iter().filter(unusable).count());
+    let total: usize = counts.sum();
+    let first =
+        |c: &Column<'_>| Some((c.name.to_owned(), c.iter().position(|x| unusable(&x))? + 1));
+    let item = match columns.iter().find_map(first) {
+        None => Item::pass("finite", "all values are finite"),
+        Some((name, row)) => {
+            let finding = format!(
+                "{total} values are NaN, infinite, above 1e100 or empty, first in column '{name}' at sample {row}"
+            );
+            Item::fail("finite", finding, "remove or repair those rows")
+        }
+    };
+    item.value("not_finite", total as f64)
+}
+
+/// A figure that stays readable whatever its size.
+fn short(x: f64) -> String {
+    match x.abs() < 1e6 {
+        true => format!("{x:.4}"),
+        false => format!("{x:.4e}"),
+    }
+}
+
+fn ranges(recording: &Recording, columns: &[Column<'_>], errors: f64) -> Item {
+    let mut texts = Vec::new();
+    let mut item = Item::pass("range", "");
+    let swings = swings::swings(recording);
+    let speeds = swings::of_signal(recording, Signal::Qd);
+    for c in columns {
+        let (low, high) = c.range();
+        texts.push(format!("{} {} … {}", c.name, short(low), short(high)));
+        item = item
+            .value(format!("{}_min", c.name), low)
+            .value(format!("{}_max", c.name), high);
+        let turns = (high - low) / TAU;
+        // Joints of a machine within limits are no circles, and may be angles.
+        let circle = recording.coordinates.is_circle(c.coordinate);
+        let is_angle = c.signal == Signal::Q && (circle || !recording.tau.is_empty());
+        let otherwise = match circle {
+            true => "if it is no angle, omit it from `angles`",
+            false => "if it slides, give metres",
+        };
+        let remedy = format!(
+            "{} spans {turns:.1} turns: if it is in degrees, declare it among `angles`, and `degrees`; {otherwise}",
+            c.name
+        );
+        let swings = swings.get(c.coordinate).copied().unwrap_or_default();
+        let changes = speeds.get(c.coordinate).map_or(0, |s| s.count);
+        let most = swings.count.max(changes) as f64;
+        let wide = swings.travel / TAU > TURNS_IN_A_SWING * most;
+        if is_angle && turns > MANY_TURNS && wide && swings.count as f64 >= errors * MANY_SWINGS {
+            item = item
+                .with(Verdict::Warn, remedy)
+                .in_doubt()
+                .claims(Some(c.coordinate), 1.0);
+        }
+    }
+    item.finding = texts.join(", ");
+    item
+}
+
+fn wraps(recording: &Recording) -> Item {
+    let total: usize = recording.unwrapped.iter().sum();
+    let finding = match total {
+        0 => "none to unwrap".into(),
+        _ => format!("{total} jumps of wrapped angles were unwrapped"),
+    };
+    Item::pass("wraps", finding).value("unwrapped", total as f64)
+}
+
+/// Jumps of a coordinate: samples whose step differs from the one that the neighbouring steps predict.
+fn jumps(recording: &Recording, c: &Column<'_>) -> Option<Item> {
+    let (t, q): (_, Vec<f64>) = (&recording.t, c.iter().collect());
+    let slope = |k: usize| (q[k + 1] - q[k]) / (t[k + 1] - t[k]);
+    let surprise = |k: usize| {
+        let expected = 0.5 * (slope(k - 1) + slope(k + 1));
+        (q[k + 1] - q[k] - expected * (t[k + 1] - t[k])).abs()
+    };
+    // Beside a gap nothing is predicted.
+    let longest = time::GAP * median_step(t);
+    let near = |k: usize| t[k - 1..k + 3].windows(2).all(|w| w[1] - w[0] <= longest);
+    let surprises: Vec<f64> = (1..q.len() - 2)
+        .map(|k| if near(k) { surprise(k) } else { 0.0 })
+        .collect();
+    let (low, high) = c.range();
+    let usual = median(&mut surprises.clone());
+    let threshold = (JUMP * usual).max(SMALLEST_JUMP * (high - low));
+    // The neighbours of a jump are surprised by half of it.
+    let is_jump = |&k: &usize| {
+        let own = surprises[k];
+        own > threshold
+            && surprises.get(k.wrapping_sub(1)).is_none_or(|s| *s < own)
+            && surprises.get(k + 1).is_none_or(|s| *s <= own)
+    };
+    let found: Vec<usize> = (0..surprises.len())
+        .filter(is_jump)
+        .map(|k| k + 1)
+        .collect();
+    let &k = found.first()?;
+    let (step, count, at, name) = (q[k + 1] - q[k], found.len(), t[k + 1], c.name);
+    let whole_turn =
+        |turn: f64| ((step.abs() - turn).abs() < 0.1 * turn) && high - low < 1.05 * turn;
+    let finding = format!("{name} jumps {count} times, first by {step:.4} at t = {at:.4} s");
+    let circle = recording.coordinates.is_circle(c.coordinate);
+    let item = if !circle && (whole_turn(TAU) || whole_turn(360.0)) {
+        let degrees = if whole_turn(TAU) { "" } else { " `degrees`" };
+        let remedy = format!("it looks like a wrapped angle: declare it, `angles` {name}{degrees}");
+        Item::fail("jumps", finding, remedy)
+    } else {
+        let remedy = "cut the recording there, or remove the outliers: a derivative across a jump is meaningless";
+        Item::warn("jumps", finding, remedy)
+    };
+    Some(item.value("jumps", count as f64).value("first_s", at))
+}
+
+/// Rows that repeat the one before although the system moves faster than a quantisation step a sample.
+fn repeats(recording: &Recording, steps: &[f64]) -> Item {
+    let n = recording.dof();
+    let row = |k: usize| recording.signals.row(n, k);
+    let same = |&k: &usize| {
+        let mut pairs = row(k).into_iter().zip(row(k - 1));
+        pairs.all(|((_, now), (_, before))| {
+            let mut values = now.iter().zip(before);
+            values.all(|(a, b)| a.total_cmp(b).is_eq())
+        })
+    };
+    let moving = |&&k: &&usize| {
+        let (from, to) = (k.saturating_sub(5), (k + 5).min(recording.len() - 1));
+        let mut ends = row(from).q.iter().zip(row(to).q).zip(steps);
+        ends.any(|((from_q, to_q), step)| (to_q - from_q).abs() > 2.0 * step * (to - from) as f64)
+    };
+    let repeated: Vec<usize> = (1..recording.len()).filter(same).collect();
+    let (repeated, stuck) = (repeated.len(), repeated.iter().filter(moving).count());
+    let finding = format!("{repeated} rows repeat the one before, {stuck} of them while it moves");
+    let remedy = "the signals are slower than the log: thin it to their true rate with `every`";
+    Item::pass("repeats", finding)
+        .warn_if(stuck as f64 > MANY_REPEATS * recording.len() as f64, remedy)
+        .value("repeated", repeated as f64)
+        .value("stuck", stuck as f64)
+}
+
+fn noise(recording: &Recording, columns: &[Column<'_>]) -> Item {
+    let mut segments = segments(&recording.t, time::GAP);
+    segments.retain(|s| s.len() >= 8);
+    let mut item = Item::pass("noise", "");
+    let (mut texts, mut loud) = (Vec::new(), Vec::new());
+    for c in columns {
+        let sigma = noise_variance(c.series(&recording.t), &segments, 3, 8).sqrt();
+        let deviation = c.deviation();
+        let percent = 100.0 * sigma / deviation.max(f64::MIN_POSITIVE);
+        texts.push(format!("{} {sigma:.2e} ({percent:.2} %)", c.name));
+        item = item.value(c.name, sigma);
+        if sigma.min(c.steady_noise()) > MUCH_NOISE * deviation && deviation > 0.0 {
+            loud.push(c.name);
+        }
+    }
+    let texts = texts.join(", ");
+    item.finding = format!("standard deviation (part of the signal's): {texts}");
+    let remedy = format!(
+        "{} is mostly noise: filter it at the source, or omit it and let it be estimated",
+        loud.join(", ")
+    );
+    item.warn_if(!loud.is_empty(), remedy)
+}
+
+/// Smallest step between the values of a column; 0 where they are all alike.
+fn quantisation_step(c: &Column<'_>) -> f64 {
+    let mut values: Vec<f64> = c.iter().collect();
+    values.sort_unstable_by(f64::total_cmp);
+    let span = values.last().unwrap_or(&0.0) - values.first().unwrap_or(&0.0);
+    let steps = values.windows(2).map(|w| w[1] - w[0]);
+    steps.filter(|d| *d > 1e-9 * span).fold(span, f64::min)
+}
+
+fn quantisation(columns: &[Column<'_>], steps: &[f64]) -> Item {
+    let mut item = Item::pass("quantisation", "");
+    let (mut texts, mut coarse) = (Vec::new(), Vec::new());
+    for (c, &step) in columns.iter().zip(steps) {
+        let (low, high) = c.range();
+        texts.push(format!("{} {step:.2e}", c.name));
+        item = item.value(c.name, step);
+        if high > low && step * COARSE_LEVELS > high - low {
+            coarse.push(c.name);
+        }
+    }
+    item.finding = format!("smallest step: {}", texts.join(", "));
+    let remedy = format!(
+        "{} has fewer than {COARSE_LEVELS} levels: use a finer sensor or larger motions",
+        coarse.join(", ")
+    );
+    item.warn_if(!coarse.is_empty(), remedy)
+}
+
+/// Joints whose forces are 0, or small beside those of another joint.
+pub(super) fn passive(recording: &Recording) -> Vec<Item> {
+    let mut forces = columns(recording);
+    forces.retain(|c| c.signal == Signal::Tau);
+    let size = |c: &Column<'_>| {
+        let (sum, count) = c.iter().fold((0.0, 0.0), |(s, k), x| (s + x * x, k + 1.0));
+        f64::sqrt(sum / count)
+    };
+    let largest = forces.iter().map(size).fold(0.0, f64::max);
+    let item = |c: &Column<'_>| {
+        let (own, name) = (size(c), &recording.coordinates.0[c.coordinate].name);
+        let finding = if own <= 0.0 {
+            format!("{name} is passive: {} is 0 throughout", c.name)
+        } else if own < WEAK * largest {
+            format!(
+                "{} is weak, {own:.3e} (root mean square), {:.1} % of the largest: if {name} is passive this is noise and friction, and an error in parts of its variance says little",
+                c.name,
+                100.0 * own / largest
+            )
+        } else {
+            return None;
+        };
+        Some(Item::pass("passive", finding).value("rms", own))
+    };
+    let known = forces.iter().filter(|_| largest > 0.0);
+    known.filter_map(item).collect()
+}
+
+/// An item where a signal stays at one of its extremes.
+fn saturation(c: &Column<'_>) -> Option<Item> {
+    let (low, high) = c.range();
+    let len = c.iter().count() as f64;
+    if !(low.is_finite() && high.is_finite()) {
+        return None; // nothing but NaN, or infinite: `finite` says so
+    }
+    if high <= low {
+        let forced = c.signal == Signal::Tau && low.abs() > 0.0;
+        let finding = format!("{} is constant at {low:.4e}", c.name);
+        let remedy = "check that it was recorded: a constant force excites nothing";
+        return forced.then(|| Item::warn("saturation", finding, remedy));
+    }
+    let mean = c.iter().sum::<f64>() / len;
+    if c.signal == Signal::Tau && c.deviation() < HARDLY_CHANGES * mean.abs() {
+        let finding = format!(
+            "{} hardly changes: {mean:.4} ± {:.1e}",
+            c.name,
+            c.deviation()
+        );
+        let remedy =
+            "check that it was recorded and not merely commanded; a constant force excites nothing";
+        return Some(Item::warn("saturation", finding, remedy));
+    }
+    let near = 1e-6 * (high - low);
+    let at = |extreme: f64| c.iter().filter(|x| (x - extreme).abs() <= near).count() as f64 / len;
+    let extreme = if at(low) > at(high) { low } else { high };
+    let (part, limit_is_rest) = (at(extreme), extreme.abs() <= near);
+    let (name, percent) = (c.name, 100.0 * part);
+    let finding = format!("{name} is at {extreme:.4} for {percent:.1} % of the samples");
+    let remedy = "what the limit hides cannot be learned: check that the true value is recorded, or stay below the limit";
+    let item = Item::warn("saturation", finding, remedy)
+        .claims(Some(c.coordinate), extreme)
+        .value("fraction", part);
+    (part > MUCH_SATURATION && !limit_is_rest).then_some(item)
+}

@@ -1,0 +1,197 @@
+//! Time stamps: order, rate, jitter, gaps.
+
+use super::Item;
+use crate::derivatives::SHORTEST;
+use crate::local_polynomial::{median, median_step, segments};
+use crate::{Recording, TimeStep};
+
+/// Steps longer than this many median steps are gaps; derivatives are not estimated across them.
+pub(super) const GAP: f64 = 5.0;
+/// Jitter above this part of a step makes finite differences by others, and lags, unreliable.
+const MUCH_JITTER: f64 = 0.5;
+
+/// More dropped samples than this part are a fault of the log.
+const MANY_DROPPED: f64 = 0.01;
+/// Time stamps are compared with the usual step only where they jitter less than this part of it.
+const LITTLE_JITTER: f64 = 0.1;
+
+/// An item where the longest piece without a gap is too short for what has to be estimated.
+pub(super) fn too_short(recording: &Recording) -> Option<Item> {
+    let measured = !recording.qd.is_empty() && !recording.qdd.is_empty();
+    if measured || recording.t.len() < 2 {
+        return None;
+    }
+    let pieces = segments(&recording.t, GAP);
+    let longest = pieces.iter().map(std::ops::Range::len).max().unwrap_or(0);
+    let finding =
+        format!("{longest} samples without a gap, where {SHORTEST} are needed to estimate q̈");
+    let remedy = "omit this trajectory, or record a longer one";
+    let item = Item::fail("length", finding, remedy).value("longest", longest as f64);
+    (longest < SHORTEST).then_some(item)
+}
+
+/// Whether time can be worked with: finite and increasing, with enough samples for a window.
+pub(super) fn usable(recording: &Recording) -> bool {
+    let t = &recording.t;
+    t.len() >= 8 && t.iter().all(|t| t.is_finite()) && t.windows(2).all(|w| w[1] > w[0])
+}
+
+pub(super) fn items(recording: &Recording) -> Vec<Item> {
+    let t = &recording.t;
+    if t.len() < 2 {
+        let finding = format!("{} sample", t.len());
+        let remedy = "a trajectory needs at least two: remove it or record more";
+        return vec![Item::fail("time", finding, remedy)];
+    }
+    if let Some(k) = t.iter().position(|t| !t.is_finite()) {
+        let finding = format!("time is {} at sample {}", t[k], k + 1);
+        return vec![Item::fail("time", finding, "remove or repair that row")];
+    }
+    let back = t.windows(2).filter(|w| w[1] < w[0]).count();
+    let repeats = |w: &&[f64]| w[1].total_cmp(&w[0]).is_eq();
+    let repeated = t.windows(2).filter(repeats).count();
+    if back + repeated > 0 {
+        let at = t.windows(2).position(|w| w[1] <= w[0]).unwrap_or(0) + 2;
+        let finding = format!(
+            "time goes back {back} times and stands still {repeated} times, first at sample {at}"
+        );
+        let remedy = remedy_of_order(t, back);
+        let item = Item::fail("time", finding, remedy).value("back", back as f64);
+        return vec![item.value("repeated", repeated as f64)];
+    }
+    let rate = rate(t);
+    let even = rate.values["jitter"] < LITTLE_JITTER;
+    let mut items = vec![whole_numbers(t).unwrap_or(rate), gaps(recording)];
+    items.extend(dropped(t).filter(|_| even));
+    items
+}
+
+/// What to do about time that does not increase.
+fn remedy_of_order(t: &[f64], back: usize) -> &'static str {
+    let begin = t.first().copied().unwrap_or_default();
+    let step = median_step(t).abs();
+    let restarts = t.windows(2).filter(|w| w[1] < w[0] && w[1] <= begin + step);
+    let shortest = shortest_piece(t);
+    if back + 1 == t.len() {
+        "time runs backwards: reverse the rows, and the sign of velocities that were differences of them"
+    } else if restarts.count() == back && back > 0 && shortest >= 8 {
+        "time starts again: several logs are in one file; tell them apart with a column and `trajectory`, or divide the file"
+    } else {
+        "sort the rows by time, remove repeats, or tell trajectories apart with `trajectory`"
+    }
+}
+
+/// The shortest piece in which time increases, samples.
+fn shortest_piece(t: &[f64]) -> usize {
+    let pieces = t.chunk_by(|a, b| b > a);
+    pieces.map(<[f64]>::len).min().unwrap_or(0)
+}
+
+fn rate(t: &[f64]) -> Item {
+    let step = median_step(t);
+    let mut off: Vec<f64> = t.windows(2).map(|w| (w[1] - w[0] - step).abs()).collect();
+    // 1.4826: the median absolute deviation of a normal distribution, in standard deviations.
+    let jitter = 1.4826 * median(&mut off) / step;
+    let (rate, percent) = (step.recip(), 100.0 * jitter);
+    let finding = format!("{rate:.4} Hz, jitter {percent:.2} % of a step");
+    let remedy = "the true time stamps are used, but check that they tell when a sample was taken, not when it was written";
+    Item::pass("rate", finding)
+        .warn_if(jitter > MUCH_JITTER, remedy)
+        .value("rate_hz", rate)
+        .value("jitter", jitter)
+        .value("step_s", step)
+}
+
+/// Time in whole numbers, several apart, is hardly in seconds.
+fn whole_numbers(t: &[f64]) -> Option<Item> {
+    let step = median_step(t);
+    let whole = t.iter().all(|t| t.fract().abs() <= 0.0) && step >= 2.0;
+    // Motions are sampled some ten to some thousand times a second.
+    let (unit, remedy) = match step {
+        x if x < 500.0 => (
+            "milliseconds",
+            "divide the column of time by 1000 (or by what makes it seconds)",
+        ),
+        x if x < 5e5 => (
+            "microseconds",
+            "divide the column of time by 1e6 (or by what makes it seconds)",
+        ),
+        _ => (
+            "nanoseconds",
+            "divide the column of time by 1e9 (or by what makes it seconds)",
+        ),
+    };
+    let finding = format!("time comes in whole numbers, {step} apart: it looks like {unit}");
+    let item = Item::warn("rate", finding, remedy).value("rate_hz", step.recip());
+    whole.then_some(item.value("step_s", step))
+}
+
+/// Single samples that are missing: steps of two to five usual ones.
+fn dropped(t: &[f64]) -> Option<Item> {
+    let step = median_step(t);
+    let ratios = t.windows(2).map(|w| (w[1] - w[0]) / step);
+    let dropped = ratios.filter(|r| *r > 1.5 && *r <= GAP);
+    let missing: f64 = dropped.map(|r| r.round() - 1.0).sum();
+    let finding = format!("{missing} single samples are missing");
+    let remedy = "the true time stamps are used, but a log that loses samples may also be late: check the recorder";
+    let item = Item::warn("dropped", finding, remedy).value("missing", missing);
+    (missing > MANY_DROPPED * t.len() as f64).then_some(item)
+}
+
+/// What is known of the whole recording, where only a sample of it was kept.
+pub(super) fn sample(recording: &Recording) -> Option<Item> {
+    let part = recording.part()?;
+    let (rows, runs) = (recording.len(), part.runs(recording.len()).len());
+    let all = part.rows;
+    let finding = format!("{rows} of {all} rows, in {runs} pieces, are checked below");
+    let item = match recording.flaw() {
+        Some(lagrangian_motion::Error::Sample {
+            row,
+            column,
+            finding,
+            remedy,
+            ..
+        }) => {
+            let finding = format!("column '{column}' at row {row}: {finding}");
+            Item::fail("sample", finding, remedy)
+        }
+        _ => Item::pass("sample", finding),
+    };
+    let item = item.value("rows", all as f64);
+    Some(item.value("kept", rows as f64))
+}
+
+/// Steps of time that are gaps, but for those where rows were passed over; of these the longest alone is known.
+fn gaps(recording: &Recording) -> Item {
+    let (t, part) = (&recording.t, recording.part());
+    let step = median_step(t);
+    let cuts: Vec<usize> = part.map_or(Vec::new(), |part| {
+        let runs = part.runs(t.len());
+        runs.iter().map(|run| run.end.saturating_sub(1)).collect()
+    });
+    let is_cut = |k: usize| cuts.binary_search(&k).is_ok();
+    let own = t.windows(2).enumerate();
+    let mut gaps: Vec<(f64, f64)> = own
+        .filter(|(k, w)| w[1] - w[0] > GAP * step && !is_cut(*k))
+        .map(|(_, w)| (w[0], w[1] - w[0]))
+        .collect();
+    if let Some(TimeStep { seconds, after }) = part.map(|part| part.longest_step)
+        && seconds > GAP * step
+        && gaps.iter().all(|gap| gap.1 < seconds)
+    {
+        gaps.push((after, seconds));
+    }
+    let longest = gaps.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1));
+    let item = match longest {
+        None => Item::pass("gaps", "none"),
+        Some((before, dt)) => {
+            let count = gaps.len();
+            let finding = format!("{count} gaps, the longest {dt:.4} s after t = {before:.4} s");
+            let remedy =
+                "nothing is estimated across them; single samples between them are omitted";
+            Item::warn("gaps", finding, remedy)
+        }
+    };
+    item.value("gaps", gaps.len() as f64)
+        .value("longest_s", longest.map_or(0.0, |g| g.1))
+}

@@ -1,0 +1,454 @@
+//! Velocities and accelerations estimated from what was measured, with the window chosen from the data.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::Recording;
+use super::local_polynomial::{Filter, Series, around, median_step, segments};
+use super::low_pass::{self, LowPass};
+use super::window::{Choice, choose, noise_variance};
+use lagrangian_motion::{Error, Result};
+use lagrangian_motion::{Signal, Signals, Trajectory};
+
+/// Fewer consecutive samples than this cannot be differentiated twice.
+pub(crate) const SHORTEST: usize = 6;
+
+/// How missing velocities and accelerations are estimated.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EstimateOptions {
+    /// Estimate accelerations where they were not measured.
+    pub accelerations: bool,
+    /// Estimate the rates of momenta with them, where momenta are known; Hamiltonian networks alone read them.
+    pub momenta: bool,
+    /// Also replace measured q and q̇ by their local polynomial.
+    pub smooth: bool,
+    /// Pass all signals, τ too, through a low-pass without phase with this cut-off, Hz: the same band of frequencies of
+    /// motion and forces. q̇ and q̈ are derivatives of q, or of a measured q̇ that is less noisy. Half a period of the cut-off is omitted at each end.
+    ///
+    /// Where a small torque is the difference of a large inertial and a large gravity term, the noise of q̈ makes a
+    /// fit shrink both; so it does where play and vibrations shake the encoders but not the drive.
+    pub low_pass: Option<f64>,
+    /// Use this window, in samples, instead of choosing one from the data.
+    pub window: Option<usize>,
+    /// The longest window that may be chosen, in samples.
+    pub longest_window: usize,
+    /// No window crosses a step in time that is so many times the median step.
+    pub gap: f64,
+}
+
+impl Default for EstimateOptions {
+    fn default() -> Self {
+        Self {
+            accelerations: true,
+            momenta: true,
+            smooth: false,
+            low_pass: None,
+            window: None,
+            longest_window: 401,
+            gap: 5.0,
+        }
+    }
+}
+
+impl EstimateOptions {
+    pub(super) fn validate(&self) -> Result<()> {
+        let window = self.window.unwrap_or(usize::MAX).min(self.longest_window);
+        if window < SHORTEST {
+            return Err(Error::argument("window", window, "at least 6 samples"));
+        }
+        if let Some(cutoff) = self.low_pass
+            && !(cutoff.is_finite() && cutoff > 0.0)
+        {
+            return Err(Error::argument(
+                "low_pass",
+                cutoff,
+                "a finite number of Hz above 0",
+            ));
+        }
+        if self.gap.is_nan() || self.gap <= 1.0 {
+            return Err(Error::argument(
+                "gap",
+                self.gap,
+                "above 1 (in median steps)",
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// What an estimate was made from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Source {
+    /// The coordinates.
+    Q,
+    /// The measured velocities.
+    Qd,
+    /// The momenta.
+    P,
+    /// The forces.
+    Tau,
+}
+
+/// How one signal was estimated, for the user to read.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Estimate {
+    /// The trajectory.
+    pub trajectory: String,
+    /// `qd`, `qdd` or `pd`, or a measured signal that was smoothed.
+    pub signal: &'static str,
+    /// Name of the coordinate.
+    pub coordinate: String,
+    /// What it was made from.
+    pub source: Source,
+    /// Length of the window, samples.
+    pub window: usize,
+    /// Length of the window, s.
+    pub seconds: f64,
+    /// Standard deviation of the noise found in the source, in the source's unit.
+    pub noise: f64,
+    /// Estimated standard error of the signal (noise and bias) in its unit, root mean square over all samples but
+    /// the half windows at the ends and beside gaps.
+    pub standard_error: f64,
+    /// The same in those half windows, where it is larger, and itself less certain.
+    pub standard_error_ends: f64,
+    /// Samples that were omitted because too few are between two gaps.
+    pub left_out: usize,
+}
+
+/// A measured signal with its derivatives.
+struct Way {
+    source: Source,
+    signals: &'static [Signal],
+}
+
+/// The ways to all signals by a low-pass.
+const WAYS: [Way; 4] = [
+    Way {
+        source: Source::Q,
+        signals: &[Signal::Q, Signal::Qd, Signal::Qdd],
+    },
+    Way {
+        source: Source::Qd,
+        signals: &[Signal::Qd, Signal::Qdd],
+    },
+    Way {
+        source: Source::Tau,
+        signals: &[Signal::Tau],
+    },
+    Way {
+        source: Source::P,
+        signals: &[Signal::P, Signal::Pd],
+    },
+];
+
+/// Signals that were estimated for one recording.
+pub(super) struct Fitted {
+    segments: Vec<Range<usize>>,
+    /// Empty where a signal was not estimated.
+    signals: Signals,
+    estimates: Vec<Estimate>,
+}
+
+impl Fitted {
+    pub(super) fn of(recording: &Recording, options: &EstimateOptions) -> Result<Self> {
+        let mut all = segments(&recording.t, options.gap);
+        let longest = all.iter().map(Range::len).max().unwrap_or(0);
+        if longest < SHORTEST {
+            let what = format!(
+                "trajectory '{}' (its longest piece without a gap)",
+                recording.name
+            );
+            return Err(Error::too_short(what, longest, SHORTEST));
+        }
+        all.retain(|s| s.len() >= SHORTEST);
+        let mut fitted = Self {
+            segments: all,
+            signals: Signals::default(),
+            estimates: Vec::new(),
+        };
+        if let Some(cutoff) = options.low_pass {
+            return fitted.low_pass(recording, cutoff, options);
+        }
+        let q = (Source::Q, &recording.q);
+        let qd = (Source::Qd, &recording.qd);
+        let measured = !recording.qd.is_empty();
+        if options.smooth {
+            fitted.signals.q = fitted.signal(recording, "q", &[(q, 0)], options);
+        }
+        if !measured {
+            fitted.signals.qd = fitted.signal(recording, "qd", &[(q, 1)], options);
+        } else if options.smooth {
+            fitted.signals.qd = fitted.signal(recording, "qd", &[(q, 1), (qd, 0)], options);
+        }
+        if recording.qdd.is_empty() && options.accelerations {
+            let sources = [(q, 2), (qd, 1)];
+            let sources = &sources[..if measured { 2 } else { 1 }];
+            fitted.signals.qdd = fitted.signal(recording, "qdd", sources, options);
+        }
+        fitted.momenta(recording, options.smooth, options);
+        fitted.finite(recording)
+    }
+
+    /// Refuses values whose derivatives are beyond the range of numbers.
+    fn finite(self, recording: &Recording) -> Result<Self> {
+        let not_finite = |values: &[f64]| values.iter().position(|x| !x.is_finite());
+        let first = |(signal, values): (Signal, &Vec<f64>)| Some((signal, not_finite(values)?));
+        let Some((signal, at)) = self.signals.iter().find_map(first) else {
+            return Ok(self);
+        };
+        let n = recording.dof();
+        let finding = format!("the estimate of {} there is not finite", signal.name());
+        let column = &recording.columns.signals.q[at % n];
+        Err(recording.sample(at / n, column, finding, Recording::REPAIR))
+    }
+
+    /// The rates of the momenta, and these too where they are smoothed.
+    fn momenta(&mut self, recording: &Recording, smooth: bool, options: &EstimateOptions) {
+        if recording.p.is_empty() || !options.momenta {
+            return;
+        }
+        let p = (Source::P, &recording.p);
+        if smooth {
+            self.signals.p = self.signal(recording, "p", &[(p, 0)], options);
+        }
+        if options.accelerations {
+            self.signals.pd = self.signal(recording, "pd", &[(p, 1)], options);
+        }
+    }
+
+    /// All signals by the same low-pass; samples near the ends are omitted.
+    fn low_pass(
+        mut self,
+        recording: &Recording,
+        cutoff: f64,
+        options: &EstimateOptions,
+    ) -> Result<Self> {
+        let step = median_step(&recording.t);
+        if cutoff * step > low_pass::HIGHEST {
+            let name = &recording.name;
+            return Err(Error::argument(
+                "low_pass",
+                format!(
+                    "{cutoff} Hz for trajectory '{name}', sampled at {:.4} Hz",
+                    1.0 / step
+                ),
+                "at most 0.35 of the sampling rate",
+            ));
+        }
+        let margin = LowPass::margin(cutoff, step);
+        let shortest = 2 * margin + SHORTEST;
+        let longest = self.segments.iter().map(Range::len).max().unwrap_or(0);
+        if longest < shortest {
+            return Err(Error::too_short(
+                format!(
+                    "trajectory '{}', after a low-pass of {cutoff} Hz,",
+                    recording.name
+                ),
+                longest,
+                shortest,
+            ));
+        }
+        self.segments.retain(|s| s.len() >= shortest);
+        let filters = self.segments.iter();
+        let filters: Vec<LowPass> = filters
+            .map(|s| LowPass::new(cutoff, &recording.t[s.clone()]))
+            .collect();
+        for way in WAYS
+            .iter()
+            .filter(|way| way.source != Source::P || options.momenta)
+        {
+            self.pass(recording, &filters, way);
+        }
+        if !options.accelerations {
+            self.signals.qdd.clear();
+            self.signals.pd.clear();
+            self.estimates
+                .retain(|e| !["qdd", "pd"].contains(&e.signal));
+        }
+        for segment in &mut self.segments {
+            *segment = segment.start + margin..segment.end - margin;
+        }
+        let left_out = self.left_out(recording);
+        for estimate in &mut self.estimates {
+            estimate.left_out = left_out;
+        }
+        self.finite(recording)
+    }
+
+    /// Filters one measured signal, and takes its derivatives for those signals that are not known better, coordinate by
+    /// coordinate.
+    fn pass(&mut self, recording: &Recording, filters: &[LowPass], way: &Way) {
+        let Some(measured) = recording.values(way.signals[0]) else {
+            return;
+        };
+        let (n, step) = (recording.dof(), median_step(&recording.t));
+        let cutoff = filters.first().map_or(1.0, LowPass::cutoff);
+        let damped = LowPass::noise(cutoff, step);
+        for coordinate in 0..n {
+            let series = Series {
+                t: &recording.t,
+                y: measured,
+                n,
+                coordinate,
+            };
+            let noise = noise_variance(series, &self.segments, 3, 8).sqrt();
+            let name = &recording.coordinates.0[coordinate].name;
+            let mut better = Vec::new();
+            for (order, signal) in way.signals.iter().enumerate() {
+                let standard_error = noise * damped[order];
+                let same = |e: &Estimate| e.signal == signal.name() && e.coordinate == *name;
+                let known = self.estimates.iter().position(same);
+                if known.is_some_and(|k| self.estimates[k].standard_error <= standard_error) {
+                    continue;
+                }
+                known.map(|k| self.estimates.remove(k));
+                better.push((order, *signal));
+                self.estimates.push(Estimate {
+                    trajectory: recording.name.clone(),
+                    signal: signal.name(),
+                    coordinate: name.clone(),
+                    source: way.source,
+                    window: 2 * LowPass::margin(cutoff, step) + 1,
+                    seconds: 1.0 / cutoff,
+                    noise,
+                    standard_error,
+                    standard_error_ends: standard_error,
+                    left_out: 0,
+                });
+            }
+            for (segment, filter) in self.segments.iter().zip(filters) {
+                let y: Vec<f64> = segment.clone().map(|k| series.value(k)).collect();
+                let own = filter.apply(&y);
+                let own = [own.value, own.first, own.second];
+                for (order, signal) in &better {
+                    let values = self.signals.get_mut(*signal);
+                    values.resize(measured.len(), 0.0);
+                    for (k, x) in segment.clone().zip(&own[*order]) {
+                        values[k * n + coordinate] = *x;
+                    }
+                }
+            }
+        }
+    }
+
+    fn left_out(&self, recording: &Recording) -> usize {
+        recording.len() - self.segments.iter().map(Range::len).sum::<usize>()
+    }
+
+    /// Estimates one signal, each coordinate from the source with the smallest risk.
+    fn signal(
+        &mut self,
+        recording: &Recording,
+        signal: &'static str,
+        ways: &[((Source, &Vec<f64>), usize)],
+        options: &EstimateOptions,
+    ) -> Vec<f64> {
+        let (len, n) = (recording.len(), recording.dof());
+        let mut values = vec![0.0; len * n];
+        for coordinate in 0..n {
+            let choices = ways.iter().map(|((source, y), order)| {
+                let series = Series {
+                    t: &recording.t,
+                    y,
+                    n,
+                    coordinate,
+                };
+                let choice = choose(series, &self.segments, Filter::of_order(*order), options);
+                (*source, series, choice)
+            });
+            let best = choices.min_by(|a, b| a.2.risk.total().total_cmp(&b.2.risk.total()));
+            let Some((source, series, choice)) = best else {
+                continue;
+            };
+            for segment in &self.segments {
+                apply(series, choice, segment, &mut values);
+            }
+            self.estimates.push(Estimate {
+                trajectory: recording.name.clone(),
+                signal,
+                coordinate: recording.coordinates.0[coordinate].name.clone(),
+                source,
+                window: choice.window,
+                seconds: (choice.window - 1) as f64 * median_step(&recording.t),
+                noise: choice.noise,
+                standard_error: choice.standard_error(),
+                standard_error_ends: choice.risk.ends.sqrt(),
+                left_out: self.left_out(recording),
+            });
+        }
+        values
+    }
+
+    pub(super) fn into_trajectory(
+        self,
+        recording: Recording,
+        options: &EstimateOptions,
+    ) -> (Trajectory, Vec<Estimate>) {
+        let n = recording.dof();
+        let rows = |values: Vec<f64>, width: usize| -> Vec<f64> {
+            let whole = self.segments.len() == 1 && self.segments[0].len() * width == values.len();
+            if whole || values.is_empty() {
+                return values;
+            }
+            let part = |s: &Range<usize>| &values[s.start * width..s.end * width];
+            self.segments.iter().flat_map(part).copied().collect()
+        };
+        let mut measured = recording.signals;
+        if options.low_pass.is_some() {
+            measured.qdd = Vec::new();
+        }
+        let mut signals = self.signals.or(measured);
+        if !options.accelerations && !self.estimates.is_empty() {
+            signals.qdd = Vec::new();
+        }
+        let trajectory = Trajectory {
+            name: recording.name,
+            t: rows(recording.t, 1),
+            signals: signals.map(|_, values| rows(values, n)),
+        };
+        (trajectory, self.estimates)
+    }
+}
+
+/// Writes the derivative at every sample of `segment` to its place in `values` `[len, n]`.
+fn apply(series: Series<'_>, choice: Choice, segment: &Range<usize>, values: &mut [f64]) {
+    let Series { n, coordinate, .. } = series;
+    let rows = &mut values[segment.start * n..segment.end * n];
+    rows.par_chunks_mut(n)
+        .enumerate()
+        .with_min_len(256)
+        .for_each_init(Vec::new, |weights, (k, row)| {
+            let k = segment.start + k;
+            let window = around(k, choice.window, segment);
+            let times = &series.t[window.clone()];
+            choice.filter.weights(times, series.t[k], weights);
+            row[coordinate] = series.dot(window.start, weights);
+        });
+}
+
+/// The window in which the acceleration of one coordinate of q is known best.
+pub(crate) fn acceleration_window(series: Series<'_>, segments: &[Range<usize>]) -> Choice {
+    let options = EstimateOptions::default();
+    choose(series, segments, Filter::of_order(2), &options)
+}
+
+/// The derivative of one coordinate of q, with its window chosen, for a `check` of measured velocities.
+pub(crate) fn velocity(series: Series<'_>, segments: &[Range<usize>]) -> (Vec<f64>, Choice) {
+    let options = EstimateOptions::default();
+    let choice = choose(series, segments, Filter::of_order(1), &options);
+    let mut values = vec![f64::NAN; series.t.len()];
+    let column: Vec<f64> = (0..series.t.len()).map(|k| series.value(k)).collect();
+    let alone = Series {
+        t: series.t,
+        y: &column,
+        n: 1,
+        coordinate: 0,
+    };
+    for segment in segments {
+        apply(alone, choice, segment, &mut values);
+    }
+    (values, choice)
+}

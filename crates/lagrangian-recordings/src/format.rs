@@ -1,0 +1,201 @@
+//! The file formats, one line each.
+
+use std::io::{Read, Seek, Write};
+
+use super::contents::Contents;
+#[cfg(not(target_family = "wasm"))]
+use super::npz;
+#[cfg(feature = "parquet")]
+use super::parquet;
+#[cfg(feature = "ros")]
+use super::ros;
+use super::{Layout, Readings, Table};
+use lagrangian_motion::Trajectory;
+use lagrangian_motion::{Error, Result};
+
+/// A file format for trajectories.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// Comma-separated text with a header.
+    Csv,
+    /// A zip of `NumPy` arrays.
+    Npz,
+    /// Apache Parquet (feature `parquet`).
+    Parquet,
+    /// Joint states of a ROS 2 bag in `SQLite` (feature `ros`); read, but not written.
+    Db3,
+    /// Joint states of a ROS 2 bag in MCAP (feature `ros`); read, but not written.
+    Mcap,
+}
+
+impl Format {
+    /// All formats with their file extensions.
+    pub const ALL: [(Self, &'static str); 5] = [
+        (Self::Csv, "csv"),
+        (Self::Npz, "npz"),
+        (Self::Parquet, "parquet"),
+        (Self::Db3, "db3"),
+        (Self::Mcap, "mcap"),
+    ];
+
+    /// The format of files with this extension (`txt`, `tsv`, `dat` and `lvm` are text too).
+    ///
+    /// # Errors
+    /// [`Error::Format`] listing the known ones.
+    pub fn from_extension(extension: &str) -> Result<Self> {
+        let lower = extension.trim_start_matches('.').to_ascii_lowercase();
+        if matches!(lower.as_str(), "txt" | "tsv" | "dat" | "lvm") {
+            return Ok(Self::Csv);
+        }
+        Self::ALL
+            .iter()
+            .find(|(_, e)| *e == lower)
+            .map(|(format, _)| *format)
+            .ok_or_else(|| Error::Format {
+                remedy: instead_of(&lower),
+                extension: lower,
+            })
+    }
+
+    /// Whether [`Format::write`] writes it.
+    #[must_use]
+    pub fn is_written(self) -> bool {
+        !matches!(self, Self::Db3 | Self::Mcap)
+    }
+
+    /// Reads all recordings of a file; `name` is given to a recording that has no `trajectory` column.
+    ///
+    /// # Errors
+    /// See [`super::csv::read`]; [`Error::Topic`] for bags; [`Error::Format`] where this build omits the format.
+    pub fn read<R>(self, source: R, name: &str, layout: &Layout) -> Result<Readings>
+    where
+        R: Read + Seek + Send + 'static,
+    {
+        let mut readings = match self {
+            Self::Csv => super::csv::read(source, name, layout),
+            Self::Npz => npz::read(source, name, layout),
+            Self::Parquet => parquet::read(source, name, layout),
+            Self::Db3 => ros::read_db3(source, name, layout),
+            Self::Mcap => ros::read_mcap(source, name, layout),
+        }?;
+        for recording in &mut readings.recordings {
+            layout.drive.complete(name, recording)?;
+        }
+        Ok(readings)
+    }
+
+    /// Writes trajectories so that [`Format::read`] with the default layout finds the same bits.
+    ///
+    /// Angles are not marked in the file: [`Layout::written`] declares them.
+    ///
+    /// # Errors
+    /// [`Error::Io`]; [`Error::Shape`] if degrees of freedom or signals differ among the trajectories;
+    /// [`Error::Format`] for bags, and where this build omits the format.
+    pub fn write<W: Write + Seek + Send>(self, sink: W, trajectories: &[Trajectory]) -> Result<()> {
+        self.write_contents(sink, &Contents::of_motions(trajectories)?)
+    }
+
+    /// Writes named columns of numbers.
+    ///
+    /// # Errors
+    /// [`Error::Io`]; [`Error::Shape`] for columns of different lengths; [`Error::Format`] for bags, and where this
+    /// build omits the format.
+    pub fn write_table<W: Write + Seek + Send>(self, sink: W, table: &Table) -> Result<()> {
+        self.write_contents(sink, &Contents::of_table(table)?)
+    }
+
+    fn write_contents<W: Write + Seek + Send>(self, sink: W, contents: &Contents) -> Result<()> {
+        match self {
+            Self::Csv => super::csv::write_contents(sink, contents),
+            Self::Npz => npz::write(sink, contents),
+            Self::Parquet => parquet::write(sink, contents),
+            Self::Db3 => Err(only_read("db3")),
+            Self::Mcap => Err(only_read("mcap")),
+        }
+    }
+}
+
+/// What to do with a file of an unknown extension.
+fn instead_of(extension: &str) -> String {
+    match extension {
+        "bag" => "it is a bag of ROS 1: convert it with `rosbags-convert --src a.bag --dst a` and give the folder".into(),
+        "" => "the end of its name tells the format: rename it, such as to motion.csv (standard input is not read)".into(),
+        "mat" => "it is a file of MATLAB: write `writetable(array2table([t q]), 'motion.csv')` there, or in Python `numpy.savez('motion.npz', **scipy.io.loadmat('motion.mat', squeeze_me=True))`".into(),
+        "zip" => "it is an archive: unpack it, and give the CSV files in it".into(),
+        "gz" => "it is compressed: unpack it with `gunzip`".into(),
+        "xlsx" | "xls" | "ods" => "it is a spreadsheet: save it as CSV (also read: csv, npz, parquet, db3, mcap)".into(),
+        "zstd" | "zst" => "it is compressed: unpack it with `zstd -d`".into(),
+        _ => format!("use one of {}", Format::ALL.map(|(_, e)| e).join(", ")),
+    }
+}
+
+fn only_read(extension: &str) -> Error {
+    Error::Format {
+        extension: extension.into(),
+        remedy: "bags are read, but not written: write CSV, NPZ or Parquet".into(),
+    }
+}
+
+/// Why a build without `feature` reads no files with this extension.
+#[cfg(not(all(feature = "parquet", feature = "ros")))]
+fn omitted(extension: &str, what: &str, feature: &str) -> Error {
+    Error::Format {
+        extension: extension.into(),
+        remedy: format!(
+            "this build omits {what}: build it with the feature {feature}, or convert to CSV or NPZ"
+        ),
+    }
+}
+
+/// NPZ in a browser, where what reads zip archives would ask for random numbers.
+#[cfg(target_family = "wasm")]
+mod npz {
+    use super::{Contents, Error, Layout, Readings, Result};
+
+    pub(super) fn read<R>(_: R, _: &str, _: &Layout) -> Result<Readings> {
+        Err(without_npz())
+    }
+
+    pub(super) fn write<W>(_: W, _: &Contents<'_>) -> Result<()> {
+        Err(without_npz())
+    }
+
+    fn without_npz() -> Error {
+        Error::Format {
+            extension: "npz".into(),
+            remedy: "a browser reads CSV alone: `lagrangian convert` writes it".into(),
+        }
+    }
+}
+
+/// Parquet in a build that omits it.
+#[cfg(not(feature = "parquet"))]
+mod parquet {
+    use super::{Contents, Error, Layout, Readings, Result, omitted};
+
+    pub(super) fn read<R>(_: R, _: &str, _: &Layout) -> Result<Readings> {
+        Err(without_parquet())
+    }
+
+    pub(super) fn write<W>(_: W, _: &Contents<'_>) -> Result<()> {
+        Err(without_parquet())
+    }
+
+    fn without_parquet() -> Error {
+        omitted("parquet", "Parquet", "parquet")
+    }
+}
+
+/// Bags in a build that omits them.
+#[cfg(not(feature = "ros"))]
+mod ros {
+    use super::{Layout, Readings, Result, omitted};
+
+    pub(super) fn read_db3<R>(_: R, _: &str, _: &Layout) -> Result<Readings> {
+        Err(omitted("db3", "ROS 2 bags", "ros"))
+    }
+
+    pub(super) fn read_mcap<R>(_: R, _: &str, _: &Layout) -> Result<Readings> {
+        Err(omitted("mcap", "ROS 2 bags", "ros"))
+    }
+}

@@ -1,0 +1,381 @@
+//! Which columns of a file mean what: named by the user, or by the default header names.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::drive::{Constant, DriveLayout};
+use super::{Links, Polar, Sampling, Simulated};
+use lagrangian_motion::{Coordinates, Signal, Signals, Topology};
+use lagrangian_motion::{Error, Result};
+
+/// Which columns of a file hold which signal, and which coordinates are angles.
+///
+/// Signals without names are expected under `trajectory`, `t`, `q1 … qn`, `qd1 … qdn`, `qdd1 … qddn`,
+/// `p1 … pn` and `tau1 … taun`.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Layout {
+    /// Column that tells trajectories apart.
+    pub trajectory: Option<String>,
+    /// Topic of a bag; a bag with one topic of joint states needs none.
+    pub topic: Option<String>,
+    /// Column of time, s or what its name states; or the number of seconds between rows, where there is none.
+    pub t: Option<String>,
+    /// Columns of each signal: those of `q` give the coordinates their names, the others follow their order. Momenta
+    /// are in SI units.
+    pub columns: Signals<Vec<String>>,
+    /// Coordinates that the forces act on, in the order of their columns, where these are fewer than the coordinates; the forces on
+    /// the others are 0. Empty: all of them, or those whose names the columns bear.
+    pub actuated: Vec<String>,
+    /// Names of the coordinates that are angles; `["all"]` for every one.
+    pub angles: Vec<String>,
+    /// Coordinates that are angles of two points; those that are not in `q` are further coordinates after it.
+    pub polar: Vec<Polar>,
+    /// Names of the coordinates that never move: masses, lengths, strengths of fields. Those that are not in `q`
+    /// are further coordinates after it; they need no columns of velocities, accelerations and forces.
+    pub parameters: Vec<String>,
+    /// Angles, and their velocities and accelerations, are in degrees. Never guessed.
+    pub degrees: bool,
+    /// Units of coordinates that are not angles.
+    pub units: BTreeMap<String, String>,
+    /// What is known of position-controlled drives beside the columns of `goal`, `kp`, `kd`, `supply` and `enabled`.
+    pub drive: DriveLayout,
+    /// Keep every Nth row of each trajectory (0 and 1 keep all).
+    pub every: usize,
+    /// The known system that made the motions, where one did.
+    pub system: Option<Simulated>,
+    /// Where the links of a chain of angles measure them, for the drawing of motions.
+    pub links: Option<Links>,
+    /// Of a file with more rows than this, keep a sample; [`super::thin`] removes recordings of which nothing was kept.
+    /// No file beside the data says so.
+    pub sample: Option<Sampling>,
+}
+
+/// The key of gains in SI units.
+const SI: &str = "si";
+
+/// A [`Layout`] as a TOML file beside the data holds it.
+#[derive(Debug, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct LayoutFile {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    angle: Option<OneOrMany>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    actuated: Option<OneOrMany>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    parameter: Option<OneOrMany>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    polar: Option<OneOrMany>,
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    degrees: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    every: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    topic: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    links: Option<Links>,
+    columns: ColumnsTable,
+    #[serde(skip_serializing_if = "DriveTable::is_empty")]
+    drive: DriveTable,
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    units: BTreeMap<String, String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    system: Option<Simulated>,
+}
+
+/// The columns by the names of the settings: `trajectory`, `t`, and those of the signals.
+type ColumnsTable = BTreeMap<String, OneOrMany>;
+
+/// The table of the drives: columns, numbers or patterns by the names of the signals.
+type DriveTable = BTreeMap<String, Told>;
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(
+    untagged,
+    expecting = "expected a name, a list of names, a number or true"
+)]
+enum Told {
+    Flag(bool),
+    Number(f64),
+    Names(OneOrMany),
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(untagged, expecting = "expected a name, or a list of names")]
+enum OneOrMany {
+    One(String),
+    Many(Vec<String>),
+}
+
+fn names(list: Option<OneOrMany>) -> Vec<String> {
+    match list {
+        None => Vec::new(),
+        Some(OneOrMany::One(name)) => vec![name],
+        Some(OneOrMany::Many(names)) => names,
+    }
+}
+
+fn one(list: Option<OneOrMany>) -> Result<Option<String>> {
+    match names(list) {
+        mut one if one.len() < 2 => Ok(one.pop()),
+        several => Err(Error::layout(format_args!(
+            "there is one column of time, and one of trajectories, not {}",
+            several.join(", ")
+        ))),
+    }
+}
+
+fn list(names: &[String]) -> Option<OneOrMany> {
+    (!names.is_empty()).then(|| OneOrMany::Many(names.to_vec()))
+}
+
+impl Layout {
+    /// Reads the small TOML file that may accompany the data.
+    ///
+    /// ```
+    /// let layout = lagrangian::Layout::from_toml(r#"
+    ///     angle = ["theta"]            # or "all"
+    ///     degrees = true
+    ///     [columns]
+    ///     t = "time"
+    ///     q = ["theta", "x"]
+    ///     [units]
+    ///     x = "m"
+    /// "#)?;
+    /// assert_eq!(layout.columns.q, ["theta", "x"]);
+    /// # Ok::<(), lagrangian::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Layout`] with the place, if it is not TOML or has an unknown key.
+    pub fn from_toml(text: &str) -> Result<Self> {
+        let file: LayoutFile = toml::from_str(text).map_err(Error::layout)?;
+        let mut columns = file.columns;
+        let mut layout = Self {
+            trajectory: one(columns.remove("trajectory"))?,
+            topic: file.topic,
+            t: one(columns.remove("t"))?,
+            columns: Signals::default(),
+            actuated: names(file.actuated),
+            angles: names(file.angle),
+            polar: names(file.polar)
+                .iter()
+                .map(|text| text.parse())
+                .collect::<Result<_>>()?,
+            parameters: names(file.parameter),
+            degrees: file.degrees,
+            units: file.units,
+            drive: DriveLayout::default(),
+            every: file.every.unwrap_or(0),
+            system: file.system,
+            links: file.links,
+            sample: None,
+        };
+        for signal in Signal::IN_FILES {
+            *layout.columns.get_mut(signal) = names(columns.remove(signal.name()));
+        }
+        layout.read_drive(file.drive)?;
+        layout.refuse_empty(file.every)?;
+        match columns.keys().next() {
+            None => Ok(layout),
+            Some(unknown) => Err(Error::layout(format_args!(
+                "unknown key '{unknown}' in [columns]: it holds trajectory, t, {}",
+                Signal::IN_FILES.map(Signal::name).join(", ")
+            ))),
+        }
+    }
+
+    /// The seconds between rows, where a number stands for the column of time.
+    pub(super) fn interval(&self) -> Option<f64> {
+        let number = self.t.as_ref()?.parse::<f64>().ok()?;
+        Some(number).filter(|seconds| seconds.is_finite() && *seconds > 0.0)
+    }
+
+    /// Whether a column of this name would be read, with or without a number after it, if it could be: it is named, or is the
+    /// default of what is not named. Momenta have no default here, since `p` may be a pressure.
+    #[cfg_attr(
+        target_family = "wasm",
+        expect(dead_code, reason = "serves formats that a browser does not read")
+    )]
+    pub(super) fn asks_for(&self, name: &str) -> bool {
+        let own = |single: &Option<String>, default| single.as_deref().unwrap_or(default) == name;
+        let plain = name.trim_end_matches(|c: char| c.is_ascii_digit());
+        let is_asked = |(signal, names): (Signal, &Vec<String>)| match names.is_empty() {
+            true => signal != Signal::P && signal.name() == plain,
+            false => names.iter().any(|own| own == name),
+        };
+        own(&self.t, "t")
+            || own(&self.trajectory, "trajectory")
+            || self.parameters.iter().any(|own| own == name)
+            || self.polar.iter().any(|polar| polar.reads(name))
+            || self.columns.iter().any(is_asked)
+    }
+
+    /// Refuses names that name nothing, and no rows.
+    fn refuse_empty(&self, every: Option<usize>) -> Result<()> {
+        if every == Some(0) {
+            return Err(Error::Layout("every = 0 keeps no row: 1 keeps all".into()));
+        }
+        let signals = self.columns.iter().flat_map(|(_, names)| names);
+        let lists = [&self.actuated, &self.angles, &self.parameters];
+        let single = [&self.t, &self.trajectory, &self.topic];
+        let mut all = signals
+            .chain(lists.into_iter().flatten())
+            .chain(single.into_iter().flatten());
+        match all.any(|name| name.trim().is_empty()) {
+            true => Err(Error::Layout(
+                "a name is empty: name a column, or omit the line".into(),
+            )),
+            false => Ok(()),
+        }
+    }
+
+    fn read_drive(&mut self, mut table: DriveTable) -> Result<()> {
+        for signal in Signal::OF_DRIVES {
+            match table.remove(signal.name()) {
+                None => {}
+                Some(Told::Number(x)) => self.drive.set(signal, Constant::Number(x))?,
+                Some(Told::Names(OneOrMany::One(text))) => self.tell(signal, vec![text])?,
+                Some(Told::Names(OneOrMany::Many(names))) => self.tell(signal, names)?,
+                Some(Told::Flag(flag)) => {
+                    let name = signal.name();
+                    let text =
+                        format!("'{name} = {flag}' in [drive] is no column, number or pattern");
+                    return Err(Error::Layout(text));
+                }
+            }
+        }
+        match table.remove(SI) {
+            None => {}
+            Some(Told::Flag(si)) => self.drive.si = si,
+            Some(_) => return Err(Error::Layout("`si` in [drive] is true or false".into())),
+        }
+        match table.keys().next() {
+            None => Ok(()),
+            Some(unknown) => Err(Error::layout(format_args!(
+                "unknown key '{unknown}' in [drive]: it holds {}, {SI}",
+                Signal::OF_DRIVES.map(Signal::name).join(", ")
+            ))),
+        }
+    }
+
+    /// Takes what a person said of a signal of drives: columns, or one text that is a number or a pattern.
+    ///
+    /// # Errors
+    /// [`Error::Layout`] for a number or a pattern where only columns can be.
+    pub fn tell(&mut self, signal: Signal, words: Vec<String>) -> Result<()> {
+        let constant = match &words[..] {
+            [word] => Constant::of_text(word),
+            _ => None,
+        };
+        match constant {
+            Some(constant) => self.drive.set(signal, constant),
+            None => {
+                *self.columns.get_mut(signal) = words;
+                Ok(())
+            }
+        }
+    }
+
+    fn drive_table(&self) -> DriveTable {
+        let constant = |signal: Signal| match self.drive.constant(signal)? {
+            Constant::Number(x) => Some(Told::Number(*x)),
+            Constant::InName(pattern) => Some(Told::Names(OneOrMany::One(pattern.clone()))),
+        };
+        let constants = Signal::OF_DRIVES
+            .into_iter()
+            .filter_map(|signal| Some((signal.name().to_owned(), constant(signal)?)));
+        let si = self.drive.si.then(|| (SI.to_owned(), Told::Flag(true)));
+        constants.chain(si).collect()
+    }
+
+    /// The text that [`Layout::from_toml`] reads back.
+    ///
+    /// # Errors
+    /// [`Error::Layout`] if it cannot be written as TOML.
+    pub fn to_toml(&self) -> Result<String> {
+        let signals = self.columns.iter();
+        let signals = signals.map(|(signal, names)| (signal.name(), list(names)));
+        let single = |name: &Option<String>| name.clone().map(OneOrMany::One);
+        let columns = [
+            ("trajectory", single(&self.trajectory)),
+            ("t", single(&self.t)),
+        ]
+        .into_iter()
+        .chain(signals)
+        .filter_map(|(name, columns)| Some((name.to_owned(), columns?)));
+        let file = LayoutFile {
+            angle: list(&self.angles),
+            actuated: list(&self.actuated),
+            polar: list(&self.polar.iter().map(Polar::to_string).collect::<Vec<_>>()),
+            parameter: list(&self.parameters),
+            degrees: self.degrees,
+            every: (self.every > 1).then_some(self.every),
+            topic: self.topic.clone(),
+            columns: columns.collect(),
+            drive: self.drive_table(),
+            units: self.units.clone(),
+            system: self.system.clone(),
+            links: self.links,
+        };
+        toml::to_string(&file).map_err(Error::layout)
+    }
+
+    /// The layout of files that [`super::Format::write`] makes: default column names, angles declared.
+    #[must_use]
+    pub fn written(coordinates: &Coordinates) -> Self {
+        let mut layout = Self::default();
+        for (i, coordinate) in coordinates.0.iter().enumerate() {
+            let column = format!("q{}", i + 1);
+            match coordinate.topology {
+                Topology::Circle => layout.angles.push(column.clone()),
+                Topology::Line => {}
+                Topology::Parameter => layout.parameters.push(column.clone()),
+            }
+            if coordinate.topology != Topology::Circle && !coordinate.unit.is_empty() {
+                layout.units.insert(column, coordinate.unit.clone());
+            }
+        }
+        layout
+    }
+
+    /// Fills what is not set here from `beside` (arguments take precedence over the file beside the data).
+    #[must_use]
+    pub fn or(mut self, beside: Self) -> Self {
+        self.trajectory = self.trajectory.or(beside.trajectory);
+        self.topic = self.topic.or(beside.topic);
+        self.t = self.t.or(beside.t);
+        self.drive = self.drive.or(beside.drive, &self.columns);
+        let constants = self.drive.clone();
+        let columns = beside
+            .columns
+            .map(|signal, names| match constants.constant(signal) {
+                Some(_) => Vec::new(),
+                None => names,
+            });
+        self.columns = self.columns.or(columns);
+        let lists = [
+            (&mut self.actuated, beside.actuated),
+            (&mut self.angles, beside.angles),
+            (&mut self.parameters, beside.parameters),
+        ];
+        for (own, other) in lists {
+            if own.is_empty() {
+                *own = other;
+            }
+        }
+        if self.polar.is_empty() {
+            self.polar = beside.polar;
+        }
+        self.degrees |= beside.degrees;
+        for (name, unit) in beside.units {
+            self.units.entry(name).or_insert(unit);
+        }
+        if self.every == 0 {
+            self.every = beside.every;
+        }
+        self.system = self.system.or(beside.system);
+        self.links = self.links.or(beside.links);
+        self
+    }
+}

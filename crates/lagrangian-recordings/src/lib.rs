@@ -1,0 +1,57 @@
+//! Recordings of motions: the files that they are in, what can be estimated of signals that were not measured, and
+//! whether the data are what they seem to be.
+//!
+//! ```text
+//! file ─► Format ─► Layout ─► Recording ─► Estimate ─► Trajectory
+//!                                 └──► check ─► findings
+//! ```
+
+#![forbid(unsafe_code)]
+
+pub mod check;
+mod columns;
+mod contents;
+pub mod csv;
+mod delay;
+pub mod derivatives;
+mod dialect;
+mod drive;
+mod encoding;
+mod format;
+mod layout;
+pub mod local_polynomial;
+pub mod low_pass;
+#[cfg(any(not(target_family = "wasm"), feature = "parquet"))]
+mod matrices;
+#[cfg(not(target_family = "wasm"))]
+mod npy;
+#[cfg(not(target_family = "wasm"))]
+mod npz;
+#[cfg(feature = "parquet")]
+mod parquet;
+mod polar;
+mod programs;
+mod recording;
+#[cfg(feature = "ros")]
+mod ros;
+mod rows;
+mod sample;
+#[cfg(not(target_family = "wasm"))]
+mod shared;
+mod si;
+mod simulated;
+mod table;
+mod unit;
+pub mod window;
+
+pub use columns::{Columns, Renamed};
+pub use derivatives::{Estimate, EstimateOptions, Source};
+pub use drive::{Constant, DriveLayout};
+pub use format::Format;
+pub use layout::Layout;
+pub use local_polynomial::longest_piece;
+pub use polar::Polar;
+pub use recording::{Readings, Recording};
+pub use sample::{Sampled, Sampling, TimeStep, thin};
+pub use simulated::{Links, Simulated};
+pub use table::Table;

@@ -1,0 +1,201 @@
+//! The names that other programs give to columns: what a person who names them is told to try.
+
+use super::unit::Stated;
+use lagrangian_motion::Signal;
+
+/// A program whose files are known by their columns.
+struct Program {
+    name: &'static str,
+    /// The column of time, and its unit.
+    time: (&'static str, &'static str),
+    /// Columns of q, q̇, q̈ and τ; `*` stands for the number of a joint, or before a `/` for its path.
+    signals: [&'static str; 4],
+    /// The column that tells motions apart.
+    trajectory: &'static str,
+}
+
+const fn program(
+    name: &'static str,
+    time: (&'static str, &'static str),
+    signals: [&'static str; 4],
+    trajectory: &'static str,
+) -> Program {
+    Program {
+        name,
+        time,
+        signals,
+        trajectory,
+    }
+}
+
+const SIGNALS: [Signal; 4] = [Signal::Q, Signal::Qd, Signal::Qdd, Signal::Tau];
+const FRANKA: [&str; 4] = ["q[*]", "dq[*]", "", "tau_J[*]"];
+const FRANKA_NEWER: [&str; 4] = ["state.q[*]", "state.dq[*]", "", "state.tau_J[*]"];
+const RTDE: [&str; 4] = ["actual_q_*", "actual_qd_*", "", "actual_current_*"];
+const MUJOCO: [&str; 4] = ["qpos*", "qvel*", "qacc*", "qfrc_actuator*"];
+const LEROBOT: [&str; 4] = ["observation.state*", "", "", ""];
+const TOPICS: [&str; 4] = ["*/position", "*/velocity", "", "*/effort"];
+
+/// Sources: libfranka, `logToCSV` (time is `toMSec()`); Universal Robots, guide to the real-time data exchange; `MuJoCo`, `mjData`;
+/// `LeRobotDataset`, version 2; `PlotJuggler`, its exporter of CSV.
+const PROGRAMS: [Program; 6] = [
+    program("libfranka", ("duration", "ms"), FRANKA, ""),
+    program("libfranka", ("time", "ms"), FRANKA_NEWER, ""),
+    program("Universal Robots", ("timestamp", "s"), RTDE, ""),
+    program("MuJoCo", ("time", "s"), MUJOCO, "episode"),
+    program("LeRobot", ("timestamp", "s"), LEROBOT, "episode_index"),
+    program("PlotJuggler", ("__time", "s"), TOPICS, ""),
+];
+
+impl Program {
+    /// The one that wrote these columns.
+    fn of(headers: &[String]) -> Option<&'static Self> {
+        PROGRAMS.iter().find(|program| {
+            let time = headers.iter().any(|header| header == program.time.0);
+            time && !like(headers, program.signals[0]).is_empty()
+        })
+    }
+}
+
+/// The columns of a pattern.
+fn like(headers: &[String], pattern: &str) -> Vec<String> {
+    let (before, after) = pattern.split_once('*').unwrap_or((pattern, ""));
+    let own = |header: &&String| {
+        let middle = header
+            .strip_prefix(before)
+            .and_then(|rest| rest.strip_suffix(after));
+        middle.is_some_and(|middle| match before {
+            "" => !middle.is_empty(),
+            _ => middle.bytes().all(|byte| byte.is_ascii_digit()),
+        })
+    };
+    headers.iter().filter(own).cloned().collect()
+}
+
+/// The unit of a column of time that does not state it, where the program that wrote it is known.
+pub(super) fn unit_of_time(headers: &[String], time: &str) -> Option<&'static str> {
+    let program = Program::of(headers).filter(|program| program.time.0 == time)?;
+    Some(program.time.1).filter(|unit| *unit != "s")
+}
+
+/// The settings that would name these columns, in backticks; none where nothing is recognised.
+pub(super) fn advice(headers: &[String]) -> Option<String> {
+    let setting = |name: &str, columns: &[String]| match columns {
+        [] => String::new(),
+        _ => format!(" `{name}` '{}'", columns.join(",")),
+    };
+    if let Some(program) = Program::of(headers) {
+        let mut text = format!("these are columns of {}: try", program.name);
+        text += &setting("t", &[program.time.0.to_owned()]);
+        let signals = SIGNALS.into_iter().zip(program.signals);
+        for (signal, pattern) in signals.filter(|(_, pattern)| !pattern.is_empty()) {
+            text += &setting(signal.name(), &like(headers, pattern));
+        }
+        let episodes = headers
+            .iter()
+            .filter(|header| *header == program.trajectory);
+        text += &setting("trajectory", &episodes.cloned().collect::<Vec<_>>());
+        return Some(text + ", and `angles` 'all' where the joints turn");
+    }
+    let Some(time) = time(headers) else {
+        return Some("where there is no column of time, `t` takes the seconds between rows".into());
+    };
+    let q = coordinates(headers);
+    let angles: Vec<String> = q.iter().filter(|name| is_angle(name)).cloned().collect();
+    let named = setting("t", &[time]) + &setting("q", &q) + &setting("angles", &angles);
+    (!q.is_empty()).then(|| format!("perhaps{named}"))
+}
+
+/// Names that a column of time has.
+const TIMES: [&str; 8] = [
+    "t",
+    "time",
+    "zeit",
+    "temps",
+    "tiempo",
+    "x_value",
+    "__time",
+    "timestamp",
+];
+/// Beginnings of names that are no coordinates: rates, forces, and what tells motions apart.
+const OTHERS: [&str; 8] = ["qd", "tau", "trajectory", "v", "a_", "dq", "step", "frame"];
+
+/// The name of a column without its unit and what it belongs to, in lower case.
+fn bare(header: &str) -> String {
+    let name = Stated::of(header).bare;
+    let own = name.rsplit_once(": ").map_or(name, |(_, own)| own);
+    let own = own.split(['(', '[']).next().unwrap_or_default();
+    own.trim().to_lowercase()
+}
+
+/// The column that looks like time.
+#[must_use]
+pub fn time(headers: &[String]) -> Option<String> {
+    let own = |header: &&String| TIMES.contains(&&*bare(header));
+    headers.iter().find(own).cloned()
+}
+
+/// The only column that looks like time and states its unit.
+pub(super) fn sure_time(headers: &[String]) -> Option<String> {
+    let own = |header: &&String| {
+        let states = Stated::of(header)
+            .unit
+            .is_some_and(|unit| unit.is_of_time());
+        *header == "__time" || states && TIMES.contains(&&*bare(header))
+    };
+    let mut all = headers.iter().filter(own);
+    all.next().filter(|_| all.next().is_none()).cloned()
+}
+
+/// The columns that look like coordinates: `q1 …`, else angles, else x and y, else the first after time. A column whose name states the unit
+/// of something else is none.
+#[must_use]
+pub fn coordinates(headers: &[String]) -> Vec<String> {
+    let time = time(headers);
+    let is_position = |header: &&String| {
+        let stated = Stated::of(header);
+        let other = stated.unit.is_some_and(|unit| !unit.is_of_position());
+        let rate = stated.unit.is_none() && stated.written.to_lowercase().contains("hz");
+        let name = bare(header);
+        let known = OTHERS.iter().any(|other| name.starts_with(other));
+        Some(*header) != time.as_ref() && !other && !rate && !known
+    };
+    let rest: Vec<&String> = headers.iter().filter(is_position).collect();
+    let of = |begins: &[&str]| -> Vec<String> {
+        let own = |h: &&&String| begins.iter().any(|begin| bare(h).starts_with(begin));
+        rest.iter().filter(own).map(|h| (*h).clone()).collect()
+    };
+    let sets = [
+        &["q"][..],
+        &["theta", "θ", "angle", "phi", "φ", "winkel"],
+        &["x", "y", "z"],
+    ];
+    let found = sets.into_iter().map(of).find(|found| !found.is_empty());
+    found.unwrap_or_else(|| rest.first().map(|h| (*h).clone()).into_iter().collect())
+}
+
+/// Whether the name of a column is that of an angle.
+fn is_angle(header: &str) -> bool {
+    let unit = Stated::of(header).unit;
+    unit.is_some_and(|unit| unit.is_of_position() && unit.si() == "rad")
+        || ["theta", "θ", "angle", "phi", "φ", "winkel"]
+            .iter()
+            .any(|begin| bare(header).starts_with(begin))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_column_whose_unit_is_a_rate_is_no_coordinate() {
+        let names = |list: [&str; 3]| list.map(String::from);
+        let gyroscope = names(["Time (s)", "Gyroscope x (rad/s)", "Absolute (rad/s)"]);
+        assert!(coordinates(&gyroscope).is_empty());
+        for unit in ["m/s^2", "°/s", "deg / s", "rad s^-1", "m·s⁻¹", "rpm"] {
+            let rate = format!("angle rate [{unit}]");
+            let headers = names(["t [s]", &rate, "angle (rad)"]);
+            assert_eq!(coordinates(&headers), ["angle (rad)"], "{unit}");
+        }
+    }
+}

@@ -1,0 +1,347 @@
+//! Rows of a file, as they stream in, sorted into recordings.
+
+use std::collections::HashMap;
+use std::f64::consts::{PI, TAU};
+use std::slice::ChunksExactMut;
+
+use super::columns::Resolved;
+use super::sample::{Flaw, Sampled, Stretch, TimeStep, Wrap, drop_stretches};
+use super::{Readings, Recording};
+use lagrangian_motion::Signals;
+use lagrangian_motion::{Error, Result, shown};
+
+/// More trajectories than this, each of hardly more than one row, are a wrong column.
+const MANY_TRAJECTORIES: usize = 1000;
+
+/// The most trajectories of a file: each takes some kilobytes beside its rows.
+const MOST_TRAJECTORIES: usize = 1 << 18;
+
+/// Collects rows; the memory grows with the rows that are kept, never with what a header claims.
+pub(super) struct Rows {
+    resolved: Resolved,
+    file: String,
+    partial: Vec<Partial>,
+    by_name: HashMap<String, usize>,
+    current: usize,
+    rows: usize,
+    /// Rows that are held now.
+    held: usize,
+    /// Stretches of this number or a larger one are not kept.
+    least: u64,
+}
+
+/// One recording while it grows.
+struct Partial {
+    recording: Recording,
+    rows: usize,
+    /// The angles of the row before, kept or not, as the file has them.
+    last: Vec<f64>,
+    turns: Vec<i32>,
+    /// Rows of a stretch.
+    length: usize,
+    /// Rows that `every` does not pass over.
+    counted: usize,
+    /// Time of the last of them, and the parameters of the first.
+    before: f64,
+    parameters: Vec<(usize, f64)>,
+    low: Vec<f64>,
+    high: Vec<f64>,
+}
+
+impl Partial {
+    fn new(name: String, resolved: &Resolved) -> Self {
+        let mut columns = resolved.columns.clone();
+        for (_, names) in columns.signals.iter_mut() {
+            names.iter_mut().for_each(|name| *name = shown(name));
+        }
+        let n = columns.signals.q.len();
+        let recording = Recording {
+            name,
+            coordinates: resolved.coordinates.clone(),
+            t: Vec::new(),
+            signals: Signals::default(),
+            columns,
+            unwrapped: vec![0; n],
+            sampled: Some(Sampled::new()),
+        };
+        Self {
+            recording,
+            rows: 0,
+            last: vec![f64::NAN; n],
+            turns: vec![0; n],
+            length: resolved.sample.map_or(usize::MAX, |s| s.length()),
+            counted: 0,
+            before: f64::NAN,
+            parameters: Vec::new(),
+            low: vec![f64::INFINITY; n],
+            high: vec![f64::NEG_INFINITY; n],
+        }
+    }
+
+    /// Takes a row; whether it is kept. Stretches whose number is `least` or more are passed over.
+    fn push(&mut self, values: &mut [f64], resolved: &Resolved, least: u64) -> bool {
+        for (value, factor) in values.iter_mut().zip(&resolved.factors) {
+            *value *= factor;
+        }
+        for points in &resolved.points {
+            values[points.at] = points.angle(values);
+        }
+        if let Some(interval) = resolved.interval {
+            values[0] = interval * self.rows as f64;
+        }
+        let n = self.last.len();
+        let counts = self.rows.is_multiple_of(resolved.every);
+        self.rows += 1;
+        for i in (0..n).filter(|&i| resolved.coordinates.is_circle(i)) {
+            self.follow_angle(i, values[1 + i]);
+        }
+        let keep = counts && self.is_kept(resolved, least);
+        if counts {
+            self.inspect(values, resolved);
+        }
+        if keep {
+            self.append(values);
+        }
+        keep
+    }
+
+    /// Whether the next row belongs to a stretch that is kept; begins a stretch where one begins.
+    fn is_kept(&mut self, resolved: &Resolved, least: u64) -> bool {
+        let place = self.counted / self.length;
+        let r = &mut self.recording;
+        let Some(sampled) = &mut r.sampled else {
+            return true;
+        };
+        if !self.counted.is_multiple_of(self.length) {
+            return sampled.stretches.last().is_some_and(|s| s.place == place);
+        }
+        let number = resolved.sample.map_or(0, |s| s.number(&r.name, place));
+        if number >= least {
+            return false;
+        }
+        let turns = self.turns.iter().enumerate().filter(|(_, t)| **t != 0);
+        sampled.stretches.push(Stretch {
+            place,
+            row: self.counted,
+            at: r.t.len(),
+            number,
+            wraps: turns.map(|(i, turns)| Wrap::at(0, i, *turns)).collect(),
+        });
+        true
+    }
+
+    /// Notes what must be known of every row, kept or not.
+    fn inspect(&mut self, values: &[f64], resolved: &Resolved) {
+        self.counted += 1;
+        let sampled = self.recording.sampled.as_mut();
+        let Some(sampled) = sampled.filter(|_| resolved.sample.is_some()) else {
+            return;
+        };
+        sampled.rows = self.counted;
+        let (before, step) = (self.before, values[0] - self.before);
+        self.before = values[0];
+        if step > sampled.longest_step.seconds {
+            sampled.longest_step = TimeStep {
+                seconds: step,
+                after: before,
+            };
+        }
+        if self.counted == 1 {
+            let parameters = resolved.coordinates.parameters();
+            self.parameters = parameters.map(|i| (i, values[1 + i])).collect();
+        }
+        if sampled.flaw.is_none() {
+            let found = flaw(values, before, &self.parameters);
+            sampled.flaw = found.map(|(column, finding, remedy)| Flaw {
+                row: self.rows - 1,
+                column: resolved.names().nth(column).cloned().unwrap_or_default(),
+                finding,
+                remedy,
+            });
+        }
+    }
+
+    fn append(&mut self, values: &[f64]) {
+        let r = &mut self.recording;
+        r.t.push(values[0]);
+        let mut rest = values[1..].iter();
+        let signals = r.signals.iter_mut().zip(r.columns.signals.iter());
+        for ((_, signal), (_, names)) in signals {
+            // A parameter without a column has no velocity, and a coordinate without one no force.
+            signal.extend(names.iter().map(|name| match name.as_str() {
+                "" => 0.0,
+                _ => rest.next().copied().unwrap_or_default(),
+            }));
+        }
+    }
+
+    /// Follows angle `i` through all rows, so that thinning cannot hide a turn.
+    fn follow_angle(&mut self, i: usize, q: f64) {
+        if !q.is_finite() {
+            return;
+        }
+        let step = q - self.last[i];
+        if step.abs() > PI {
+            self.turns[i] -= if step > 0.0 { 1 } else { -1 };
+            let (r, place) = (&mut self.recording, self.counted / self.length);
+            r.unwrapped[i] += 1;
+            let last = r.sampled.as_mut().and_then(|s| s.stretches.last_mut());
+            // A stretch that begins with the next row begins with the turns so far.
+            if let Some(stretch) = last.filter(|s| s.place == place) {
+                let row = r.t.len() - stretch.at;
+                stretch.wraps.push(Wrap::at(row, i, self.turns[i]));
+            }
+        }
+        self.last[i] = q;
+        self.low[i] = self.low[i].min(q);
+        self.high[i] = self.high[i].max(q);
+    }
+
+    /// Unwraps the angles whose values all lie within one turn: others were unwrapped when they were recorded.
+    fn finish(mut self, sampled: bool) -> Recording {
+        let n = self.last.len();
+        let within = |i: &usize| self.high[*i] - self.low[*i] <= TAU * 1.001;
+        let wrapped: Vec<usize> = (0..n).filter(within).collect();
+        let r = &mut self.recording;
+        r.name = shown(&r.name);
+        for i in (0..n).filter(|i| !wrapped.contains(i)) {
+            r.unwrapped[i] = 0;
+        }
+        let ranges: Vec<_> = r.sampled.iter().flat_map(|s| s.ranges(r.t.len())).collect();
+        let stretches = r.sampled.iter_mut().flat_map(|s| &mut s.stretches);
+        for (stretch, range) in stretches.zip(ranges) {
+            let wraps = std::mem::take(&mut stretch.wraps);
+            for &i in &wrapped {
+                let rows = range.start * n..range.end * n;
+                unwrap(r.signals.q[rows].chunks_exact_mut(n), i, &wraps);
+            }
+        }
+        if !sampled {
+            r.sampled = None;
+        }
+        self.recording
+    }
+}
+
+/// Adds the turns of angle `i` to the rows of a stretch.
+fn unwrap(rows: ChunksExactMut<'_, f64>, i: usize, wraps: &[Wrap]) {
+    let mut wraps = wraps.iter().filter(|w| w.coordinate == i).peekable();
+    let mut turns = 0;
+    for (k, row) in rows.enumerate() {
+        while let Some(wrap) = wraps.next_if(|w| w.row <= k) {
+            turns = wrap.turns;
+        }
+        // Adding no turn would still make 0 of −0.
+        if turns != 0 {
+            row[i] += TAU * f64::from(turns);
+        }
+    }
+}
+
+/// What is wrong with a row that follows time `before`: the place of the column among the numbers, a finding, a remedy.
+fn flaw(
+    values: &[f64],
+    before: f64,
+    parameters: &[(usize, f64)],
+) -> Option<(usize, String, &'static str)> {
+    if let Some(k) = values.iter().position(|x| !x.is_finite()) {
+        let finding = format!("the value is {}", values[k]);
+        return Some((k, finding, Recording::REPAIR));
+    }
+    if values[0] <= before {
+        let finding = Recording::not_increasing(before, values[0]);
+        return Some((0, finding, Recording::SORT));
+    }
+    let moved = |(i, first): &&(usize, f64)| values[1 + i].total_cmp(first).is_ne();
+    let &(i, first) = parameters.iter().find(moved)?;
+    let finding = format!("a parameter changes from {first} to {}", values[1 + i]);
+    Some((1 + i, finding, Recording::CONSTANT))
+}
+
+impl Rows {
+    pub(super) fn new(resolved: Resolved, file: &str) -> Self {
+        Self {
+            resolved,
+            file: file.into(),
+            partial: Vec::new(),
+            by_name: HashMap::new(),
+            current: 0,
+            rows: 0,
+            held: 0,
+            least: u64::MAX,
+        }
+    }
+
+    /// Takes one row: the numbers t and those of the signals (which it may change) of `trajectory`, if there are several.
+    pub(super) fn push(&mut self, trajectory: Option<&str>, values: &mut [f64]) -> Result<()> {
+        let name = trajectory.unwrap_or(&self.file);
+        self.rows += 1;
+        let current = self.partial.get(self.current);
+        if current.is_none_or(|p| p.recording.name != name) {
+            self.current = match self.by_name.get(name) {
+                Some(&at) => at,
+                None => {
+                    let new = Partial::new(name.to_owned(), &self.resolved);
+                    self.by_name.insert(name.to_owned(), self.partial.len());
+                    self.partial.push(new);
+                    self.partial.len() - 1
+                }
+            };
+            self.refuse_a_name_per_row()?;
+        }
+        let kept = self.partial[self.current].push(values, &self.resolved, self.least);
+        self.held += usize::from(kept);
+        if self.resolved.sample.is_some_and(|s| self.held > s.held()) {
+            self.thin();
+        }
+        Ok(())
+    }
+
+    /// Drops stretches until no more rows are held than are to be kept.
+    fn thin(&mut self) {
+        let Some(sampling) = self.resolved.sample else {
+            return;
+        };
+        let all = self.partial.iter_mut().map(|p| &mut p.recording);
+        let mut all: Vec<&mut Recording> = all.collect();
+        if let Some(least) = drop_stretches(&mut all, sampling.rows) {
+            self.least = least;
+        }
+        self.held = all.iter().map(|r| r.len()).sum();
+    }
+
+    fn refuse_a_name_per_row(&self) -> Result<()> {
+        if self.partial.len() > MOST_TRAJECTORIES {
+            return Err(Error::Columns {
+                finding: format!("the file holds more than {MOST_TRAJECTORIES} trajectories, the most"),
+                found: self.resolved.columns.trajectory.clone().unwrap_or_default(),
+                remedy: "divide the file, or name the column that tells trajectories apart with `trajectory`".into(),
+            });
+        }
+        if self.partial.len() <= MANY_TRAJECTORIES || self.partial.len() * 3 < self.rows * 2 {
+            return Ok(());
+        }
+        let column = self.resolved.columns.trajectory.clone().unwrap_or_default();
+        let names: Vec<&str> = self.resolved.names().map(String::as_str).collect();
+        Err(Error::Columns {
+            finding: format!("column '{column}' names a new trajectory at nearly every row"),
+            found: names.join(", "),
+            remedy: "name the column that tells trajectories apart with `trajectory`".into(),
+        })
+    }
+
+    pub(super) fn finish(mut self) -> Result<Readings> {
+        if self.partial.is_empty() {
+            return Err(Error::too_short(format!("file '{}'", self.file), 0, 2));
+        }
+        self.thin();
+        let sampled = self.resolved.sample.is_some();
+        let all = self.partial.into_iter();
+        let recordings = all.map(|partial| partial.finish(sampled)).collect();
+        Ok(Readings {
+            recordings,
+            columns: self.resolved.columns,
+            notes: self.resolved.notes,
+        })
+    }
+}

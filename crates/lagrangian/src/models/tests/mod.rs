@@ -1,0 +1,4 @@
+//! Models against what they are written of.
+
+mod curvature;
+mod expression;
