@@ -6,9 +6,9 @@ use std::marker::PhantomData;
 use clap::builder::{PossibleValue, PossibleValuesParser, ValueParser};
 use clap::parser::ValueSource;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
+use lagrangian::fit::{ROLLOUT_SETTINGS, SETTINGS};
 use lagrangian::models::FAMILIES;
 use lagrangian::settings::{Kind, Named, Range, Setting, Values};
-use lagrangian::train::{ROLLOUT_SETTINGS, SETTINGS};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 

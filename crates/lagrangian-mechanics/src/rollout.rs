@@ -161,15 +161,15 @@ pub struct Rollout {
 /// Rolls `model` out from (q₀, q̇₀) at `times[0]` under the forces `tau`, sampled at `times`.
 ///
 /// ```
-/// use lagrangian::{RolloutOptions, rollout};
-/// use lagrangian::analytic::by_name;
-/// use lagrangian::rollout::{free, times};
+/// use lagrangian_mechanics::{RolloutOptions, rollout};
+/// use lagrangian_mechanics::analytic::by_name;
+/// use lagrangian_mechanics::rollout::{free, times};
 ///
 /// let pendulum = by_name("pendulum", &[])?;
 /// let rollout = rollout(&*pendulum, &[1.0], &[0.0], &times(10.0, 0.1)?, &free, &RolloutOptions::default())?;
 /// assert!(rollout.outcome.is_finished());
 /// assert_eq!(rollout.trajectory.len(), 101);
-/// # Ok::<(), lagrangian::Error>(())
+/// # Ok::<(), lagrangian_motion::Error>(())
 /// ```
 ///
 /// # Errors

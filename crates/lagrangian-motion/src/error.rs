@@ -259,8 +259,8 @@ pub fn shortened(text: &str) -> String {
 /// A number of things, in the singular where there is one.
 ///
 /// ```
-/// assert_eq!(lagrangian::counted(1, "joint"), "1 joint");
-/// assert_eq!(lagrangian::counted(2, "trajectory"), "2 trajectories");
+/// assert_eq!(lagrangian_motion::counted(1, "joint"), "1 joint");
+/// assert_eq!(lagrangian_motion::counted(2, "trajectory"), "2 trajectories");
 /// ```
 #[must_use]
 pub fn counted(count: usize, what: &str) -> String {
@@ -278,8 +278,8 @@ const MOST_TOLD: usize = 600;
 ///
 /// ```
 /// let told = format!("unknown field `{}`, expected `t`", "x".repeat(10_000));
-/// assert!(lagrangian::brief(&told).len() < 120);
-/// assert!(lagrangian::brief(&told).ends_with("expected `t`"));
+/// assert!(lagrangian_motion::brief(&told).len() < 120);
+/// assert!(lagrangian_motion::brief(&told).ends_with("expected `t`"));
 /// ```
 #[must_use]
 pub fn brief(message: &str) -> String {

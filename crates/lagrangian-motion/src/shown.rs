@@ -15,8 +15,8 @@ pub fn is_hidden(letter: char) -> bool {
 /// A name as it is shown: in one line, and without a character that [`is_hidden`], whose code stands in its place.
 ///
 /// ```
-/// assert_eq!(lagrangian::shown("θ 1"), "θ 1");
-/// assert_eq!(lagrangian::shown("q\u{202e}1\n"), r"q\u{202e}1\u{a}");
+/// assert_eq!(lagrangian_motion::shown("θ 1"), "θ 1");
+/// assert_eq!(lagrangian_motion::shown("q\u{202e}1\n"), r"q\u{202e}1\u{a}");
 /// ```
 #[must_use]
 pub fn shown(name: &str) -> String {

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 /// `Signals<Vec<String>>` the names of its columns in a file.
 ///
 /// ```
-/// use lagrangian::{Signal, Signals};
+/// use lagrangian_motion::{Signal, Signals};
 /// let swing = Signals { q: vec![0.1, 0.2], qd: vec![1.0, 1.1], ..Signals::default() };
 /// assert_eq!(swing.row(1, 1).qd, [1.1]);
 /// assert!(swing.known().map(|(signal, _)| signal).eq([Signal::Q, Signal::Qd]));
@@ -304,7 +304,7 @@ impl Signals {
     /// Row `k` of a motion of `n` degrees of freedom; empty where a signal is not known.
     ///
     /// ```
-    /// # use lagrangian::Signals;
+    /// # use lagrangian_motion::Signals;
     /// let plane = Signals { q: vec![1.0, 2.0, 3.0, 4.0], ..Signals::default() };
     /// assert_eq!(plane.row(2, 1).q, [3.0, 4.0]);
     /// assert!(plane.row(2, 1).tau.is_empty());

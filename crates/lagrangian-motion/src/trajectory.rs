@@ -35,7 +35,7 @@ impl Trajectory {
     /// The motion with these signals at the times `t`.
     ///
     /// ```
-    /// use lagrangian::{Signals, Trajectory};
+    /// use lagrangian_motion::{Signals, Trajectory};
     /// let signals = Signals { q: vec![0.0, 0.1], qd: vec![1.0, 1.0], ..Signals::default() };
     /// let glide = Trajectory::new("glide", vec![0.0, 0.1], signals);
     /// assert_eq!((glide.len(), glide.dof()), (2, 1));

@@ -5,9 +5,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 
+use lagrangian::fit::select;
 use lagrangian::score::time_for;
 use lagrangian::settings::Values;
-use lagrangian::train::select;
 use lagrangian::trajectory::Samples;
 use lagrangian::{
     CheckReport, Coordinates, Dataset, FitConfig, Observer, Progress, Provenance, RolloutOptions,

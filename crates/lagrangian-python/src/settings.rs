@@ -2,9 +2,9 @@
 
 use lagrangian::Method;
 use lagrangian::analytic::systems as all_systems;
+use lagrangian::fit::{ROLLOUT_SETTINGS, SETTINGS};
 use lagrangian::models::FAMILIES;
 use lagrangian::settings::{Kind, Setting};
-use lagrangian::train::{ROLLOUT_SETTINGS, SETTINGS};
 use pyo3::prelude::*;
 use serde_json::{Value, json};
 

@@ -19,13 +19,13 @@ impl Recording {
     ///
     /// # Example
     /// ```
-    /// use lagrangian::{Format, Layout};
+    /// use lagrangian_recordings::{Format, Layout};
     /// let rows: String = (0..9).map(|k| format!("{k},0,{}\n", 10 * k)).collect();
     /// let file = std::io::Cursor::new(format!("t,q1,tau1\n{rows}"));
     /// let recording = Format::Csv.read(file, "ramp", &Layout::default())?.recordings.remove(0);
     /// let shifted = recording.delayed(&[1.5])?;
     /// assert_eq!((shifted.t[0], shifted.tau[0]), (2.0, 5.0));
-    /// # Ok::<(), lagrangian::Error>(())
+    /// # Ok::<(), lagrangian_motion::Error>(())
     /// ```
     pub fn delayed(mut self, delays: &[f64]) -> Result<Self> {
         let n = self.dof();

@@ -133,7 +133,7 @@ impl Layout {
     /// Reads the small TOML file that may accompany the data.
     ///
     /// ```
-    /// let layout = lagrangian::Layout::from_toml(r#"
+    /// let layout = lagrangian_recordings::Layout::from_toml(r#"
     ///     angle = ["theta"]            # or "all"
     ///     degrees = true
     ///     [columns]
@@ -143,7 +143,7 @@ impl Layout {
     ///     x = "m"
     /// "#)?;
     /// assert_eq!(layout.columns.q, ["theta", "x"]);
-    /// # Ok::<(), lagrangian::Error>(())
+    /// # Ok::<(), lagrangian_motion::Error>(())
     /// ```
     ///
     /// # Errors

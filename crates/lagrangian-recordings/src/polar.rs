@@ -9,10 +9,10 @@ use lagrangian_motion::{Error, Result};
 /// The angle θ = atan2(y − y₀, x − x₀) of a point from the x axis, as seen from another point, as a coordinate.
 ///
 /// ```
-/// let angle: lagrangian::trajectory::Polar = "theta2=x2,y2@x1,y1".parse()?;
+/// let angle: lagrangian_recordings::Polar = "theta2=x2,y2@x1,y1".parse()?;
 /// assert_eq!(angle.name, "theta2");
 /// assert_eq!(angle.about, ["x1", "y1"]);
-/// # Ok::<(), lagrangian::Error>(())
+/// # Ok::<(), lagrangian_motion::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Polar {

@@ -205,14 +205,14 @@ impl Recording {
     ///
     /// # Example
     /// ```
-    /// use lagrangian::{EstimateOptions, Format, Layout};
+    /// use lagrangian_recordings::{EstimateOptions, Format, Layout};
     /// let text: String = (0..50).map(|k| f64::from(k) * 0.02).map(|t| format!("{t},{}\n", t.sin())).collect();
     /// let file = std::io::Cursor::new(format!("t,q1\n{text}"));
     /// let recording = Format::Csv.read(file, "swing", &Layout::default())?.recordings.remove(0);
     /// let (trajectory, estimates) = recording.into_trajectory(&EstimateOptions::default())?;
     /// assert!((trajectory.qd[25] - trajectory.t[25].cos()).abs() < 1e-4);
     /// assert_eq!(estimates[0].signal, "qd");
-    /// # Ok::<(), lagrangian::Error>(())
+    /// # Ok::<(), lagrangian_motion::Error>(())
     /// ```
     pub fn into_trajectory(self, options: &EstimateOptions) -> Result<(Trajectory, Vec<Estimate>)> {
         self.validate()?;

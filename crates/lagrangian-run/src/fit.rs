@@ -3,8 +3,11 @@
 use std::fs;
 
 use lagrangian::saved::Preparation;
-use lagrangian::train::{Choice, Chosen, Selection, select};
 use lagrangian::{Checkpoint, Dataset, Observer, Provenance};
+use lagrangian::{
+    fit::{Chosen, Selection, select},
+    train::Choice,
+};
 
 use crate::error::{Advise, Result};
 use crate::folder::{CHECKPOINT, MODEL, RunFolder};

@@ -2,9 +2,13 @@
 
 use lagrangian::saved::Preparation;
 use lagrangian::score::{Assessment, predict_all, score_predictions};
-use lagrangian::train::{Choice, Chosen, Contestant, Selection, select};
 use lagrangian::{
     Fit, FitConfig, Observer, Prepared, Provenance, Recording, RolloutOptions, Score,
+};
+use lagrangian::{
+    fit::{Chosen, Selection, select},
+    score::CandidateResult,
+    train::Choice,
 };
 use lagrangian_report::draw;
 use serde_json::{Value, json};
@@ -161,7 +165,7 @@ pub struct Fitted {
     /// What was chosen from the data.
     pub choices: Vec<Choice>,
     /// The models that were tried; one alone is not compared.
-    pub contestants: Vec<Contestant>,
+    pub contestants: Vec<CandidateResult>,
     /// What it is evaluated on.
     pub evaluation: Evaluation,
     /// Where the model comes from.

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use lagrangian::settings::difference;
-use lagrangian::train::{Choice, Contestant};
+use lagrangian::{score::CandidateResult, train::Choice};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Advise, Error, Result};
@@ -35,7 +35,7 @@ pub struct RunRecord {
     pub choices: Vec<Choice>,
     /// The models that were tried, where several were.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub tried: Vec<Contestant>,
+    pub tried: Vec<CandidateResult>,
     /// The data.
     #[serde(default)]
     pub data: Vec<DataFile>,

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
+use lagrangian::fit::Chosen;
 use lagrangian::saved::Preparation;
-use lagrangian::train::Chosen;
 use lagrangian::{Layout, PrepareOptions};
 use serde_json::{Map, Value, json};
 use toml::Table;

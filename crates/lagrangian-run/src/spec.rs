@@ -3,8 +3,11 @@
 use lagrangian::models::{Entry, FAMILIES};
 use lagrangian::saved::Preparation;
 use lagrangian::settings::{Kind, Range, Setting, Values};
-use lagrangian::train::{ROLLOUT_SETTINGS, Request, SETTINGS};
 use lagrangian::{Budget, PrepareOptions, Provenance, RobotConfig, rigid};
+use lagrangian::{
+    fit::{ROLLOUT_SETTINGS, SETTINGS},
+    train::Request,
+};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};

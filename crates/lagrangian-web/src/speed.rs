@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use lagrangian::TrainingTask;
 use lagrangian::analytic::by_name;
 use lagrangian::{Budget, FitConfig, Model, Observer, Progress, fit, random_states};
 use nets::Instant;
@@ -45,8 +46,11 @@ pub(crate) fn measured() -> Result<Speed> {
     let system = by_name("double-pendulum", &[])?;
     let data = random_states(&*system, 10 * STATES, 0, 0)?;
     let config = FitConfig {
-        budget: Budget::Steps(LAPS),
-        validate_every: LAPS,
+        training: TrainingTask {
+            budget: Budget::Steps(LAPS),
+            validate_every: LAPS,
+            ..TrainingTask::default()
+        },
         ..FitConfig::default()
     };
     let mut laps = Laps {

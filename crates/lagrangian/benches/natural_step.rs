@@ -18,9 +18,13 @@ mod meter;
 
 use std::time::Instant;
 
-use lagrangian::train::{Batch, NaturalConfig, Part, StepSize, Stepper};
+use lagrangian::TrainingTask;
 use lagrangian::trajectory::Samples;
 use lagrangian::{Budget, Coordinates, FitConfig, LnnConfig, Optimizer};
+use lagrangian::{
+    fit::Stepper,
+    train::{Batch, NaturalConfig, Part, StepSize},
+};
 use meter::data::dataset;
 use meter::networks::lnn_weights;
 use meter::{Case, Meter, expect, on_threads, threads};
@@ -176,10 +180,12 @@ impl Sizes {
                 width: self.width,
                 ..LnnConfig::default()
             }),
-            optimizer: Optimizer::Natural(NaturalConfig::default()),
-            budget: Budget::Steps(usize::MAX),
-            batch: self.batch,
-            ..FitConfig::default()
+            training: TrainingTask {
+                optimizer: Optimizer::Natural(NaturalConfig::default()),
+                budget: Budget::Steps(usize::MAX),
+                batch: self.batch,
+                ..TrainingTask::default()
+            },
         };
         (samples, expect(Stepper::new(&data, &config)))
     }

@@ -18,6 +18,7 @@ mod meter;
 
 use std::ops::ControlFlow;
 
+use lagrangian::TrainingTask;
 use lagrangian::models::{Form, Momenta};
 use lagrangian::train::{AdamConfig, Precision};
 use lagrangian::{
@@ -198,16 +199,18 @@ impl Sizes {
     fn train(&self, mut clock: Clock) -> (Vec<f64>, usize) {
         let config = FitConfig {
             family: self.family(),
-            loss: match self.kind {
-                Kind::Delan => Loss::TORQUE,
-                _ => Loss::ACCELERATION,
+            training: TrainingTask {
+                loss: match self.kind {
+                    Kind::Delan => Loss::TORQUE,
+                    _ => Loss::ACCELERATION,
+                },
+                optimizer: Optimizer::Adam(AdamConfig::default()),
+                budget: Budget::Steps(usize::MAX),
+                batch: self.batch,
+                precision: self.precision,
+                validate_every: usize::MAX,
+                ..TrainingTask::default()
             },
-            optimizer: Optimizer::Adam(AdamConfig::default()),
-            budget: Budget::Steps(usize::MAX),
-            batch: self.batch,
-            precision: self.precision,
-            validate_every: usize::MAX,
-            ..FitConfig::default()
         };
         let found = expect(fit(
             &expect(dataset(self.coordinates(), 2 * self.batch)),

@@ -2,6 +2,7 @@
 //!
 //! `cargo run --release -p lagrangian --example energy_of_a_learned_model`
 
+use lagrangian::TrainingTask;
 use lagrangian::rollout::{energy_test, free, rollout_many, times};
 use lagrangian::{
     Budget, Family, FitConfig, LnnConfig, MlpConfig, Result, RolloutOptions, analytic, fit,
@@ -24,8 +25,10 @@ fn main() -> Result<()> {
         let name = family.name();
         let config = FitConfig {
             family,
-            budget: Budget::Steps(100),
-            ..FitConfig::default()
+            training: TrainingTask {
+                budget: Budget::Steps(100),
+                ..TrainingTask::default()
+            },
         };
         let fitted = fit(&data, &config, None, &mut ())?;
         let rollouts = rollout_many(&fitted.model, &starts, &times(20.0, 0.1)?, &free, &options)?;

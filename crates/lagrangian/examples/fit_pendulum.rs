@@ -4,6 +4,7 @@
 
 use std::f64::consts::TAU;
 
+use lagrangian::TrainingTask;
 use lagrangian::rollout::{free, times};
 use lagrangian::{
     Budget, Dataset, FitConfig, Result, RolloutOptions, analytic, fit, rollout, score, split,
@@ -23,8 +24,11 @@ fn main() -> Result<()> {
     let data = Dataset::new(pendulum.coordinates().clone(), &train, &validation)?;
 
     let config = FitConfig {
-        budget: Budget::Steps(300),
-        batch: 128,
+        training: TrainingTask {
+            budget: Budget::Steps(300),
+            batch: 128,
+            ..TrainingTask::default()
+        },
         ..FitConfig::default()
     };
     let fitted = fit(&data, &config, None, &mut ())?;

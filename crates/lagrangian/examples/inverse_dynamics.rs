@@ -4,6 +4,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use lagrangian::TrainingTask;
 use lagrangian::rollout::times;
 use lagrangian::{
     Budget, Dataset, Dissipation, FitConfig, ForceTerms, LnnConfig, Loss, Mechanical, Model,
@@ -30,11 +31,13 @@ fn main() -> Result<()> {
             width: 32,
             ..LnnConfig::default()
         }),
-        loss: Loss::TORQUE,
-        forces: ForceTerms::friction(),
-        budget: Budget::Steps(400),
-        batch: 128,
-        ..FitConfig::default()
+        training: TrainingTask {
+            loss: Loss::TORQUE,
+            forces: ForceTerms::friction(),
+            budget: Budget::Steps(400),
+            batch: 128,
+            ..TrainingTask::default()
+        },
     };
     let learned = fit(&data, &config, None, &mut ())?.model;
 

@@ -62,12 +62,7 @@
 //! let data = Dataset::new(pendulum.coordinates().clone(), &train, &validation)?;
 //!
 //! // A Lagrangian, learned from them.
-//! let config = FitConfig {
-//!     family: Box::new(LnnConfig { width: 16, ..LnnConfig::default() }),
-//!     budget: Budget::Steps(200),
-//!     batch: 64,
-//!     ..FitConfig::default()
-//! };
+//! let config = FitConfig { family: Box::new(LnnConfig { width: 16, ..LnnConfig::default() }), training: TrainingTask { budget: Budget::Steps(200), batch: 64, ..TrainingTask::default() } };
 //! let learned = fit(&data, &config, None, &mut ())?.model;
 //!
 //! // A hundred seconds of its motion keep the true energy, from a start that it has not seen.
@@ -82,6 +77,7 @@
 
 mod dataset;
 pub mod ensemble;
+pub mod fit;
 pub mod layer;
 pub mod models;
 pub mod prepared;
@@ -107,7 +103,8 @@ pub mod rigid {
     pub use lagrangian_mechanics::rigid::*;
 }
 
-pub use dataset::{Dataset, random_starts, random_states, shuffle, split};
+pub use dataset::{Dataset, PrepareOptions, random_starts, random_states, shuffle, split};
+pub use fit::{Fit, FitConfig, fit};
 pub use lagrangian_mechanics as mechanics;
 pub use lagrangian_mechanics::{
     Actuation, Dissipation, Evaluation, Evaluator, Hamiltonian, Lagrangian, Mechanical, Method,
@@ -126,11 +123,11 @@ pub use models::{
     ChainConfig, DelanConfig, Family, FeaturesConfig, HnnConfig, Learned, LnnConfig, MlpConfig,
     NeuralOdeConfig, RigidConfig, ServoConfig, VinConfig,
 };
-pub use prepared::{PrepareOptions, Prepared};
+pub use prepared::Prepared;
 pub use saved::{Provenance, SavedModel};
 pub use score::{Score, score};
 pub use train::{
-    Budget, Checkpoint, Fit, FitConfig, ForceTerms, Loss, Observer, Optimizer, Progress, fit,
+    Budget, Checkpoint, ForceTerms, Loss, Observer, Optimizer, Progress, TrainingTask,
 };
 
 /// The program of the page compiles.

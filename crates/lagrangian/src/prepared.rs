@@ -1,53 +1,14 @@
 //! From recordings to the data of a fit: what their check found, a low-pass where noise calls for one, what is estimated,
 //! and what is held back.
 
-use crate::dataset::{Dataset, split};
+use crate::dataset::{Dataset, PrepareOptions, split};
 use crate::models::Momenta;
 use crate::train::{Choice, Known, Loss, Request};
 use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
 use lagrangian_recordings::check::{CheckOptions, CheckReport, Verdict, check, check_validation};
 use lagrangian_recordings::{Estimate, EstimateOptions, Recording, Sampling};
 
-/// What is done with recordings before a fit.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PrepareOptions {
-    /// Replace measured q and q̇ by their local polynomials.
-    pub smooth: bool,
-    /// The cut-off of a low-pass of all signals, Hz; 0 for none, `None` for what the check finds where noise spoils the
-    /// accelerations.
-    pub low_pass: Option<f64>,
-    /// The distance of the neighbours of a loss of positions, in samples.
-    pub baseline: usize,
-    /// The part of the trajectories that is held back where no others are given to validate on.
-    pub validate_fraction: f64,
-    /// Whether the forces have been shifted in time.
-    pub delayed: bool,
-}
-
-impl Default for PrepareOptions {
-    fn default() -> Self {
-        Self {
-            smooth: false,
-            low_pass: None,
-            baseline: 1,
-            validate_fraction: 0.2,
-            delayed: false,
-        }
-    }
-}
-
 impl PrepareOptions {
-    /// How signals that were not measured are estimated.
-    #[must_use]
-    pub fn estimates(&self) -> EstimateOptions {
-        EstimateOptions {
-            smooth: self.smooth,
-            low_pass: self.low_pass.filter(|hertz| *hertz > 0.0),
-            momenta: false,
-            ..EstimateOptions::default()
-        }
-    }
-
     /// The low-pass that the check of the data found, where noise spoils the accelerations and nothing else was asked for.
     #[must_use]
     pub fn chosen_low_pass(&self, check: &CheckReport) -> Option<Choice> {

@@ -1,6 +1,7 @@
 //! How good a model is on trajectories that it has not seen.
 
 mod assessment;
+mod candidate;
 mod errors;
 mod inertia;
 mod judgement;
@@ -25,6 +26,7 @@ use lagrangian_motion::Signal;
 use lagrangian_motion::{Coordinates, Error, Result, Stop, Trajectory};
 
 pub use assessment::{Assessment, Grade, Reason};
+pub use candidate::CandidateResult;
 pub use errors::{SignalError, torque_error};
 pub use inertia::{Forward, Spectrum, spectrum_of};
 pub use judgement::{Judgement, TrackingErrors, extrapolation};

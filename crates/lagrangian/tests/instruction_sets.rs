@@ -4,6 +4,7 @@
 use std::ops::ControlFlow;
 use std::sync::{Mutex, PoisonError};
 
+use lagrangian::TrainingTask;
 use lagrangian::analytic::by_name;
 use lagrangian::mechanics::Scaling;
 use lagrangian::models::{Delan, Form, Lnn, Momenta};
@@ -82,11 +83,13 @@ fn losses(
 ) -> Vec<f64> {
     let config = FitConfig {
         family: family.boxed(),
-        optimizer,
-        budget: Budget::Steps(20),
-        batch: 40,
-        precision,
-        ..FitConfig::default()
+        training: TrainingTask {
+            optimizer,
+            budget: Budget::Steps(20),
+            batch: 40,
+            precision,
+            ..TrainingTask::default()
+        },
     };
     let mut losses = Losses(Vec::new());
     fit(data, &config, None, &mut losses).unwrap();

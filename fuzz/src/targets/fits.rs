@@ -3,10 +3,13 @@
 use lagrangian::models::{Entry, FAMILIES};
 use lagrangian::rigid;
 use lagrangian::settings::{Kind, Range, Setting, Values};
-use lagrangian::train::{Known, ROLLOUT_SETTINGS, Request, SETTINGS};
 use lagrangian::{
     Budget, Coordinates, Dataset, Fit, FitConfig, Loss, Model, Provenance, RobotConfig, Signals,
     Trajectory, fit,
+};
+use lagrangian::{
+    fit::{ROLLOUT_SETTINGS, SETTINGS},
+    train::{Known, Request},
 };
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -1,5 +1,6 @@
 //! Saved models and checkpoints, behind their checksums.
 
+use lagrangian::TrainingTask;
 use lagrangian::rollout::{free, times};
 use lagrangian::train::AdamConfig;
 use lagrangian::{
@@ -62,11 +63,13 @@ pub fn resumed() -> FitConfig {
             layers: 1,
             ..LnnConfig::default()
         }),
-        optimizer: Optimizer::Adam(AdamConfig::default()),
-        budget: Budget::Steps(2),
-        batch: 4,
-        validate_every: 1,
-        ..FitConfig::default()
+        training: TrainingTask {
+            optimizer: Optimizer::Adam(AdamConfig::default()),
+            budget: Budget::Steps(2),
+            batch: 4,
+            validate_every: 1,
+            ..TrainingTask::default()
+        },
     }
 }
 

@@ -4,15 +4,19 @@ use std::fs;
 use std::time::Instant;
 
 use experiments::letters::{Letters, error};
+use lagrangian::TrainingTask;
 use lagrangian::mechanics::Scaling;
 use lagrangian::models::{Delan, Lnn};
 use lagrangian::rollout::{energy_test, free, rollout_many, times};
-use lagrangian::train::{Batch, NaturalConfig, Stepper};
 use lagrangian::trajectory::Samples;
 use lagrangian::{
     Budget, Checkpoint, Dataset, DelanConfig, Family, FitConfig, LnnConfig, Loss, Mechanical,
     Observer, Optimizer, Progress, RolloutOptions, Trajectory, analytic, fit, random_starts,
     random_states,
+};
+use lagrangian::{
+    fit::Stepper,
+    train::{Batch, NaturalConfig},
 };
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -116,12 +120,14 @@ impl Case {
 fn config(family: Box<dyn Family>, loss: Loss, steps: usize) -> FitConfig {
     FitConfig {
         family,
-        loss,
-        optimizer: Optimizer::Natural(NaturalConfig::following_the_loss()),
-        budget: Budget::Steps(steps),
-        batch: BATCH,
-        validate_every: steps.div_ceil(LOOKS),
-        ..FitConfig::default()
+        training: TrainingTask {
+            loss,
+            optimizer: Optimizer::Natural(NaturalConfig::following_the_loss()),
+            budget: Budget::Steps(steps),
+            batch: BATCH,
+            validate_every: steps.div_ceil(LOOKS),
+            ..TrainingTask::default()
+        },
     }
 }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use lagrangian::trajectory::Sampling;
-use lagrangian::{Budget, Dataset, EstimateOptions, FitConfig, Format, Layout, Loss, fit, split};
+use lagrangian::{Budget, Dataset, EstimateOptions, Format, Layout, Loss, fit, split};
 
 use crate::Outcome;
 use crate::protocol::{Request, Talk, Task};
@@ -76,12 +76,10 @@ fn learn(path: &Path, task: &Task) -> Outcome {
     let (train, held) = split(motions, 0.1, 0)?;
     let data = Dataset::new(coordinates.ok_or("no recording")?, &train, &held)?;
     drop((train, held));
-    let config = FitConfig {
-        loss: Loss::ACCELERATION_L1,
-        optimizer: adam(),
-        budget: Budget::Steps(STEPS),
-        ..lnn(task)
-    };
+    let mut config = lnn(task);
+    config.loss = Loss::ACCELERATION_L1;
+    config.optimizer = adam();
+    config.budget = Budget::Steps(STEPS);
     fit(&data, &config, None, &mut ())?;
     Ok(())
 }

@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
+use lagrangian::TrainingTask;
 use lagrangian::mechanics::Scaling;
 use lagrangian::train::{AdamConfig, NaturalConfig};
 use lagrangian::{
@@ -22,11 +23,9 @@ const DAMPING: f64 = 1e-3;
 
 /// A step of a free Lagrangian network on absolute errors of accelerations, under Adam.
 pub(crate) fn lnn_step(task: &Task, talk: &Talk) -> Outcome {
-    let config = FitConfig {
-        loss: Loss::ACCELERATION_L1,
-        optimizer: adam(),
-        ..lnn(task)
-    };
+    let mut config = lnn(task);
+    config.loss = Loss::ACCELERATION_L1;
+    config.optimizer = adam();
     step(task, talk, Coordinates::lines(task.dof), &config)
 }
 
@@ -37,9 +36,11 @@ pub(crate) fn delan_step(task: &Task, talk: &Talk) -> Outcome {
             width: task.width,
             ..DelanConfig::default()
         }),
-        loss: Loss::TORQUE,
-        optimizer: adam(),
-        ..lnn(task)
+        training: TrainingTask {
+            loss: Loss::TORQUE,
+            optimizer: adam(),
+            ..lnn(task).training
+        },
     };
     step(task, talk, Coordinates::angles(task.dof), &config)
 }
@@ -52,10 +53,8 @@ pub(crate) fn natural_step(task: &Task, talk: &Talk) -> Outcome {
         longest: f64::INFINITY,
         ..NaturalConfig::default()
     };
-    let config = FitConfig {
-        optimizer: Optimizer::Natural(natural),
-        ..lnn(task)
-    };
+    let mut config = lnn(task);
+    config.optimizer = Optimizer::Natural(natural);
     step(task, talk, Coordinates::lines(task.dof), &config)
 }
 
@@ -83,11 +82,13 @@ pub(crate) fn lnn(task: &Task) -> FitConfig {
             width: task.width,
             ..LnnConfig::default()
         }),
-        budget: Budget::Steps(usize::MAX),
-        batch: task.batch,
-        precision: task.precision,
-        validate_every: usize::MAX,
-        ..FitConfig::default()
+        training: TrainingTask {
+            budget: Budget::Steps(usize::MAX),
+            batch: task.batch,
+            precision: task.precision,
+            validate_every: usize::MAX,
+            ..TrainingTask::default()
+        },
     }
 }
 

@@ -3,6 +3,7 @@
 mod paths;
 
 use anyhow::{Result, anyhow};
+use lagrangian::TrainingTask;
 use lagrangian::analytic::AnalyticModel;
 use lagrangian::models::Form;
 use lagrangian::{FitConfig, Lagrangian, Learned, LnnConfig, Loss, random_states};
@@ -140,11 +141,13 @@ fn fitted(lab: &mut Lab, system: &dyn AnalyticModel, seed: u64) -> Result<Learne
             width: if quick { 32 } else { 64 },
             ..LnnConfig::default()
         }),
-        loss: Loss::ACCELERATION,
-        budget: lab.budget(1000, 60),
-        batch: if quick { 128 } else { 256 },
-        seed,
-        ..FitConfig::default()
+        training: TrainingTask {
+            loss: Loss::ACCELERATION,
+            budget: lab.budget(1000, 60),
+            batch: if quick { 128 } else { 256 },
+            seed,
+            ..TrainingTask::default()
+        },
     };
     Ok(lab.fit(&data, &config)?.model)
 }

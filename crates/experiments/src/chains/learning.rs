@@ -2,6 +2,7 @@
 
 use crate::data::{Chunks, with_corrected_accelerations, with_estimated_accelerations};
 use anyhow::Result;
+use lagrangian::TrainingTask;
 use lagrangian::{Budget, Dataset, FitConfig, Learned, Loss, Model};
 
 use super::protocol::options;
@@ -52,9 +53,12 @@ pub(super) fn learn(
     }
     // Accelerations from the states alone, then again from what the model leaves of them, and again.
     let round = |share: f64| FitConfig {
-        // Where a mass whips round between two samples an estimate may be wrong by any amount.
-        loss: Loss::ACCELERATION_L1,
-        budget: part(config.budget, share),
+        training: TrainingTask {
+            // Where a mass whips round between two samples an estimate may be wrong by any amount.
+            loss: Loss::ACCELERATION_L1,
+            budget: part(config.budget, share),
+            ..config.clone().training
+        },
         ..config.clone()
     };
     let mut chunks = chunks.map(|motions| Ok(with_estimated_accelerations(motions)))?;

@@ -7,6 +7,7 @@ mod protocol;
 use crate::chart::Chart;
 use crate::data::{Chunks, TEST_SEED};
 use anyhow::Result;
+use lagrangian::TrainingTask;
 use lagrangian::train::RolloutLoss;
 use lagrangian::{FitConfig, Rollout, State, counted};
 use lagrangian_report::{Axis, Role};
@@ -108,18 +109,19 @@ fn config(lab: &Lab, recipe: &Recipe, links: usize, seed: u64) -> FitConfig {
     let steps = if links < 5 { 600 } else { 1000 };
     FitConfig {
         family: (recipe.family)(if links < 5 { 64 } else { 96 }),
-        // Steps, so that it is the same on every machine.
-        budget: lab.budget(steps, 25),
-        // Fewer of many coordinates, since the cost of a step grows with the square of the residuals.
-        batch: if links < 5 { 256 } else { 128 },
-        seed,
-        validate_every: 10,
-        loss: recipe.loss,
-        rollout: RolloutLoss {
-            horizon: SAMPLES - 1,
-            ..RolloutLoss::default()
+        training: TrainingTask {
+            // Steps, so that it is the same on every machine.
+            budget: lab.budget(steps, 25), // Fewer of many coordinates, since the cost of a step grows with the square of the residuals.
+            batch: if links < 5 { 256 } else { 128 },
+            seed,
+            validate_every: 10,
+            loss: recipe.loss,
+            rollout: RolloutLoss {
+                horizon: SAMPLES - 1,
+                ..RolloutLoss::default()
+            },
+            ..TrainingTask::default()
         },
-        ..FitConfig::default()
     }
 }
 

@@ -3,6 +3,7 @@
 mod protocol;
 
 use anyhow::Result;
+use lagrangian::TrainingTask;
 use lagrangian::models::{HnnStructure, Momenta};
 use lagrangian::{FitConfig, HnnConfig};
 use lagrangian_report::{Axis, Role};
@@ -63,12 +64,14 @@ impl Training {
                 activation: self.activation,
                 speed_limit: None,
             }),
-            optimizer: families::natural(self.damping),
-            budget: lab.budget(self.steps, self.quick.0),
-            loss: self.loss,
-            batch: self.batch,
-            seed,
-            ..FitConfig::default()
+            training: TrainingTask {
+                optimizer: families::natural(self.damping),
+                budget: lab.budget(self.steps, self.quick.0),
+                loss: self.loss,
+                batch: self.batch,
+                seed,
+                ..TrainingTask::default()
+            },
         }
     }
 }

@@ -97,6 +97,7 @@ impl Observer for Keeper<'_> {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
+    use lagrangian::TrainingTask;
     use lagrangian::analytic::by_name;
     use lagrangian::models::Lnn;
     use lagrangian::{Budget, LnnConfig, random_states};
@@ -109,10 +110,12 @@ mod tests {
                 width: 8,
                 ..LnnConfig::default()
             }),
-            budget: Budget::Steps(30),
-            batch: 32,
-            validate_every: 10,
-            ..FitConfig::default()
+            training: TrainingTask {
+                budget: Budget::Steps(30),
+                batch: 32,
+                validate_every: 10,
+                ..TrainingTask::default()
+            },
         };
         let weight = |model: &Learned| {
             let lnn = model.lagrangian_as::<Lnn>();

@@ -4,7 +4,6 @@ use std::fs;
 use std::path::PathBuf;
 
 use anyhow::Result;
-use lagrangian::train::{self};
 use lagrangian::{Budget, Dataset, Fit, FitConfig, Learned, Observer, Provenance};
 
 use super::args::Args;
@@ -57,7 +56,7 @@ impl Lab<'_> {
 
     /// Fits, unless the user has interrupted.
     pub(crate) fn fit(&mut self, data: &Dataset, config: &FitConfig) -> Result<Fit> {
-        self.watched(|observer| train::fit(data, config, None, observer))
+        self.watched(|observer| lagrangian::fit(data, config, None, observer))
     }
 
     /// Does something that tells an observer how far it is.

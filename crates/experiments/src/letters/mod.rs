@@ -7,6 +7,7 @@ mod noise;
 mod torque;
 
 use anyhow::{Result, anyhow};
+use lagrangian::TrainingTask;
 use lagrangian::{Budget, Dataset, FitConfig, Learned, Loss, Model};
 use lagrangian_report::Axis;
 
@@ -100,11 +101,13 @@ impl Plan {
 fn config(family: MakeFamily, seconds: f64, seed: u64) -> FitConfig {
     FitConfig {
         family: family(WIDTH),
-        loss: Loss::TORQUE,
-        budget: Budget::Seconds(seconds),
-        seed,
-        validate_every: 10,
-        ..FitConfig::default()
+        training: TrainingTask {
+            loss: Loss::TORQUE,
+            budget: Budget::Seconds(seconds),
+            seed,
+            validate_every: 10,
+            ..TrainingTask::default()
+        },
     }
 }
 
@@ -175,11 +178,9 @@ fn main_fit(
             let seconds = COMPANION * plan.main;
             let part = format_args!(", seed {seed}, forward");
             begin(lab, who, part, seconds)?;
-            let forward = FitConfig {
-                loss: Loss::ACCELERATION,
-                budget: Budget::Seconds(seconds),
-                ..config
-            };
+            let mut forward = config;
+            forward.loss = Loss::ACCELERATION;
+            forward.budget = Budget::Seconds(seconds);
             valid_seconds(&lab.fit(&data, &forward)?.model, &letters.test)?
         }
     };

@@ -3,6 +3,7 @@
 mod orbits;
 
 use anyhow::Result;
+use lagrangian::TrainingTask;
 use lagrangian::{DelanConfig, FitConfig, Loss, random_starts};
 use lagrangian_report::{Axis, Role};
 
@@ -82,11 +83,13 @@ fn measure(
     let data = two_samples(coordinates, states, count, seed)?;
     let config = FitConfig {
         family: (who.config)(WIDTH),
-        loss: Loss::ACCELERATION,
-        budget: lab.budget(5000, 100),
-        batch: 128,
-        seed,
-        ..FitConfig::default()
+        training: TrainingTask {
+            loss: Loss::ACCELERATION,
+            budget: lab.budget(5000, 100),
+            batch: 128,
+            seed,
+            ..TrainingTask::default()
+        },
     };
     let fitted = lab.fit(&data, &config)?;
     let model = &fitted.model;

@@ -2,11 +2,11 @@
 
 use anyhow::Result;
 use lagrangian::score::{Assessment, Grade, Reason};
-use lagrangian::train::{Request, select};
 use lagrangian::{
     Budget, CheckOptions, CheckReport, Dataset, EstimateOptions, FitConfig, Item, Observer,
     RobotConfig, RolloutOptions, Verdict, check, check_validation, score,
 };
+use lagrangian::{fit::select, train::Request};
 
 use super::case::Case;
 

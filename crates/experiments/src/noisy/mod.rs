@@ -3,6 +3,7 @@
 mod protocol;
 
 use anyhow::Result;
+use lagrangian::TrainingTask;
 use lagrangian::analytic::by_name;
 use lagrangian::models::Order;
 use lagrangian::train::{AdamConfig, RolloutLoss, Start};
@@ -68,30 +69,38 @@ fn config(family: Box<dyn Family>, prediction: Prediction, lab: &Lab, seed: u64)
     let every = if lab.quick() { 5 } else { 10 };
     let usual = FitConfig {
         family,
-        validate_every: every,
-        seed,
-        ..FitConfig::default()
+        training: TrainingTask {
+            validate_every: every,
+            seed,
+            ..TrainingTask::default()
+        },
     };
     match prediction {
         None => FitConfig {
-            loss: Loss::ACCELERATION,
-            optimizer: Optimizer::Adam(AdamConfig::default()),
-            budget: lab.budget(1000, 150),
-            batch: 256,
+            training: TrainingTask {
+                loss: Loss::ACCELERATION,
+                optimizer: Optimizer::Adam(AdamConfig::default()),
+                budget: lab.budget(1000, 150),
+                batch: 256,
+                ..usual.training
+            },
             ..usual
         },
         Some((horizon, start)) => FitConfig {
-            loss: Loss::ROLLOUT,
-            rollout: RolloutLoss {
-                horizon,
-                start,
-                growth: if horizon > 1 { 0.6 } else { 0.0 },
-                warm_start: 0.1,
-                ..RolloutLoss::default()
+            training: TrainingTask {
+                loss: Loss::ROLLOUT,
+                rollout: RolloutLoss {
+                    horizon,
+                    start,
+                    growth: if horizon > 1 { 0.6 } else { 0.0 },
+                    warm_start: 0.1,
+                    ..RolloutLoss::default()
+                },
+                optimizer: families::natural(1e-4),
+                budget: lab.budget(100, 15),
+                batch: 128,
+                ..usual.training
             },
-            optimizer: families::natural(1e-4),
-            budget: lab.budget(100, 15),
-            batch: 128,
             ..usual
         },
     }

@@ -6,6 +6,7 @@ mod laws;
 pub(crate) mod premises;
 
 use anyhow::Result;
+use lagrangian::TrainingTask;
 use lagrangian::analytic::by_name;
 use lagrangian::{Budget, Dataset, FitConfig, Learned, Model, State, Trajectory};
 use lagrangian_report::{Axis, Role};
@@ -112,12 +113,14 @@ fn fitted(
     let data = Dataset::new(truth.coordinates().clone(), &recordings, &held)?;
     let config = FitConfig {
         family: (who.config.family)(WIDTH),
-        loss: who.config.loss,
-        forces: (who.config.forces)(),
-        budget: Budget::Seconds(seconds(lab)),
-        seed,
-        validate_every: 10,
-        ..FitConfig::default()
+        training: TrainingTask {
+            loss: who.config.loss,
+            forces: (who.config.forces)(),
+            budget: Budget::Seconds(seconds(lab)),
+            seed,
+            validate_every: 10,
+            ..TrainingTask::default()
+        },
     };
     Ok(lab.fit(&data, &config)?.model)
 }

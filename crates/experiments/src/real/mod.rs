@@ -5,6 +5,7 @@ mod contestants;
 mod machines;
 
 use anyhow::Result;
+use lagrangian::TrainingTask;
 use lagrangian::{FitConfig, Learned, RolloutOptions, Score, Trajectory, score};
 
 use crate::harness::failure::Advise;
@@ -85,13 +86,15 @@ fn compete(
         lab.begin(part)?;
         let config = FitConfig {
             family: (recipe.family)(recipe.width),
-            loss: candidate.loss,
-            forces: (recipe.forces)(),
-            optimizer: candidate.optimizer(),
-            budget: lab.budget(3000, 200),
-            batch: 512,
-            seed,
-            ..FitConfig::default()
+            training: TrainingTask {
+                loss: candidate.loss,
+                forces: (recipe.forces)(),
+                optimizer: candidate.optimizer(),
+                budget: lab.budget(3000, 200),
+                batch: 512,
+                seed,
+                ..TrainingTask::default()
+            },
         };
         let model = lab.fit(&recordings.dataset, &config)?.model;
         let error = validation_error(&model, &recordings.validation);

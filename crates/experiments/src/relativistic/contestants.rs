@@ -1,5 +1,6 @@
 //! The models that are compared, with the starts that the validation loss chooses from.
 
+use lagrangian::TrainingTask;
 use lagrangian::mechanics::SpeedChart;
 use lagrangian::models::{Form, Momenta};
 use lagrangian::train::NaturalConfig;
@@ -194,16 +195,18 @@ impl Recipe {
     ) -> FitConfig {
         FitConfig {
             family: (self.family)(start),
-            loss: self.loss,
-            optimizer: Optimizer::Natural(NaturalConfig {
-                damping_first: start.damping,
-                damping_last: 1e-10,
-                ..NaturalConfig::default()
-            }),
-            budget: seconds.map_or(Budget::Steps(steps), Budget::Seconds),
-            batch: BATCH,
-            seed,
-            ..FitConfig::default()
+            training: TrainingTask {
+                loss: self.loss,
+                optimizer: Optimizer::Natural(NaturalConfig {
+                    damping_first: start.damping,
+                    damping_last: 1e-10,
+                    ..NaturalConfig::default()
+                }),
+                budget: seconds.map_or(Budget::Steps(steps), Budget::Seconds),
+                batch: BATCH,
+                seed,
+                ..TrainingTask::default()
+            },
         }
     }
 }

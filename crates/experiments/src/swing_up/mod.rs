@@ -8,6 +8,7 @@ mod lqr;
 mod tests;
 
 use anyhow::Result;
+use lagrangian::TrainingTask;
 use lagrangian::{DelanConfig, FitConfig, Loss, Model};
 use lagrangian_report::{Axis, Role};
 
@@ -58,11 +59,13 @@ fn run(lab: &mut Lab) -> Result<()> {
             lab.begin(format!("{}, seed {seed}", kind.system()))?;
             let config = FitConfig {
                 family: Box::new(DelanConfig::default()),
-                loss: Loss::TORQUE,
-                budget: lab.budget(300, 100),
-                batch: 128,
-                seed,
-                ..FitConfig::default()
+                training: TrainingTask {
+                    loss: Loss::TORQUE,
+                    budget: lab.budget(300, 100),
+                    batch: 128,
+                    seed,
+                    ..TrainingTask::default()
+                },
             };
             let fitted = lab.fit(&excitation(kind, seconds, seed)?, &config)?;
             // A model whose top is not a top has no controller: none of its swing-ups succeeds.

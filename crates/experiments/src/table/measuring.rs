@@ -1,6 +1,7 @@
 //! The measurements behind the cells, one fit for as many of them as it can serve.
 
 use anyhow::Result;
+use lagrangian::TrainingTask;
 use lagrangian::train::{NaturalConfig, RolloutLoss};
 use lagrangian::{Budget, Error, FitConfig, Learned, Loss, Observer, Signal, fit};
 
@@ -198,17 +199,19 @@ impl Measuring<'_, '_> {
         let usual = NaturalConfig::default().damping_last;
         FitConfig {
             family: (row.config.family)(WIDTH),
-            loss: row.config.loss,
-            budget: self.plan.budget,
-            batch: row.config.batch,
-            optimizer: families::natural(if noisy { NOISY_DAMPING } else { usual }),
-            seed: self.seed,
-            validate_every: 10,
-            rollout: RolloutLoss {
-                horizon: SAMPLES - 1,
-                ..RolloutLoss::default()
+            training: TrainingTask {
+                loss: row.config.loss,
+                budget: self.plan.budget,
+                batch: row.config.batch,
+                optimizer: families::natural(if noisy { NOISY_DAMPING } else { usual }),
+                seed: self.seed,
+                validate_every: 10,
+                rollout: RolloutLoss {
+                    horizon: SAMPLES - 1,
+                    ..RolloutLoss::default()
+                },
+                ..TrainingTask::default()
             },
-            ..FitConfig::default()
         }
     }
 
@@ -247,10 +250,8 @@ impl Measuring<'_, '_> {
 
     /// Whether a fit accepts the data without some of their signals.
     fn without(&self, row: Row, lesson: &Lesson, hidden: &[Signal]) -> Measured {
-        let config = FitConfig {
-            budget: Budget::Steps(1),
-            ..self.config(row, false)
-        };
+        let mut config = self.config(row, false);
+        config.budget = Budget::Steps(1);
         // Without torques, data are those of free motions.
         let reads = match row.config.reads {
             Reads::Torques if hidden.contains(&Signal::Tau) => Reads::Motions,

@@ -4,6 +4,7 @@
 use std::f64::consts::TAU;
 
 use crate::families;
+use lagrangian::TrainingTask;
 use lagrangian::analytic::by_name;
 use lagrangian::rigid::{IdentifiedRobot, LoadParameters, RigidBodies, example};
 use lagrangian::trajectory::Samples;
@@ -524,9 +525,11 @@ impl Run {
         let dataset = dataset(arm, &log.driven.measured)?;
         let config = FitConfig {
             family,
-            loss: Loss::TORQUE,
-            seed: self.seed,
-            ..FitConfig::default()
+            training: TrainingTask {
+                loss: Loss::TORQUE,
+                seed: self.seed,
+                ..TrainingTask::default()
+            },
         };
         Ok(Some(fit(&dataset, &config, None, &mut ())?.model))
     }

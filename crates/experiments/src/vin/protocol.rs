@@ -4,6 +4,7 @@
 //! that were not seen. The paper adds noise of deviation 0.33 to positions and velocities and infers initial states with a
 //! recurrent network; here the noise is a setting, and only positions are seen.
 
+use lagrangian::TrainingTask;
 use lagrangian::analytic::{AnalyticModel, by_name};
 use lagrangian::integrate::{Rule, Variational};
 use lagrangian::mechanics::Slopes;
@@ -200,12 +201,14 @@ pub(crate) fn learn(
     };
     let config = FitConfig {
         family: (recipe.family)(effort.width),
-        loss: recipe.loss,
-        optimizer: families::natural(damping(noisy)),
-        budget: Budget::Steps(effort.steps),
-        batch: 512,
-        seed: effort.seed,
-        ..FitConfig::default()
+        training: TrainingTask {
+            loss: recipe.loss,
+            optimizer: families::natural(damping(noisy)),
+            budget: Budget::Steps(effort.steps),
+            batch: 512,
+            seed: effort.seed,
+            ..TrainingTask::default()
+        },
     };
     Ok(fit(&data, &config, None, observer)?.model)
 }

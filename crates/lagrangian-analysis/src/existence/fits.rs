@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use super::errors::HeldOutErrors;
 use super::parts::Parts;
 use super::survey::SurveyConfig;
+use lagrangian::TrainingTask;
 use lagrangian::models::{Form, Lnn};
 use lagrangian::{
     Dataset, Family, Fit, FitConfig, ForceTerms, Learned, LnnConfig, Loss, Mechanical, MlpConfig,
@@ -103,12 +104,14 @@ impl<'a> Fits<'a> {
     ) -> Result<Fit> {
         let config = FitConfig {
             family,
-            forces,
-            loss: Loss::ACCELERATION,
-            budget: self.config.budget,
-            batch: BATCH,
-            seed,
-            ..FitConfig::default()
+            training: TrainingTask {
+                forces,
+                loss: Loss::ACCELERATION,
+                budget: self.config.budget,
+                batch: BATCH,
+                seed,
+                ..TrainingTask::default()
+            },
         };
         let mut part = Part {
             done: self.done,

@@ -6,8 +6,12 @@ use std::process::ExitCode;
 use anyhow::Result;
 use lagrangian::models::Parameter;
 use lagrangian::score::Assessment;
-use lagrangian::train::{Choice, Chosen, Contestant, Ending};
 use lagrangian::{Fit, Layout, Learned, Prepared, Trajectory, Verdict, counted};
+use lagrangian::{
+    fit::Chosen,
+    score::CandidateResult,
+    train::{Choice, Ending},
+};
 use lagrangian_run::{
     Columns, Data, DataFile, Error, Evaluation, Figures, FileHash, Fitted, Kept, MODEL, Occupied,
     Place, REPORT, Ready, RunFolder, RunRecord, Tensorboard, bag_files,
@@ -118,7 +122,7 @@ fn assessed(fitted: &Fitted, place: &Place, mode: OutputMode) -> Result<Assessme
 }
 
 /// Says which models could not be fitted.
-fn note_failures(contestants: &[Contestant]) {
+fn note_failures(contestants: &[CandidateResult]) {
     for contestant in contestants {
         if let Some(failure) = &contestant.failure {
             tell!("note: {} was not fitted: {failure}", contestant.family);

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::ReplayConfig;
+use lagrangian::TrainingTask;
 use lagrangian::train::NaturalConfig;
 use lagrangian::{DelanConfig, Error, Family, FitConfig, ForceTerms, Loss, Optimizer, Result};
 
@@ -77,7 +78,7 @@ impl Default for OnlineConfig {
 
 impl OnlineConfig {
     /// Checks the settings that [`Differentiator::new`](super::Differentiator::new), [`Replay::new`](super::Replay::new)
-    /// and [`Stepper::new`](lagrangian::train::Stepper::new) do not check.
+    /// and [`Stepper::new`](lagrangian::fit::Stepper::new) do not check.
     ///
     /// # Errors
     /// [`Error::Argument`] for the first setting outside its domain.
@@ -119,12 +120,14 @@ impl OnlineConfig {
     pub(crate) fn fit(&self) -> FitConfig {
         FitConfig {
             family: self.family.clone(),
-            loss: Loss::TORQUE,
-            optimizer: Optimizer::Natural(NaturalConfig::default()),
-            batch: self.batch,
-            forces: self.forces,
-            seed: self.seed,
-            ..FitConfig::default()
+            training: TrainingTask {
+                loss: Loss::TORQUE,
+                optimizer: Optimizer::Natural(NaturalConfig::default()),
+                batch: self.batch,
+                forces: self.forces,
+                seed: self.seed,
+                ..TrainingTask::default()
+            },
         }
     }
 }

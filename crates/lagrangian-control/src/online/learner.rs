@@ -1,9 +1,12 @@
 //! A model that learns from rows as they come.
 
 use super::{Differentiator, EventKind, Guard, OnlineConfig, Record, Replay, Sample};
-use lagrangian::train::{Batch, StepSize, Stepper};
 use lagrangian::trajectory::Samples;
 use lagrangian::{Coordinates, Dataset, Learned, Result};
+use lagrangian::{
+    fit::Stepper,
+    train::{Batch, StepSize},
+};
 
 /// Learns a model from rows (t, q, q̇, τ). It holds no thread and no clock: the same rows and steps give the same bits.
 pub struct OnlineLearner {

@@ -2,6 +2,7 @@
 
 use std::process::Command;
 
+use lagrangian::TrainingTask;
 use lagrangian::rollout::times;
 use lagrangian::{
     Budget, Dataset, DelanConfig, Dissipation, FitConfig, ForceTerms, Learned, Mechanical,
@@ -38,10 +39,12 @@ fn learned() -> Result<Learned> {
             width: 32,
             ..DelanConfig::default()
         }),
-        forces: ForceTerms::friction(),
-        budget: Budget::Steps(300),
-        batch: 128,
-        ..FitConfig::default()
+        training: TrainingTask {
+            forces: ForceTerms::friction(),
+            budget: Budget::Steps(300),
+            batch: 128,
+            ..TrainingTask::default()
+        },
     };
     Ok(fit(&data, &config, None, &mut ())?.model)
 }

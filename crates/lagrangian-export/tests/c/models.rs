@@ -1,5 +1,6 @@
 //! Models of all families with random weights, with all forces.
 
+use lagrangian::TrainingTask;
 use lagrangian::mechanics::{Canonical, Scaling};
 use lagrangian::models::{
     Delan, Direction, Form, Hnn, HnnStructure, IdentifiedRobot, LearnedLagrangian, Lnn, Mlp,
@@ -131,12 +132,14 @@ fn corrected() -> Learned {
             width: 16,
             ..DelanConfig::default()
         }),
-        loss: Loss::TORQUE,
-        forces: ForceTerms::friction(),
-        budget: Budget::Steps(3),
-        batch: 64,
-        nominal: Some(robot),
-        ..FitConfig::default()
+        training: TrainingTask {
+            loss: Loss::TORQUE,
+            forces: ForceTerms::friction(),
+            budget: Budget::Steps(3),
+            batch: 64,
+            nominal: Some(robot),
+            ..TrainingTask::default()
+        },
     };
     fit(&data, &config, None, &mut ()).unwrap().model
 }

@@ -171,9 +171,9 @@ pub fn systems() -> &'static [SystemEntry] {
 /// The system of this name, with some of its parameters set.
 ///
 /// ```
-/// let pendulum = lagrangian::analytic::by_name("pendulum", &[("length", 2.0)])?;
+/// let pendulum = lagrangian_mechanics::analytic::by_name("pendulum", &[("length", 2.0)])?;
 /// assert_eq!(pendulum.coordinates().dof(), 1);
-/// # Ok::<(), lagrangian::Error>(())
+/// # Ok::<(), lagrangian_motion::Error>(())
 /// ```
 ///
 /// # Errors

@@ -9,8 +9,8 @@
 //! does not exist.
 //!
 //! ```
-//! use lagrangian::analytic::by_name;
-//! use lagrangian::{Dissipation, Evaluation, Mechanical, Model, Quantities};
+//! use lagrangian_mechanics::analytic::by_name;
+//! use lagrangian_mechanics::{Dissipation, Evaluation, Mechanical, Model, Quantities};
 //!
 //! let pendulum = by_name("pendulum", &[("length", 2.0)])?;
 //! let damped = Mechanical::dissipative(pendulum.lagrangian(), Dissipation::viscous(vec![0.4]))?;
@@ -21,7 +21,7 @@
 //! let (mut evaluator, mut acceleration) = (damped.evaluator(), [0.0]);
 //! let outcome = evaluator.forward_dynamics(&[0.0], &[3.0], &[0.0], &mut acceleration);
 //! assert!(outcome == Evaluation::Regular && (acceleration[0] + 0.3).abs() < 1e-15);
-//! # Ok::<(), lagrangian::Error>(())
+//! # Ok::<(), lagrangian_motion::Error>(())
 //! ```
 
 mod balance;

@@ -14,14 +14,14 @@ use lagrangian_motion::{Coordinates, Error, Result};
 /// quantity, and [`Error::NotFinite`] where the model is undefined.
 ///
 /// ```
-/// use lagrangian::Quantities;
+/// use lagrangian_mechanics::Quantities;
 ///
-/// let arm = lagrangian::analytic::by_name("two-link-arm", &[])?;
+/// let arm = lagrangian_mechanics::analytic::by_name("two-link-arm", &[])?;
 /// let (q, qd, qdd) = ([0.3, -0.8], [0.5, 1.0], [0.2, -0.1]);
 /// let (m, c) = (arm.mass_matrix(&q)?, arm.bias(&q, &qd)?);
 /// let tau = arm.inverse_dynamics(&q, &qd, &qdd)?;
 /// assert!((tau[0] - (m[0] * qdd[0] + m[1] * qdd[1] + c[0])).abs() < 1e-12);
-/// # Ok::<(), lagrangian::Error>(())
+/// # Ok::<(), lagrangian_motion::Error>(())
 /// ```
 pub trait Quantities: Model {
     /// The mass matrix M at rest, `[m, n, n]`.

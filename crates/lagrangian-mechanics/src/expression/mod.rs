@@ -5,7 +5,7 @@
 //! forces, as such an expression; all else that a model says follows from [`Equations`].
 //!
 //! ```
-//! use lagrangian::expression::Graph;
+//! use lagrangian_mechanics::expression::Graph;
 //!
 //! let graph = Graph::new();
 //! let x = graph.input("x", 2);
@@ -14,7 +14,7 @@
 //! let along = slope.along(&[(x, graph.constant(&[1.0, 0.0]))]);
 //! let values = graph.evaluate(&[("x", &[0.0, 3.0])], &[slope, along])?;
 //! assert_eq!(values, [vec![0.0, 3.0], vec![0.0, 0.0]]);
-//! # Ok::<(), lagrangian::Error>(())
+//! # Ok::<(), lagrangian_motion::Error>(())
 //! ```
 
 mod derivative;

@@ -13,9 +13,9 @@ use lagrangian_motion::solve::{SymmetricSolver, dot};
 /// find it, all derivatives are NaN.
 ///
 /// ```
-/// use lagrangian::Hamiltonian;
-/// use lagrangian::analytic::by_name;
-/// use lagrangian::mechanics::{Canonical, HamiltonianOf};
+/// use lagrangian_mechanics::Hamiltonian;
+/// use lagrangian_mechanics::analytic::by_name;
+/// use lagrangian_mechanics::{Canonical, HamiltonianOf};
 ///
 /// let pendulum = by_name("pendulum", &[("length", 2.0)])?;
 /// let hamiltonian = HamiltonianOf::new(pendulum.lagrangian());
@@ -24,7 +24,7 @@ use lagrangian_motion::solve::{SymmetricSolver, dot};
 /// assert!((velocity[0] - 0.25).abs() < 1e-15); // p / (m l²)
 /// let moving = Canonical::conservative(hamiltonian); // a model like any other, in (q, p)
 /// # let _ = moving;
-/// # Ok::<(), lagrangian::Error>(())
+/// # Ok::<(), lagrangian_motion::Error>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct HamiltonianOf<L>(L);

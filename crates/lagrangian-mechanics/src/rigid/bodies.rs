@@ -20,14 +20,14 @@ pub const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 /// −o q. Friction is no part of a Lagrangian: [`RigidBodies::dissipation`] has that of the description.
 ///
 /// ```
-/// use lagrangian::Quantities;
-/// use lagrangian::rigid::{self, RigidBodies};
+/// use lagrangian_mechanics::Quantities;
+/// use lagrangian_mechanics::rigid::{self, RigidBodies};
 ///
 /// let arm = RigidBodies::from_urdf(rigid::example("two_link_arm").unwrap_or_default())?;
 /// // Stretched out upwards it stands still without a torque.
 /// let torque = arm.inverse_dynamics(&[0.0; 2], &[0.0; 2], &[0.0; 2])?;
 /// assert!(torque.iter().all(|t| t.abs() < 1e-12));
-/// # Ok::<(), lagrangian::Error>(())
+/// # Ok::<(), lagrangian_motion::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct RigidBodies {

@@ -30,14 +30,14 @@ impl RigidBodies {
     /// [`crate::Error::Robot`] where the text is not URDF, is that of a robot with other kinematics, or a body cannot exist.
     ///
     /// ```
-    /// use lagrangian::rigid::{self, RigidBodies};
+    /// use lagrangian_mechanics::rigid::{self, RigidBodies};
     ///
     /// let text = rigid::example("two_link_arm").unwrap_or_default();
     /// let arm = RigidBodies::from_urdf(text)?.with_payload("hand", 0.5, [0.0; 3])?;
     /// let edited = RigidBodies::from_urdf(&arm.edit_urdf(text, None)?)?;
     /// let pairs = edited.inertial_parameters().into_iter().zip(arm.inertial_parameters());
     /// assert!(pairs.into_iter().all(|(a, b)| (a - b).abs() < 1e-12));
-    /// # Ok::<(), lagrangian::Error>(())
+    /// # Ok::<(), lagrangian_motion::Error>(())
     /// ```
     pub fn edit_urdf(&self, text: &str, friction: Option<&Dissipation>) -> Result<String> {
         let description = Description::read(text)?;

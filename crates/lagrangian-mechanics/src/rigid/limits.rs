@@ -33,12 +33,12 @@ impl JointLimits {
     /// [`Error::Robot`] where the text is not URDF, or a limit is not a number.
     ///
     /// ```
-    /// use lagrangian::rigid::{self, JointLimits};
+    /// use lagrangian_mechanics::rigid::{self, JointLimits};
     ///
     /// let ur5 = rigid::example("ur5").unwrap_or_default();
     /// let limits = JointLimits::of_urdf(ur5, &["elbow_joint".into()])?;
     /// assert_eq!((limits[0].velocity, limits[0].effort), (Some(3.15), Some(150.0)));
-    /// # Ok::<(), lagrangian::Error>(())
+    /// # Ok::<(), lagrangian_motion::Error>(())
     /// ```
     pub fn of_urdf(text: &str, joints: &[String]) -> Result<Vec<Self>> {
         let document = document(text)?;

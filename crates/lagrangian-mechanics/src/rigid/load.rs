@@ -21,8 +21,8 @@ pub fn is_body(load: &LoadParameters) -> bool {
 /// The torques of a body on a link of a robot, apart from those of the robot itself; it allocates nothing once it is made.
 ///
 /// ```
-/// use lagrangian::Quantities;
-/// use lagrangian::rigid::{self, LinkLoad, RigidBodies};
+/// use lagrangian_mechanics::Quantities;
+/// use lagrangian_mechanics::rigid::{self, LinkLoad, RigidBodies};
 ///
 /// let arm = RigidBodies::from_urdf(rigid::example("iiwa7").unwrap_or_default())?;
 /// let loaded = arm.clone().with_payload("link_7", 1.5, [0.0, 0.0, 0.1])?;
@@ -37,7 +37,7 @@ pub fn is_body(load: &LoadParameters) -> bool {
 ///     loaded.inverse_dynamics(&q, &still, &still)?,
 /// );
 /// assert!((full[1] - empty[1] - torque[1]).abs() < 1e-12);
-/// # Ok::<(), lagrangian::Error>(())
+/// # Ok::<(), lagrangian_motion::Error>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct LinkLoad<'a> {

@@ -1,10 +1,10 @@
 //! Rigid bodies in a tree on a fixed base, from URDF: the exact Lagrangian of a robot arm.
 //!
 //! ```
-//! use lagrangian::Quantities;
-//! use lagrangian::rigid::{self, RigidBodies};
-//! use lagrangian::rollout::{free, times};
-//! use lagrangian::{RolloutOptions, rollout};
+//! use lagrangian_mechanics::Quantities;
+//! use lagrangian_mechanics::rigid::{self, RigidBodies};
+//! use lagrangian_mechanics::rollout::{free, times};
+//! use lagrangian_mechanics::{RolloutOptions, rollout};
 //!
 //! let arm = RigidBodies::from_urdf(rigid::example("iiwa7").unwrap_or_default())?;
 //! let loaded = arm.clone().with_payload("link_7", 1.5, [0.0, 0.0, 0.1])?;
@@ -17,7 +17,7 @@
 //! // It is a model like any other.
 //! let motion = rollout(&arm, &q, &rest, &times(0.1, 0.01)?, &free, &RolloutOptions::default())?;
 //! assert!(motion.outcome.is_finished());
-//! # Ok::<(), lagrangian::Error>(())
+//! # Ok::<(), lagrangian_motion::Error>(())
 //! ```
 
 mod bodies;

@@ -12,7 +12,7 @@ use lagrangian_motion::{Error, Result};
 /// far away as the joints are from each other on average.
 ///
 /// ```
-/// use lagrangian::rigid::{self, RigidBodies};
+/// use lagrangian_mechanics::rigid::{self, RigidBodies};
 ///
 /// let arm = RigidBodies::from_urdf(rigid::example("two_link_arm").unwrap_or_default())?;
 /// let skeleton = arm.skeleton();
@@ -21,7 +21,7 @@ use lagrangian_motion::{Error, Result};
 /// // Upright at 0, two links of 0.5 m.
 /// let hand = skeleton.points(&[0.0, 0.0])?[3];
 /// assert!((hand[2] - 1.0).abs() < 1e-12);
-/// # Ok::<(), lagrangian::Error>(())
+/// # Ok::<(), lagrangian_motion::Error>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct Skeleton<'a> {

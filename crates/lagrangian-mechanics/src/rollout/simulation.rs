@@ -15,16 +15,16 @@ pub const MOST_SAMPLES: u64 = 20_000_000;
 /// Motions of a system as a recording has them.
 ///
 /// ```
-/// use lagrangian::RolloutOptions;
-/// use lagrangian::analytic::by_name;
-/// use lagrangian::rollout::Simulation;
+/// use lagrangian_mechanics::RolloutOptions;
+/// use lagrangian_mechanics::analytic::by_name;
+/// use lagrangian_mechanics::rollout::Simulation;
 ///
 /// let pendulum = by_name("double-pendulum", &[])?;
 /// let simulation = Simulation { trajectories: 3, duration: 2.0, noise: Some(1e-3), ..Simulation::default() };
 /// let motions = simulation.run(&*pendulum, &RolloutOptions::default())?;
 /// let recordings = simulation.recorded(&*pendulum, motions);
 /// assert!(recordings.len() == 3 && recordings[0].len() == 201);
-/// # Ok::<(), lagrangian::Error>(())
+/// # Ok::<(), lagrangian_motion::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Simulation {

@@ -179,7 +179,7 @@ impl CheckReport {
     /// then each kind of warning or failure once, with the trajectories that it is about.
     ///
     /// ```
-    /// use lagrangian::{CheckReport, Item};
+    /// use lagrangian_recordings::check::{CheckReport, Item};
     /// let about = |name: &str| Item { trajectory: Some(name.into()), ..Item::warn("noise", "much", "filter") };
     /// let report = CheckReport { items: ["a", "b", "c", "d"].map(about).to_vec() };
     /// let shown = report.shown();
@@ -253,7 +253,7 @@ pub struct CheckOptions {
 ///
 /// # Example
 /// ```
-/// use lagrangian::{CheckOptions, Format, Layout, Verdict, check};
+/// use lagrangian_recordings::{check::{CheckOptions, Verdict, check}, Format, Layout};
 /// // q̇ in degrees per second, q in radians.
 /// let rows: String = (0..200).map(|k| f64::from(k) * 0.02)
 ///     .map(|t| format!("{t},{},{}\n", t.sin(), t.cos().to_degrees())).collect();
@@ -262,7 +262,7 @@ pub struct CheckOptions {
 /// let report = check(&recordings, &CheckOptions::default());
 /// assert!(!report.passed());
 /// assert!(report.items.iter().any(|i| i.verdict == Verdict::Fail && i.finding.contains("degrees")));
-/// # Ok::<(), lagrangian::Error>(())
+/// # Ok::<(), lagrangian_motion::Error>(())
 /// ```
 #[must_use]
 pub fn check(recordings: &[Recording], options: &CheckOptions) -> CheckReport {

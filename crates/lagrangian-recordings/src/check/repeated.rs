@@ -57,13 +57,13 @@ pub(super) fn items(recordings: &[Recording]) -> Vec<Item> {
 ///
 /// # Example
 /// ```
-/// use lagrangian::{Format, Layout, check_validation};
+/// use lagrangian_recordings::{Format, Layout, check::check_validation};
 /// let rows: String = (0..200).map(|k| f64::from(k) * 0.02).map(|t| format!("{t},{}\n", t.sin())).collect();
 /// let file = std::io::Cursor::new(format!("t,q1\n{rows}"));
 /// let swing = Format::Csv.read(file, "swing", &Layout::default())?.recordings;
 /// let report = check_validation(&swing, &swing);
 /// assert!(report.items[0].finding.contains("200 of 200"));
-/// # Ok::<(), lagrangian::Error>(())
+/// # Ok::<(), lagrangian_motion::Error>(())
 /// ```
 #[must_use]
 pub fn check_validation(training: &[Recording], validation: &[Recording]) -> CheckReport {

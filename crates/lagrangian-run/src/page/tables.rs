@@ -1,8 +1,8 @@
 //! The tables of a run's page.
 
 use lagrangian::score::{Assessment, Forward, RolloutScore, SignalError};
-use lagrangian::train::{Choice, Contestant, Parameter};
 use lagrangian::{Coordinate, Item, Model, Outcome, Score, Trajectory, Verdict};
+use lagrangian::{models::Parameter, score::CandidateResult, train::Choice};
 use lagrangian_report::draw::short;
 use lagrangian_report::{Axis, Table};
 
@@ -28,7 +28,7 @@ pub(super) fn of(page: &Page, score: &Score, assessment: &Assessment) -> Vec<Tab
 
 /// The models that were compared.
 fn tried(page: &Page) -> Table {
-    let row = |c: &Contestant| {
+    let row = |c: &CandidateResult| {
         let error = match (c.torque_nmse, &c.failure) {
             (Some(error), _) => format!("{} %", short(100.0 * error)),
             (None, Some(failure)) => failure.clone(),

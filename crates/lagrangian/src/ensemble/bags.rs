@@ -6,7 +6,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::dataset::{Dataset, Timeline};
-use crate::train::{FitConfig, Loss};
+use crate::fit::FitConfig;
+use crate::train::Loss;
 use lagrangian_motion::samples::Samples;
 use lagrangian_motion::{Error, Result, Signals, Trajectory};
 

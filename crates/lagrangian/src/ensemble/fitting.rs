@@ -10,8 +10,9 @@ use super::bags::{Bags, motion};
 use super::calibration::{Calibration, Errors};
 use super::{Ensemble, check_count};
 use crate::dataset::Dataset;
+use crate::fit::{FitConfig, fit};
 use crate::models::Learned;
-use crate::train::{Budget, FitConfig, Observer, Progress, fit};
+use crate::train::{Budget, Observer, Progress};
 use lagrangian_mechanics::Visited;
 use lagrangian_motion::Signal;
 use lagrangian_motion::{Error, Result, Trajectory};
@@ -40,10 +41,8 @@ pub fn fit_ensemble(
         if watch.ended.load(Ordering::Relaxed) {
             return Ok(None);
         }
-        let config = FitConfig {
-            seed: config.seed.wrapping_add(k as u64),
-            ..config.clone()
-        };
+        let mut config = config.clone();
+        config.seed = config.seed.wrapping_add(k as u64);
         let own = &mut Member { watch: &watch, k };
         fit(&bags.dataset(dataset, k), &config, None, own).map(|fit| Some((k, fit.model)))
     };

@@ -10,12 +10,7 @@
 //!
 //! let pendulum = analytic::by_name("pendulum", &[])?;
 //! let data = random_states(&*pendulum, 400, 50, 0)?;
-//! let config = FitConfig {
-//!     family: Box::new(LnnConfig { width: 8, ..LnnConfig::default() }),
-//!     budget: Budget::Steps(30),
-//!     batch: 64,
-//!     ..FitConfig::default()
-//! };
+//! let config = FitConfig { family: Box::new(LnnConfig { width: 8, ..LnnConfig::default() }), training: TrainingTask { budget: Budget::Steps(30), batch: 64, ..TrainingTask::default() } };
 //! let ensemble = fit_ensemble(&data, &config, 4, &mut ())?;
 //! let acceleration = ensemble.accelerations(&[0.5], &[1.0], &[0.0])?;
 //! let (low, high) = acceleration.band(0.8)?;

@@ -40,8 +40,8 @@ mod unit;
 
 use std::sync::Arc;
 
+use crate::fit::FitConfig;
 use crate::models::{Learned, Residuals, Training};
-use crate::train::FitConfig;
 use lagrangian_mechanics::dynamics::Model;
 use lagrangian_motion::{Coordinates, Error, Result};
 use nets::Packed;

@@ -1,10 +1,13 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use super::{Inputs, Layer, Map};
-use crate::models::hnn::{HnnConfig, HnnStructure, Momenta};
+use crate::dataset::Momenta;
+use crate::fit::FitConfig;
+use crate::models::Family;
+use crate::models::hnn::{HnnConfig, HnnStructure};
 use crate::models::lnn::{Form, LnnConfig};
 use crate::models::neural_ode::{NeuralOdeConfig, Order};
-use crate::train::{Family, FitConfig, ForceTerms, Input};
+use crate::train::{ForceTerms, Input, TrainingTask};
 use crate::{DelanConfig, MlpConfig, VinConfig};
 use lagrangian_mechanics::Quantities;
 use lagrangian_motion::Topology;
@@ -102,8 +105,10 @@ fn layer((family, forces): (Box<dyn Family>, ForceTerms)) -> Layer {
     coordinates.0[1].topology = Topology::Line;
     let config = FitConfig {
         family,
-        forces,
-        ..FitConfig::default()
+        training: TrainingTask {
+            forces,
+            ..TrainingTask::default()
+        },
     };
     let mut layer = Layer::new(coordinates, &config).unwrap();
     let inside = |w: &f64| if *w >= 0.0 && *w < 1e-3 { w + 2e-3 } else { *w };

@@ -1,8 +1,8 @@
 //! Fresh models without data.
 
 use crate::dataset::Dataset;
+use crate::fit::FitConfig;
 use crate::models::{Learned, Plan};
-use crate::train::FitConfig;
 use lagrangian_motion::Signals;
 use lagrangian_motion::samples::Samples;
 use lagrangian_motion::{Coordinates, Error, Result};

@@ -8,10 +8,10 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
 
 use super::setup::Setup;
-use super::{FAMILIES, Learned, Momenta};
-use crate::dataset::Dataset;
+use super::{FAMILIES, Learned};
+use crate::dataset::{Dataset, Momenta};
 use crate::saved::{self, SavedModel};
-use crate::train::{Choice, FitConfig, Known, Learner, Loss, Observer, Request};
+use crate::train::{Choice, Known, Learner, Loss, Observer, Request, TrainingTask};
 use lagrangian_mechanics::integrate::Method;
 use lagrangian_motion::settings::{Kind, Setting};
 use lagrangian_motion::{Error, Result};
@@ -34,8 +34,8 @@ pub trait Family: Configuration {
     ///
     /// # Errors
     /// [`Error::Argument`] for the first refused setting.
-    fn check(&self, dataset: &Dataset, config: &FitConfig) -> Result<()> {
-        let _ = (dataset, config);
+    fn check(&self, dataset: &Dataset, task: &TrainingTask) -> Result<()> {
+        let _ = (dataset, task);
         Ok(())
     }
 
@@ -48,7 +48,7 @@ pub trait Family: Configuration {
     ///
     /// # Errors
     /// [`Error::Argument`] for settings outside their domain.
-    fn prepare(&self, dataset: &Dataset, config: &FitConfig) -> Result<Plan>;
+    fn prepare(&self, dataset: &Dataset, task: &TrainingTask) -> Result<Plan>;
 }
 
 /// The methods of configurations of any family.
@@ -370,13 +370,13 @@ const FARTHEST: f64 = 1e3;
 pub(crate) fn check_speed_limit(
     limit: Option<f64>,
     dataset: &Dataset,
-    config: &FitConfig,
+    task: &TrainingTask,
 ) -> Result<()> {
     let argument = |name, value, must| Err(Error::Argument { name, value, must });
     match limit {
-        Some(_) if config.loss == Loss::ROLLOUT => {
+        Some(_) if task.loss == Loss::ROLLOUT => {
             let must = "acceleration under a speed limit: a rollout has no gradient through it";
-            argument("loss", config.loss.name().into(), must)
+            argument("loss", task.loss.name().into(), must)
         }
         Some(limit) if dataset.fastest() >= limit => {
             let value = dataset.fastest().to_string();
@@ -392,8 +392,8 @@ pub(crate) fn check_speed_limit(
 }
 
 /// Refuses a rollout of an equation of first order by a method that needs dq/dt = q̇.
-pub(crate) fn check_first_order(config: &FitConfig) -> Result<()> {
-    if config.loss != Loss::ROLLOUT || config.rollout.integrator != Method::StormerVerlet {
+pub(crate) fn check_first_order(task: &TrainingTask) -> Result<()> {
+    if task.loss != Loss::ROLLOUT || task.rollout.integrator != Method::StormerVerlet {
         return Ok(());
     }
     Err(Error::argument(

@@ -10,7 +10,9 @@ use super::FAMILIES;
 use super::family::Training;
 use super::named::{Named, Parameter};
 use super::setup::Setup;
+use crate::saved::WEIGHTS;
 use crate::saved::{self, Header, Provenance, SavedModel, Tensor};
+use crate::train::FittedForces;
 use lagrangian_mechanics::Visited;
 use lagrangian_mechanics::dynamics::{Driven, EulerLagrange, Evaluator, Mechanical, Model};
 use lagrangian_mechanics::expression::{self, Equations};
@@ -139,15 +141,6 @@ pub(crate) fn not_trained(what: &str) -> Error {
     )
 }
 
-/// The forces of a fitted model beside those of its Lagrangian.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct FittedForces<'a> {
-    /// The friction, where there is any.
-    pub dissipation: Option<&'a Dissipation>,
-    /// The map from inputs to forces, where inputs are not the forces themselves.
-    pub actuation: Option<&'a Actuation>,
-}
-
 /// The description of a fitted model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Description {
@@ -195,9 +188,6 @@ pub struct Stored {
     /// The tensors by name.
     pub tensors: Vec<(&'static str, Vec<f64>)>,
 }
-
-/// The one tensor of a network: all weights, in the order of its `parameters`.
-pub(crate) const WEIGHTS: &str = "parameters";
 
 impl Stored {
     /// The saved form of a model with these weights.
@@ -366,15 +356,6 @@ impl FittedModel for Mechanical<WithNominal> {
 
     fn boxed(&self) -> Box<dyn FittedModel> {
         Box::new(self.clone())
-    }
-}
-
-impl<'a> FittedForces<'a> {
-    pub(crate) fn of<L: Lagrangian>(model: &'a Mechanical<L>) -> Self {
-        Self {
-            dissipation: model.dissipation(),
-            actuation: model.actuation(),
-        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::learned::FittedForces;
+use crate::train::FittedForces;
 use lagrangian_mechanics::forces::{Actuation, Directional, Dissipation};
 use lagrangian_motion::Coordinates;
 

@@ -3,10 +3,11 @@
 use std::borrow::Cow;
 
 use super::family::Residuals;
-use super::learned::{FittedForces, Learned, LearnedLagrangian};
+use super::learned::{Learned, LearnedLagrangian};
 use crate::dataset::Dataset;
+use crate::train::FittedForces;
 use crate::train::{
-    CHORDS, FitConfig, ForceTerms, Forces, Loss, MAX_DOF, PositionsLearner, remainder,
+    CHORDS, ForceTerms, Forces, Loss, MAX_DOF, PositionsLearner, TrainingTask, remainder,
 };
 use lagrangian_mechanics::dynamics::Mechanical;
 use lagrangian_mechanics::lagrangian::Lagrangian;
@@ -33,15 +34,15 @@ impl Setup {
     /// The setup for these data, and the data of the network, from which the forces of the nominal model are subtracted.
     pub(crate) fn new<'d>(
         dataset: &'d Dataset,
-        config: &FitConfig,
+        task: &TrainingTask,
     ) -> Result<(Self, Cow<'d, Dataset>)> {
         Error::check_dof(dataset.coordinates.dof(), MAX_DOF)?;
-        let nominal = config.nominal(dataset)?;
+        let nominal = task.nominal(dataset)?;
         let dataset = match &nominal {
             Some(nominal) => Cow::Owned(remainder(nominal, dataset)),
             None => Cow::Borrowed(dataset),
         };
-        let loss = match config.loss {
+        let loss = match task.loss {
             Loss::ROLLOUT => Loss::ACCELERATION,
             loss => loss,
         };
@@ -51,8 +52,8 @@ impl Setup {
             loss,
             weights: loss.weights(&dataset),
             ones: vec![1.0; 2 * MAX_DOF],
-            terms: config.forces,
-            forces: Forces::new(config.forces, tau, speeds, qdd),
+            terms: task.forces,
+            forces: Forces::new(task.forces, tau, speeds, qdd),
             nominal,
         };
         Ok((setup, dataset))

@@ -22,8 +22,7 @@ use std::io::{Read, Write};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::PrepareOptions;
-use crate::models::WEIGHTS;
+use crate::dataset::PrepareOptions;
 use lagrangian_mechanics::Visited;
 use lagrangian_mechanics::dynamics::Mechanical;
 use lagrangian_mechanics::lagrangian::Lagrangian;
@@ -39,6 +38,9 @@ pub const VERSION: u32 = 2;
 
 /// The longest header that is read, bytes.
 pub const MAX_HEADER: usize = 1 << 20;
+
+/// The one tensor of a network: all weights, in the order of its `parameters`.
+pub(crate) const WEIGHTS: &str = "parameters";
 
 /// The key in safetensors' `__metadata__` that holds the [`Header`] as JSON.
 const KEY: &str = "lagrangian";

@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::CandidateResult;
 use super::inertia::{Forward, Spectrum, forwards, spectrum};
 use super::judgement::PASSIVE;
 use super::speed::weakened;
 use super::{Errors, RestartScore, RolloutScore, Score, SignalError, add_torques};
-use crate::train::Contestant;
 use lagrangian_mechanics::Model;
 use lagrangian_motion::stop::Stop;
 use lagrangian_motion::{Coordinates, Trajectory};
@@ -103,7 +103,7 @@ impl Assessment {
     /// The same for a model that was kept of several: a description of the robot that explains much less than a model that
     /// does not know it is that of another robot.
     #[must_use]
-    pub fn of_selected(self, contestants: &[Contestant]) -> Self {
+    pub fn of_selected(self, contestants: &[CandidateResult]) -> Self {
         self.with(of_description(contestants))
     }
 
@@ -121,7 +121,7 @@ const DESCRIBED: f64 = 3.0;
 /// … and this part of their variance.
 const UNDESCRIBED: f64 = 0.02;
 
-fn of_description(contestants: &[Contestant]) -> Option<Reason> {
+fn of_description(contestants: &[CandidateResult]) -> Option<Reason> {
     let error = |family: &str| {
         let mut own = contestants.iter().filter(|c| c.family == family);
         own.find_map(|c| c.torque_nmse)

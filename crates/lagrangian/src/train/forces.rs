@@ -4,6 +4,7 @@
 //! few parameters of its own coordinate; their slopes join the Jacobian beside those of the network.
 
 mod again;
+pub use again::FittedForces;
 mod geared;
 
 use serde::{Deserialize, Serialize};
@@ -135,7 +136,7 @@ impl ForceTerms {
     }
 
     /// Whether a term depends on recorded forces alone.
-    pub(super) fn of_recorded(&self) -> bool {
+    pub(crate) fn of_recorded(&self) -> bool {
         self.complete().load || self.input != Input::Torque
     }
 

@@ -4,13 +4,14 @@
 //! each coordinate at one or at two accelerations, so that `S_j` belongs to coordinate j mod n; r = D S + … with D a
 //! small matrix per sample; λ = Dᵀ ∂loss/∂r.
 
+use std::any::Any;
+
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::forces::{Drive, Forces};
 use super::loss::{Loss, Weighting};
 use super::positions::Points;
-use crate::models::delan::{Block, Factors};
 use lagrangian_mechanics::lagrangian::Jet;
 use lagrangian_motion::Coordinates;
 use lagrangian_motion::Signals;
@@ -33,8 +34,10 @@ pub(crate) struct Work<T: Real> {
     pub(crate) linear: Linearisation,
     pub(crate) adjoint: Adjoint<T>,
     pub(crate) mechanics: Mechanics,
+    /// The points of losses of positions alone.
+    pub(crate) points: Points,
     /// The memory of the family between its passes.
-    pub(crate) own: Own<T>,
+    pub(crate) scratch: FamilyScratch,
     /// ∂S/∂(q, q̇), where a flow is linearised.
     pub(crate) slopes: Vec<f64>,
 }
@@ -98,16 +101,25 @@ pub(crate) struct Mechanics {
     pub(crate) scratch: Vec<f64>,
 }
 
-/// The memory of families between the passes of a block.
-pub(crate) struct Own<T: Real> {
-    /// The points of losses of positions alone.
-    pub(crate) points: Points,
-    /// The block of a deep Lagrangian network that is trained by torques or accelerations.
-    pub(crate) deep: Option<Box<Block<T>>>,
-    /// The factors of other mass matrices of this form.
-    pub(crate) factors: Factors,
-    /// The seeds of their reverse passes along directions.
-    pub(crate) seeds: Vec<f64>,
+/// The memory of a family between the passes of a block, of a type that the family alone knows.
+#[derive(Default)]
+pub(crate) struct FamilyScratch(Option<Box<dyn Any + Send + Sync>>);
+
+impl FamilyScratch {
+    /// Takes the memory out, or begins with an empty one; [`FamilyScratch::put`] gives it back.
+    pub(crate) fn take<S: Any + Default>(&mut self) -> Box<S> {
+        let kept = self.0.take().and_then(|kept| kept.downcast().ok());
+        kept.unwrap_or_default()
+    }
+
+    pub(crate) fn put<S: Any + Send + Sync>(&mut self, memory: Box<S>) {
+        self.0 = Some(memory);
+    }
+
+    /// The memory, where the family has put some.
+    pub(crate) fn get<S: Any>(&self) -> Option<&S> {
+        self.0.as_ref()?.downcast_ref()
+    }
 }
 
 impl<T: Real> Work<T> {
@@ -147,12 +159,8 @@ impl<T: Real> Work<T> {
                 inverse: Vec::new(),
                 scratch: vec![0.0; 2 * n],
             },
-            own: Own {
-                points: Points::default(),
-                deep: None,
-                factors: Factors::default(),
-                seeds: Vec::new(),
-            },
+            points: Points::default(),
+            scratch: FamilyScratch::default(),
             slopes: Vec::new(),
         }
     }

@@ -1,41 +1,34 @@
-//! Training: losses, optimisers, schedules, and `fit`.
+//! Training: losses, optimisers, schedules, and the one loop.
 
-mod adam;
-mod allowed;
-mod checkpoint;
-mod choice;
+pub mod adam;
+pub mod checkpoint;
 mod clock;
 mod engine;
-mod fit;
-mod forces;
-mod forward;
+pub mod forces;
+pub mod known;
 mod learner;
-mod loss;
-mod natural;
-mod network;
-mod nominal;
-mod observer;
+pub mod loss;
+pub mod natural;
+pub mod network;
+pub mod nominal;
+pub mod observer;
 mod order;
 mod positions;
-mod problem;
+pub mod problem;
+pub mod request;
 pub(crate) mod rollout;
-mod run;
+pub mod run;
 mod schedule;
-mod selection;
-mod settings;
-mod stepper;
+mod shape;
+pub(crate) mod task;
 #[cfg(test)]
 pub(crate) mod tests;
 
-pub use crate::models::Parameter;
-pub use crate::models::{Family, Learned};
 pub use adam::AdamConfig;
 pub use checkpoint::Checkpoint;
-pub(crate) use choice::LOSS;
-pub use choice::{Choice, Chosen, Known, Request};
-pub use fit::{Budget, Fit, FitConfig, Optimizer, Precision, fit};
 pub(crate) use forces::{FORCE_NAMES, Forces};
-pub use forces::{ForceTerms, Input};
+pub use forces::{FittedForces, ForceTerms, Input};
+pub use known::Known;
 pub(crate) use learner::{At, Facts, Learner, MAX_DOF, Work};
 pub use loss::{Loss, NamedLoss, Norm, Target, Weighting};
 pub use natural::{DampingRule, Natural, NaturalConfig, Part, StepSize, System};
@@ -45,8 +38,9 @@ pub(crate) use positions::{CHORDS, Derivatives, PointFamily, PositionsLearner};
 pub use problem::{
     Batch, Differentiable, GradientSize, LeastSquares, LossValue, ResidualSize, StepAt,
 };
+pub(crate) use request::LOSS;
+pub use request::{Choice, Request};
 pub use rollout::{Observe, RolloutLoss, Start};
 pub use schedule::cosine;
-pub use selection::{Contestant, Selection, select};
-pub use settings::{DampingName, OptimizerName, ROLLOUT_SETTINGS, SETTINGS, TrainingSettings};
-pub use stepper::{StepLoss, Stepper};
+pub use shape::{NetworkShape, Parts};
+pub use task::{Budget, Optimizer, Precision, TrainingTask};

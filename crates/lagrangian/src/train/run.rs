@@ -1,9 +1,10 @@
 //! A run: steps, validations, and why it ends.
 
+use serde_json::Value;
+
 use super::checkpoint::Checkpoint;
 use super::clock::Clock;
 use super::engine::{AdamEngine, Engine, InTurn, NaturalEngine, Schedules, Stepped};
-use super::fit::{Budget, FitConfig, Optimizer};
 use super::learner::Learner;
 use super::loss::Loss;
 use super::natural::{DampingRule, NaturalConfig};
@@ -13,8 +14,8 @@ use super::order::Order;
 use super::problem::{Batch, LossValue, StepAt};
 use super::rollout::{RolloutDescent, RolloutProblems, RolloutValidation, SegmentOrder};
 use super::schedule::grown;
-use crate::dataset::Dataset;
-use crate::saved;
+use super::task::{Budget, Optimizer, TrainingTask};
+use crate::dataset::{Dataset, Momenta};
 use lagrangian_motion::{Error, Result};
 use nets::simd::Real;
 
@@ -22,10 +23,11 @@ use nets::simd::Real;
 const VALIDATED: usize = 2048;
 
 /// A run: its data, its state and its clock.
-pub(super) struct Run<'a> {
+pub(crate) struct Run<'a> {
     dataset: &'a Dataset,
-    config: &'a FitConfig,
-    pub(super) state: Checkpoint,
+    momenta: Option<&'a Momenta>,
+    config: &'a TrainingTask,
+    pub(crate) state: Checkpoint,
     order: Order,
     /// The indices of the samples of a validation.
     validation: Vec<usize>,
@@ -35,16 +37,19 @@ pub(super) struct Run<'a> {
 }
 
 /// The end of a run.
-pub(super) struct Ended {
-    pub(super) ending: Ending,
+pub(crate) struct Ended {
+    pub(crate) ending: Ending,
     /// The progress at its last step.
-    pub(super) progress: Progress,
+    pub(crate) progress: Progress,
 }
 
 impl<'a> Run<'a> {
-    pub(super) fn new(
-        dataset: &'a Dataset,
-        config: &'a FitConfig,
+    /// A run of this task on data with these momenta; `settings` are those of the whole fit, by which a checkpoint is told from that
+    /// of another run.
+    pub(crate) fn new(
+        (dataset, momenta): (&'a Dataset, Option<&'a Momenta>),
+        config: &'a TrainingTask,
+        settings: Value,
         resume: Option<&Checkpoint>,
         fresh: Vec<f64>,
     ) -> Result<Self> {
@@ -52,7 +57,6 @@ impl<'a> Run<'a> {
             Optimizer::Natural(_) => 1,
             Optimizer::Adam(_) => 2,
         };
-        let settings = saved::describe(config)?;
         let mut state = match resume {
             Some(checkpoint) => {
                 checkpoint.check_config(&settings)?;
@@ -69,13 +73,14 @@ impl<'a> Run<'a> {
             before: state.seconds,
             clock: Clock::start(),
             dataset,
+            momenta,
             config,
             state,
         })
     }
 
     /// With the kernels in double precision, by either optimiser.
-    pub(super) fn in_double(
+    pub(crate) fn in_double(
         &mut self,
         learner: &dyn Learner<f64>,
         observer: &mut dyn Observer,
@@ -89,7 +94,7 @@ impl<'a> Run<'a> {
     }
 
     /// By Adam, in the precision of the learner.
-    pub(super) fn by_adam<T: Real>(
+    pub(crate) fn by_adam<T: Real>(
         &mut self,
         learner: &dyn Learner<T>,
         observer: &mut dyn Observer,
@@ -108,16 +113,16 @@ impl<'a> Run<'a> {
 
     /// Under the rollout loss, after a fit of accelerations where the settings ask for one; `flow` gives the rates as they
     /// are, `learner` the residuals of that fit.
-    pub(super) fn in_rollouts(
+    pub(crate) fn in_rollouts(
         &mut self,
         flow: &dyn Learner<f64>,
         learner: &dyn Learner<f64>,
         observer: &mut dyn Observer,
     ) -> Result<Ended> {
         let (config, batch, loss) = (self.config, self.batch(), Loss::ACCELERATION);
-        let mut validation = RolloutValidation::new(self.dataset, config, flow);
+        let mut validation = RolloutValidation::new(self.dataset, self.momenta, config, flow);
         let validate = |theta: &[f64]| validation.loss(theta);
-        let order = SegmentOrder::new(self.dataset, config);
+        let order = SegmentOrder::new(self.dataset, self.momenta, config);
         let until = config.rollout.warm_start;
         match &config.optimizer {
             Optimizer::Natural(natural) => {

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+use lagrangian::TrainingTask;
 use lagrangian::rigid::RigidBodies;
 use lagrangian::trajectory::Samples;
 use lagrangian::{
@@ -76,8 +77,10 @@ fn learned(
             searches: 3,
             ..ChainConfig::default()
         }),
-        loss,
-        ..FitConfig::default()
+        training: TrainingTask {
+            loss,
+            ..TrainingTask::default()
+        },
     };
     fit(&data, &config, None, &mut ())
 }

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+use lagrangian::TrainingTask;
 use lagrangian::ensemble::{Calibration, Ensemble, fit_ensemble};
 use lagrangian::rollout::{free, times};
 use lagrangian::{
@@ -48,10 +49,12 @@ fn config() -> FitConfig {
             width: 12,
             ..LnnConfig::default()
         }),
-        loss: Loss::TORQUE,
-        budget: Budget::Steps(60),
-        batch: 64,
-        ..FitConfig::default()
+        training: TrainingTask {
+            loss: Loss::TORQUE,
+            budget: Budget::Steps(60),
+            batch: 64,
+            ..TrainingTask::default()
+        },
     }
 }
 

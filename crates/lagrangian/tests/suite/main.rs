@@ -16,6 +16,7 @@ mod identification;
 mod identities;
 mod networks;
 mod nominal;
+mod order;
 mod parameters;
 mod recorded_data;
 mod reference_systems;

@@ -2,12 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+use lagrangian::TrainingTask;
 use lagrangian::mechanics::{EulerLagrange, Jet, Scaling, Sum};
 use lagrangian::models::Lnn;
 use lagrangian::rigid::{self, RigidBodies};
 use lagrangian::rollout::{free, times};
+use lagrangian::score::CandidateResult;
 use lagrangian::score::{Assessment, Grade};
-use lagrangian::train::Contestant;
 use lagrangian::trajectory::Samples;
 use lagrangian::{
     Budget, Dataset, DelanConfig, Dissipation, Evaluator, Family, FitConfig, ForceTerms,
@@ -65,11 +66,13 @@ fn robot() -> RobotConfig {
 fn config(family: Box<dyn Family>, loss: Loss) -> FitConfig {
     FitConfig {
         family,
-        loss,
-        budget: Budget::Steps(60),
-        batch: 64,
-        nominal: Some(robot()),
-        ..FitConfig::default()
+        training: TrainingTask {
+            loss,
+            budget: Budget::Steps(60),
+            batch: 64,
+            nominal: Some(robot()),
+            ..TrainingTask::default()
+        },
     }
 }
 
@@ -172,10 +175,8 @@ fn a_nominal_model_that_is_nearly_right_is_worth_many_samples() {
     let with = fit(&data, &config(lnn(), Loss::TORQUE), None, &mut ())
         .unwrap()
         .model;
-    let alone = FitConfig {
-        nominal: None,
-        ..config(lnn(), Loss::TORQUE)
-    };
+    let mut alone = config(lnn(), Loss::TORQUE);
+    alone.nominal = None;
     let without = fit(&data, &alone, None, &mut ()).unwrap().model;
     let (with, without) = (torque_error(&with, &truth), torque_error(&without, &truth));
     assert!(with < 0.05 * without, "{with:e} {without:e}");
@@ -206,10 +207,8 @@ fn free_motions_teach_the_accelerations_upon_a_robot() {
             .map(|(a, b)| (a - b).powi(2))
             .sum::<f64>()
     };
-    let settings = FitConfig {
-        budget: Budget::Steps(120),
-        ..config(lnn(), Loss::ACCELERATION)
-    };
+    let mut settings = config(lnn(), Loss::ACCELERATION);
+    settings.budget = Budget::Steps(120);
     let found = fit(&data, &settings, None, &mut ()).unwrap().model;
     assert!(
         error(&found) < 0.05 * error(&arm()),
@@ -222,12 +221,10 @@ fn free_motions_teach_the_accelerations_upon_a_robot() {
 #[test]
 fn friction_is_learned_upon_a_robot_too() {
     let truth = Mechanical::dissipative(arm(), Dissipation::viscous(vec![0.6, 0.3])).unwrap();
-    let settings = FitConfig {
-        forces: ForceTerms {
-            viscous: true,
-            ..ForceTerms::default()
-        },
-        ..config(lnn(), Loss::TORQUE)
+    let mut settings = config(lnn(), Loss::TORQUE);
+    settings.forces = ForceTerms {
+        viscous: true,
+        ..ForceTerms::default()
     };
     let found = fit(&dataset(&truth, 500), &settings, None, &mut ())
         .unwrap()
@@ -242,10 +239,8 @@ fn friction_is_learned_upon_a_robot_too() {
 #[test]
 fn a_model_upon_a_robot_is_saved_with_it() {
     for family in [lnn(), delan()] {
-        let settings = FitConfig {
-            budget: Budget::Steps(3),
-            ..config(family, Loss::TORQUE)
-        };
+        let mut settings = config(family, Loss::TORQUE);
+        settings.budget = Budget::Steps(3);
         let found = fit(&dataset(&loaded(), 100), &settings, None, &mut ())
             .unwrap()
             .model;
@@ -327,10 +322,8 @@ fn a_family_that_cannot_stand_on_a_robot_says_so() {
         Box::<dyn Family>::from(lagrangian::MlpConfig::default()),
         Box::<dyn Family>::from(lagrangian::RigidConfig::default()),
     ] {
-        let settings = FitConfig {
-            loss: Loss::ACCELERATION,
-            ..config(family, Loss::ACCELERATION)
-        };
+        let mut settings = config(family, Loss::ACCELERATION);
+        settings.loss = Loss::ACCELERATION;
         let message = fit(&data, &settings, None, &mut ())
             .unwrap_err()
             .to_string();
@@ -340,10 +333,8 @@ fn a_family_that_cannot_stand_on_a_robot_says_so() {
         urdf: rigid::example("ur5").unwrap().into(),
         joints: Vec::new(),
     };
-    let settings = FitConfig {
-        nominal: Some(robot),
-        ..config(lnn(), Loss::TORQUE)
-    };
+    let mut settings = config(lnn(), Loss::TORQUE);
+    settings.nominal = Some(robot);
     assert!(
         settings
             .validate(&data)
@@ -375,12 +366,10 @@ fn forces_in_another_unit_than_the_nominal_model_are_refused_or_get_gains() {
     }
     // A gain of each joint takes them.
     data.train.signals.tau.iter_mut().for_each(|x| *x *= 0.08);
-    let with_gains = FitConfig {
-        forces: ForceTerms {
-            input: lagrangian::train::Input::Gains,
-            ..ForceTerms::default()
-        },
-        ..config
+    let mut with_gains = config;
+    with_gains.forces = ForceTerms {
+        input: lagrangian::train::Input::Gains,
+        ..ForceTerms::default()
     };
     assert!(fit(&data, &with_gains, None, &mut ()).is_ok());
 }
@@ -418,13 +407,13 @@ fn a_description_that_explains_much_less_than_a_chain_lowers_the_verdict() {
     }];
     let score = score(&model, &motions, &RolloutOptions::default()).unwrap();
     let graded = |errors: &[(&str, Option<f64>)]| {
-        let contestant = |(family, error): &(&str, Option<f64>)| Contestant {
+        let contestant = |(family, error): &(&str, Option<f64>)| CandidateResult {
             family: (*family).into(),
             torque_nmse: *error,
             seconds: 1.0,
             failure: None,
         };
-        let contestants: Vec<Contestant> = errors.iter().map(contestant).collect();
+        let contestants: Vec<CandidateResult> = errors.iter().map(contestant).collect();
         let assessment = Assessment::new(&model, &motions, &score).of_selected(&contestants);
         assert!(
             assessment

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+use lagrangian::TrainingTask;
 use lagrangian::rigid::{self, IdentifiedRobot, IdentifyOptions, Quantity, RigidBodies};
 use lagrangian::trajectory::Samples;
 use lagrangian::{
@@ -68,13 +69,15 @@ fn config(urdf: &str, friction: bool) -> FitConfig {
             robot: Some(robot),
             ..RigidConfig::default()
         }),
-        forces: if friction {
-            ForceTerms::friction()
-        } else {
-            ForceTerms::default()
+        training: TrainingTask {
+            forces: if friction {
+                ForceTerms::friction()
+            } else {
+                ForceTerms::default()
+            },
+            loss: Loss::TORQUE,
+            ..TrainingTask::default()
         },
-        loss: Loss::TORQUE,
-        ..FitConfig::default()
     }
 }
 
@@ -367,7 +370,10 @@ fn data_that_do_not_fit_the_robot_are_refused_with_what_to_change() {
     let message = fit(
         &free,
         &FitConfig {
-            loss: Loss::ACCELERATION,
+            training: TrainingTask {
+                loss: Loss::ACCELERATION,
+                ..config.training
+            },
             ..config
         },
         None,

@@ -3,6 +3,7 @@
 
 use std::ops::ControlFlow;
 
+use lagrangian::TrainingTask;
 use lagrangian::analytic::by_name;
 use lagrangian::models::{Delan, Order};
 use lagrangian::rollout::{free, rollout_many, times};
@@ -68,18 +69,20 @@ fn delan() -> Box<dyn Family> {
 fn config(family: Box<dyn Family>, steps: usize) -> FitConfig {
     FitConfig {
         family,
-        loss: Loss::ROLLOUT,
-        rollout: RolloutLoss {
-            horizon: 6,
-            growth: 0.5,
-            warm_start: 0.2,
-            ..RolloutLoss::default()
+        training: TrainingTask {
+            loss: Loss::ROLLOUT,
+            rollout: RolloutLoss {
+                horizon: 6,
+                growth: 0.5,
+                warm_start: 0.2,
+                ..RolloutLoss::default()
+            },
+            optimizer: Optimizer::Natural(NaturalConfig::default()),
+            budget: Budget::Steps(steps),
+            batch: 64,
+            validate_every: 10,
+            ..TrainingTask::default()
         },
-        optimizer: Optimizer::Natural(NaturalConfig::default()),
-        budget: Budget::Steps(steps),
-        batch: 64,
-        validate_every: 10,
-        ..FitConfig::default()
     }
 }
 
@@ -147,10 +150,8 @@ fn a_fit_with_free_starts_that_was_killed_and_resumed_has_the_weights_of_one_tha
         Optimizer::Adam(AdamConfig::default()),
     ];
     for optimizer in optimizers {
-        let mut config = FitConfig {
-            optimizer,
-            ..config(delan(), 20)
-        };
+        let mut config = config(delan(), 20);
+        config.optimizer = optimizer;
         config.rollout.start = Start::Free;
         let whole = fit(&data.dataset, &config, None, &mut ()).unwrap();
         for after in [2, 13] {

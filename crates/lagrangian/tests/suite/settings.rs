@@ -5,10 +5,13 @@ use std::collections::BTreeMap;
 
 use lagrangian::models::{Entry, FAMILIES};
 use lagrangian::settings::{Kind, Setting, Values};
-use lagrangian::train::{Known, ROLLOUT_SETTINGS, Request, SETTINGS};
 use lagrangian::{
     Budget, Coordinates, Dataset, FitConfig, LnnConfig, Optimizer, Provenance, Signals, Trajectory,
     fit,
+};
+use lagrangian::{
+    fit::{ROLLOUT_SETTINGS, SETTINGS},
+    train::{Known, Request},
 };
 use serde_json::{Value, json};
 

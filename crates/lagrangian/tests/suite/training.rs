@@ -3,6 +3,7 @@
 
 use std::ops::ControlFlow;
 
+use lagrangian::TrainingTask;
 use lagrangian::analytic::by_name;
 use lagrangian::models::Form;
 use lagrangian::rollout::{energy_test, free, rollout_many, times};
@@ -23,11 +24,13 @@ fn config(optimizer: Optimizer, steps: usize) -> FitConfig {
             width: 16,
             ..LnnConfig::default()
         }),
-        optimizer,
-        budget: Budget::Steps(steps),
-        batch: 64,
-        validate_every: 10,
-        ..FitConfig::default()
+        training: TrainingTask {
+            optimizer,
+            budget: Budget::Steps(steps),
+            batch: 64,
+            validate_every: 10,
+            ..TrainingTask::default()
+        },
     }
 }
 
@@ -77,10 +80,8 @@ fn a_fit_that_was_killed_and_resumed_has_the_weights_of_one_that_was_not() {
     let data = pendulum(1000);
     for optimizer in optimizers() {
         // A growing batch has another size at each step.
-        let config = FitConfig {
-            batch_first: Some(16),
-            ..config(optimizer, 60)
-        };
+        let mut config = config(optimizer, 60);
+        config.batch_first = Some(16);
         let whole = fit(&data, &config, None, &mut ()).unwrap();
         for after in [13, 47] {
             let mut killed = Killed {

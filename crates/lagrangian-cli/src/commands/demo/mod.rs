@@ -7,8 +7,9 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::{Result, bail};
+use lagrangian::TrainingTask;
 use lagrangian::analytic::{AnalyticModel, by_name};
-use lagrangian::train::{self, Ending, NaturalConfig};
+use lagrangian::train::{Ending, NaturalConfig};
 use lagrangian::{
     Budget, Dataset, Family, Fit, FitConfig, LnnConfig, Loss, MlpConfig, Optimizer, Provenance,
     random_states,
@@ -96,9 +97,11 @@ pub(super) fn run(args: &DemoArgs, mode: OutputMode) -> Result<ExitCode> {
 fn lagrangian_network() -> FitConfig {
     FitConfig {
         family: Box::<dyn Family>::from(LnnConfig::default()),
-        optimizer: Optimizer::Natural(NaturalConfig::following_the_loss()),
-        batch: 128,
-        ..FitConfig::default()
+        training: TrainingTask {
+            optimizer: Optimizer::Natural(NaturalConfig::following_the_loss()),
+            batch: 128,
+            ..TrainingTask::default()
+        },
     }
 }
 
@@ -126,18 +129,16 @@ fn train(
     mode: OutputMode,
 ) -> Result<Trained> {
     let folder = RunFolder::open(&args.out.join(name), occupied(args))?;
-    let config = FitConfig {
-        loss: Loss::ACCELERATION,
-        budget: Budget::Seconds(args.seconds),
-        seed: args.seed,
-        ..config
-    };
+    let mut config = config;
+    config.loss = Loss::ACCELERATION;
+    config.budget = Budget::Seconds(args.seconds);
+    config.seed = args.seed;
     let record = RunRecord::now(command_line(), args.seed, &config, Vec::new())?;
     folder.write_record(&record)?;
     let metrics = folder.metrics(0, Tensorboard::Written)?;
     let mut shown = Shown::start(format!("fit {name}"), mode.quiet);
     let mut watch = Watch::new(&folder, metrics, &mut shown);
-    let fit = train::fit(data, &config, None, &mut watch)
+    let fit = lagrangian::fit(data, &config, None, &mut watch)
         .advise("cannot fit", "give --samples and --seconds more")?;
     watch.finish()?;
     shown.finish(&format!(

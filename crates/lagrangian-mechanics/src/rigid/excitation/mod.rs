@@ -173,7 +173,7 @@ pub struct Excitation {
 ///
 /// ```
 /// use std::ops::ControlFlow;
-/// use lagrangian::rigid::{self, ExcitationConfig, JointLimits, RigidBodies};
+/// use lagrangian_mechanics::rigid::{self, ExcitationConfig, JointLimits, RigidBodies};
 ///
 /// let text = rigid::example("two_link_arm").unwrap_or_default();
 /// let arm = RigidBodies::from_urdf(text)?;
@@ -184,7 +184,7 @@ pub struct Excitation {
 ///     _ => ControlFlow::Break(()),
 /// })?;
 /// assert!(found.gain > 1.0 && found.plan.len() == 501);
-/// # Ok::<(), lagrangian::Error>(())
+/// # Ok::<(), lagrangian_motion::Error>(())
 /// ```
 pub fn excite(
     robot: &RigidBodies,

@@ -4,7 +4,7 @@ use super::{ChainConfig, search};
 use crate::dataset::Dataset;
 use crate::models::family::{self, Abilities, Entry, Family, Plan};
 use crate::models::rigid::robot;
-use crate::train::{FitConfig, Loss};
+use crate::train::{Loss, TrainingTask};
 use lagrangian_mechanics::rigid::{MAX_JOINTS, RobotConfig};
 use lagrangian_motion::settings::{Kind, Setting};
 use lagrangian_motion::{Error, Result};
@@ -56,7 +56,7 @@ impl Family for ChainConfig {
         }
     }
 
-    fn check(&self, dataset: &Dataset, _config: &FitConfig) -> Result<()> {
+    fn check(&self, dataset: &Dataset, _task: &TrainingTask) -> Result<()> {
         let n = dataset.coordinates.dof();
         if n > MAX_JOINTS {
             let must = "at most 12 joints: choose the columns of one arm";
@@ -65,8 +65,8 @@ impl Family for ChainConfig {
         Ok(())
     }
 
-    fn prepare(&self, _dataset: &Dataset, config: &FitConfig) -> Result<Plan> {
-        let (own, seed) = (self.clone(), config.seed);
+    fn prepare(&self, _dataset: &Dataset, task: &TrainingTask) -> Result<Plan> {
+        let (own, seed) = (self.clone(), task.seed);
         Ok(Plan::Solve(Box::new(move |dataset, observer| {
             let screws = search::screws(dataset, own.searches, seed, observer)?;
             let robot = RobotConfig::of_screws(&screws, &dataset.coordinates);

@@ -7,12 +7,13 @@ use crate::models::NetworkShape;
 use crate::models::family::{
     self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained, Training,
 };
-use crate::models::learned::{Description, Learned, LearnedLagrangian, Stored, WEIGHTS};
+use crate::models::learned::{Description, Learned, LearnedLagrangian, Stored};
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::models::vin;
+use crate::saved::WEIGHTS;
 use crate::saved::{self, SavedModel};
-use crate::train::{Choice, FitConfig, Known, LOSS, Loss, Request};
+use crate::train::{Choice, Known, LOSS, Loss, Request, TrainingTask};
 use lagrangian_motion::settings::{Kind, Setting, named};
 use lagrangian_motion::{Error, Result};
 use nets::simd::Real;
@@ -110,7 +111,7 @@ impl Family for DelanConfig {
         }
     }
 
-    fn prepare(&self, dataset: &Dataset, config: &FitConfig) -> Result<Plan> {
+    fn prepare(&self, dataset: &Dataset, task: &TrainingTask) -> Result<Plan> {
         if self.inertia == Inertia::Constant {
             return Err(Error::argument(
                 "inertia",
@@ -118,13 +119,13 @@ impl Family for DelanConfig {
                 "that of the configuration: a constant mass matrix is the family vin",
             ));
         }
-        prepare(self, dataset, config)
+        prepare(self, dataset, task)
     }
 }
 
 /// The training of a deep Lagrangian network, whatever its inertia depends on.
-pub(crate) fn prepare(delan: &DelanConfig, dataset: &Dataset, config: &FitConfig) -> Result<Plan> {
-    let (setup, dataset) = Setup::new(dataset, config)?;
+pub(crate) fn prepare(delan: &DelanConfig, dataset: &Dataset, task: &TrainingTask) -> Result<Plan> {
+    let (setup, dataset) = Setup::new(dataset, task)?;
     let coordinates = dataset.coordinates.clone();
     let shape = DelanShape::new(coordinates, delan.clone(), dataset.mass_scaling())?;
     Ok(Plan::train(shape, setup))

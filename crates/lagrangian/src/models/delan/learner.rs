@@ -1,7 +1,7 @@
 //! Training of deep Lagrangian networks: each balance M q̈ + c − … depends on the network through its outputs, their
 //! change along q̇ and their change along one more direction in q (theory.md, section 14).
 
-use super::{Block, DelanShape};
+use super::{Block, DelanShape, Scratch};
 use crate::models::NetworkShape;
 use crate::train::{At, Facts, Forces, Learner, Loss, Work};
 use lagrangian_mechanics::rigid::RigidBodies;
@@ -50,8 +50,11 @@ impl<T: Real> Learner<T> for DelanLearner<'_> {
         let samples = work.pass.samples();
         work.evaluate_nominal(self.nominal);
         work.mechanics.scratch.resize(4 * self.shape.dof(), 0.0);
-        let block = work.own.deep.take();
-        let mut block = block.unwrap_or_else(|| Box::new(Block::new(self.shape, samples)));
+        let mut own = work.scratch.take::<Scratch<T>>();
+        let mut block = own
+            .block
+            .take()
+            .unwrap_or_else(|| Box::new(Block::new(self.shape, samples)));
         let states = (&work.states.q[..], &work.states.qd[..]);
         block.evaluate(self.shape, packed, &mut work.pass, states);
         work.linear.singular = 0;
@@ -61,7 +64,8 @@ impl<T: Real> Learner<T> for DelanLearner<'_> {
         if self.loss.inverts() {
             self.acceleration_residuals(extra, &mut block, work);
         }
-        work.own.deep = Some(block);
+        own.block = Some(block);
+        work.scratch.put(own);
     }
 
     fn pull_back(&self, packed: &Packed<T>, work: &mut Work<T>, gradient: &mut Gradient<T>) {
@@ -95,12 +99,8 @@ impl<T: Real> Learner<T> for DelanLearner<'_> {
     ) {
         let (shape, n, k) = (self.shape, self.shape.dof(), self.outputs());
         // One state at a time: a flow is linearised far less often than a loss.
-        let mut factor = work
-            .own
-            .factors
-            .each
-            .pop()
-            .unwrap_or_else(|| shape.factor());
+        let mut own = work.scratch.take::<Scratch<T>>();
+        let mut factor = own.factors.each.pop().unwrap_or_else(|| shape.factor());
         work.pass.reverse_features(&shape.net, packed, 0..1 + 2 * k);
         for (s, slopes) in slopes.chunks_exact_mut(2 * n * k).enumerate() {
             let (pass, qd) = (&work.pass, &work.states.qd[s * n..][..n]);
@@ -113,7 +113,8 @@ impl<T: Real> Learner<T> for DelanLearner<'_> {
                 work.add_force_slopes(&self.forces, extra, (s, shape.scaling.energy), set);
             }
         }
-        work.own.factors.each.push(factor);
+        own.factors.each.push(factor);
+        work.scratch.put(own);
     }
 
     fn input_slopes(&self, extra: &[f64], work: &Work<T>, slopes: &mut [f64]) {
@@ -140,9 +141,11 @@ impl<T: Real> Learner<T> for DelanLearner<'_> {
         }
         let (qd, scale) = (&work.states.qd, &self.shape.scaling.qd_scale);
         let v = |s: usize, i: usize| qd[s * n + i] / scale[i];
-        let factors = &mut work.own.factors;
+        let mut own = work.scratch.take::<Scratch<T>>();
+        let factors = &mut own.factors;
         self.shape
             .pull_back_value((packed, factors), &mut work.pass, (weights, v), gradient);
+        work.scratch.put(own);
         true
     }
 }
@@ -278,7 +281,8 @@ impl DelanLearner<'_> {
         weight: impl Fn(usize, usize, usize) -> f64,
     ) {
         let (shape, n, k) = (self.shape, self.shape.dof(), self.outputs());
-        let Some(mut block) = work.own.deep.take() else {
+        let mut own = work.scratch.take::<Scratch<T>>();
+        let Some(block) = &mut own.block else {
             return;
         };
         for d in 0..directions {
@@ -297,6 +301,6 @@ impl DelanLearner<'_> {
         }
         work.pass
             .reverse_tangents_seeded(&shape.net, packed, directions);
-        work.own.deep = Some(block);
+        work.scratch.put(own);
     }
 }

@@ -10,6 +10,7 @@ mod jets;
 pub(crate) mod learner;
 mod one;
 pub(crate) mod points;
+mod scratch;
 mod structure;
 #[cfg(test)]
 mod tests;
@@ -17,6 +18,7 @@ mod tests;
 pub(crate) use block::Block;
 pub(crate) use factor::Factor;
 pub(crate) use factors::{Factors, Outputs};
+pub(crate) use scratch::Scratch;
 pub use structure::{Structure, Terms};
 
 use num_dual::DualNum;

@@ -1,6 +1,6 @@
 //! Points of a deep Lagrangian network: α p is M (α v), the inertial force of an acceleration α v at rest.
 
-use super::{DelanShape, Outputs};
+use super::{DelanShape, Outputs, Scratch};
 use crate::models::NetworkShape;
 use crate::train::Work;
 use crate::train::{Derivatives, PointFamily};
@@ -20,16 +20,16 @@ impl<T: Real> PointFamily<T> for DelanShape {
         let still = &mut work.mechanics.scratch[..n];
         still.fill(0.0);
         for point in 0..points {
-            let q = &work.own.points.q[point * n..][..n];
+            let q = &work.points.q[point * n..][..n];
             shape.write(&mut work.pass, point, q, still);
         }
         work.pass.forward(&shape.net, packed, Some(0));
-        let own = &mut work.own;
-        let v = |point: usize, i: usize| own.points.v[point * n + i] / scale[i];
+        let mut own = work.scratch.take::<Scratch<T>>();
+        let v = |point: usize, i: usize| work.points.v[point * n + i] / scale[i];
         own.factors
             .read(shape, packed, &mut work.pass, Outputs::Moving, v);
         for point in 0..points {
-            let factor = &work.own.factors.each[point];
+            let factor = &own.factors.each[point];
             let dl_dq = &mut work.mechanics.jet.dl_dq[point * n..][..n];
             shape.slope(&work.pass, point, dl_dq);
             dl_dq.iter_mut().for_each(|x| *x *= energy);
@@ -42,6 +42,7 @@ impl<T: Real> PointFamily<T> for DelanShape {
                 }
             }
         }
+        work.scratch.put(own);
     }
 
     fn sensitivities(
@@ -54,9 +55,10 @@ impl<T: Real> PointFamily<T> for DelanShape {
         let (shape, n) = (self, self.dof());
         let (points, outputs) = (work.pass.samples(), shape.factor_outputs());
         let scale = &shape.scaling.qd_scale;
-        work.own.seeds.resize(2 * n * points * outputs, 0.0);
+        let mut own = work.scratch.take::<Scratch<T>>();
+        own.seeds.resize(2 * n * points * outputs, 0.0);
         for point in 0..points {
-            let beta = work.own.points.slope[point];
+            let beta = work.points.slope[point];
             for d in 0..directions {
                 let along = |i: usize| -beta * weight(point, d, i);
                 shape.write_tangent(&mut work.pass, (point, d), along);
@@ -67,17 +69,17 @@ impl<T: Real> PointFamily<T> for DelanShape {
         let mut beta = [0.0; crate::train::MAX_DOF];
         for point in 0..points {
             let (v, alpha) = (
-                &work.own.points.v[point * n..][..n],
-                work.own.points.momentum[point],
+                &work.points.v[point * n..][..n],
+                work.points.momentum[point],
             );
-            let factor = &mut work.own.factors.each[point];
+            let factor = &mut own.factors.each[point];
             factor.accelerate(|i| alpha * v[i] / scale[i]);
             for d in 0..directions {
                 for (i, b) in beta[..n].iter_mut().enumerate() {
                     *b = weight(point, d, i) / scale[i];
                 }
                 let pass = &work.pass;
-                let (rates, values) = work.own.seeds.split_at_mut(directions * points * outputs);
+                let (rates, values) = own.seeds.split_at_mut(directions * points * outputs);
                 let at = (d * points + point) * outputs;
                 let values = &mut values[at..at + outputs];
                 let hat = |o: usize| pass.output(&shape.net, 2 + d, point, o).f64();
@@ -87,9 +89,10 @@ impl<T: Real> PointFamily<T> for DelanShape {
                 potential.for_each(|(x, b)| *x += alpha * b);
             }
         }
-        let seeds = &work.own.seeds;
+        let seeds = &own.seeds;
         let seed = |c: usize, s: usize, o: usize| T::of(seeds[(c * points + s) * outputs + o]);
         work.pass
             .reverse_tangents(&shape.net, packed, directions, seed);
+        work.scratch.put(own);
     }
 }

@@ -6,7 +6,7 @@ use crate::models::family::{self, Abilities, Entry, Family, Plan};
 use crate::models::learned::{Description, Learned, LearnedLagrangian, Stored};
 use crate::models::settings as shared;
 use crate::saved::{self, SavedModel};
-use crate::train::{FitConfig, Loss, Observer};
+use crate::train::{Loss, Observer, TrainingTask};
 use lagrangian_motion::settings::{Kind, Range, Setting};
 use lagrangian_motion::{Error, Result};
 
@@ -64,8 +64,8 @@ impl Family for FeaturesConfig {
         }
     }
 
-    fn check(&self, _dataset: &Dataset, config: &FitConfig) -> Result<()> {
-        if config.forces.is_none() {
+    fn check(&self, _dataset: &Dataset, task: &TrainingTask) -> Result<()> {
+        if task.forces.is_none() {
             return Ok(());
         }
         Err(Error::argument(
@@ -75,9 +75,9 @@ impl Family for FeaturesConfig {
         ))
     }
 
-    fn prepare(&self, _dataset: &Dataset, config: &FitConfig) -> Result<Plan> {
+    fn prepare(&self, _dataset: &Dataset, task: &TrainingTask) -> Result<Plan> {
         self.validate()?;
-        let (own, seed) = (self.clone(), config.seed);
+        let (own, seed) = (self.clone(), task.seed);
         let solve =
             move |dataset: &Dataset, _: &mut dyn Observer| solve::solve(dataset, &own, seed);
         Ok(Plan::Solve(Box::new(solve)))

@@ -3,19 +3,17 @@
 use serde_json::Value;
 
 use super::learner::HnnLearner;
-use super::{Hnn, HnnConfig, HnnShape, HnnStructure, Momenta};
-use crate::dataset::Dataset;
+use super::{Hnn, HnnConfig, HnnShape, HnnStructure};
+use crate::dataset::{Dataset, Momenta};
 use crate::models::NetworkShape;
 use crate::models::family::{
     self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained, Training,
 };
-use crate::models::learned::{
-    Description, FittedForces, FittedModel, Learned, Stored, not_trained,
-};
+use crate::models::learned::{Description, FittedModel, Learned, Stored, not_trained};
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::saved::{self, SavedModel};
-use crate::train::{Choice, FitConfig, ForceTerms, Known, Loss, Request};
+use crate::train::{Choice, FittedForces, ForceTerms, Known, Loss, Request, TrainingTask};
 use lagrangian_mechanics::expression::Equations;
 use lagrangian_mechanics::hamiltonian::{Canonical, Hamiltonian};
 use lagrangian_mechanics::lagrangian::Lagrangian;
@@ -124,13 +122,13 @@ impl Family for HnnConfig {
         }
     }
 
-    fn check(&self, dataset: &Dataset, config: &FitConfig) -> Result<()> {
+    fn check(&self, dataset: &Dataset, task: &TrainingTask) -> Result<()> {
         let argument = |name, value: &str, must| {
             let value = value.into();
             Err(Error::Argument { name, value, must })
         };
-        let forces = config.forces != ForceTerms::default();
-        if config.loss == Loss::ROLLOUT && forces {
+        let forces = task.forces != ForceTerms::default();
+        if task.loss == Loss::ROLLOUT && forces {
             let must = "omitted, or learned under another loss";
             return argument(
                 "forces",
@@ -146,16 +144,16 @@ impl Family for HnnConfig {
             let must = "omitted, or momenta recorded or p = m q̇ with `masses`";
             return argument("forces", "beside velocities in the place of momenta", must);
         }
-        family::check_first_order(config)?;
-        family::check_speed_limit(self.speed_limit, dataset, config)
+        family::check_first_order(task)?;
+        family::check_speed_limit(self.speed_limit, dataset, task)
     }
 
     fn momenta(&self) -> Option<&Momenta> {
         Some(&self.momenta)
     }
 
-    fn prepare(&self, dataset: &Dataset, config: &FitConfig) -> Result<Plan> {
-        let (mut setup, dataset) = Setup::new(dataset, config)?;
+    fn prepare(&self, dataset: &Dataset, task: &TrainingTask) -> Result<Plan> {
+        let (mut setup, dataset) = Setup::new(dataset, task)?;
         let (scaling, weights) = dataset.phase_scaling(self)?;
         setup.weights = weights;
         let shape = HnnShape::new(dataset.coordinates.clone(), self.clone(), scaling)?;

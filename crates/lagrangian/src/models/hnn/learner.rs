@@ -1,9 +1,10 @@
 //! Training of Hamiltonian networks on (q̇, ṗ): the residuals are linear in the first derivatives of the network, so
 //! that one reverse pass makes them (theory.md, equation 93).
 
-use super::{HnnNet, HnnShape, Momenta, Unit};
+use super::{HnnNet, HnnShape, Unit};
+use crate::dataset::Momenta;
 use crate::models::NetworkShape;
-use crate::models::delan::Outputs;
+use crate::models::delan::{Outputs, Scratch};
 use crate::train::{At, Facts, Forces, Learner, Loss, Work};
 use lagrangian_motion::Signals;
 use nets::simd::Real;
@@ -141,8 +142,10 @@ impl<T: Real> Learner<T> for HnnLearner<'_> {
             HnnNet::Mass(shape) => {
                 let (p, scale) = (&work.states.p, &shape.scaling.qd_scale);
                 let v = |s: usize, i: usize| p[s * n + i] / scale[i];
-                let factors = &mut work.own.factors;
+                let mut own = work.scratch.take::<Scratch<T>>();
+                let factors = &mut own.factors;
                 shape.pull_back_value((packed, factors), pass, (weights, v), gradient);
+                work.scratch.put(own);
             }
         }
         true
@@ -176,13 +179,15 @@ impl HnnLearner<'_> {
             return;
         };
         let (n, scale) = (shape.dof(), &shape.scaling.qd_scale);
-        let (p, factors) = (&work.states.p, &mut work.own.factors);
+        let mut own = work.scratch.take::<Scratch<T>>();
+        let (p, factors) = (&work.states.p, &mut own.factors);
         let pi = |s: usize, i: usize| p[s * n + i] / scale[i];
         factors.read(shape, packed, &mut work.pass, Outputs::Values, pi);
         // With a = π the rate of the momentum is the momentum itself.
         for (s, factor) in factors.each.iter_mut().enumerate() {
             factor.accelerate(|i| pi(s, i));
         }
+        work.scratch.put(own);
     }
 
     /// S of sample `s` into `along`.
@@ -196,9 +201,11 @@ impl HnnLearner<'_> {
             return;
         }
         shape.read_slopes(&work.pass, s, &work.states.q[s * n..][..n], raw);
-        if let HnnNet::Mass(_) = shape.net {
+        if let Some(own) = work.scratch.get::<Scratch<T>>()
+            && let HnnNet::Mass(_) = shape.net
+        {
             for (i, raw) in raw[..n].iter_mut().enumerate() {
-                *raw = work.own.factors.each[s].momentum::<f64>(i);
+                *raw = own.factors.each[s].momentum::<f64>(i);
             }
         }
     }
@@ -246,24 +253,26 @@ impl HnnLearner<'_> {
         };
         let outputs = delan.factor_outputs();
         let (mut beta, mut rates) = ([0.0; 64], vec![0.0; outputs]);
-        work.own.seeds.resize(2 * n * samples * outputs, 0.0);
+        let mut own = work.scratch.take::<Scratch<T>>();
+        let Scratch { factors, seeds, .. } = &mut *own;
+        seeds.resize(2 * n * samples * outputs, 0.0);
         for s in 0..samples {
             for d in 0..directions {
                 for (i, b) in beta[..n].iter_mut().enumerate() {
                     *b = weight(s, d, i);
                 }
                 let pass = &work.pass;
-                let values = &mut work.own.seeds[(d * samples + s) * outputs..][..outputs];
+                let values = &mut seeds[(d * samples + s) * outputs..][..outputs];
                 let hat = |o| pass.output(net, 2 + d, s, o).f64();
-                work.own.factors.each[s].sensitivities(&beta[..n], hat, &mut rates, values);
+                factors.each[s].sensitivities(&beta[..n], hat, &mut rates, values);
             }
         }
-        let seeds = &work.own.seeds;
         let seed = |c: usize, s: usize, o: usize| match c.checked_sub(directions) {
             None => T::default(),
             Some(d) => T::of(seeds[(d * samples + s) * outputs + o]),
         };
         work.pass.reverse_tangents(net, packed, directions, seed);
+        work.scratch.put(own);
     }
 }
 

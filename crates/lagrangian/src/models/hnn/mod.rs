@@ -4,11 +4,13 @@ mod expression;
 pub(crate) mod family;
 mod jets;
 pub(crate) mod learner;
+mod scaling;
 mod slopes;
 
 use num_dual::DualNum;
 use serde::{Deserialize, Serialize};
 
+use crate::dataset::Momenta;
 use crate::models::delan::{Delan, DelanConfig};
 use crate::models::lnn::{Lnn, LnnConfig};
 use crate::models::network::{Network, NetworkShape, Parts};
@@ -31,27 +33,6 @@ pub enum HnnStructure {
     /// No Hamiltonian but the flow (q, z) → (q̇, ż) itself, a plain network for comparison. With momenta it moves from
     /// (q, p) alone, see [`crate::rollout::rollout_phase`]: it knows none that belongs to a q̇.
     None,
-}
-
-/// The source of the momenta.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Momenta {
-    /// Recorded momenta p.
-    #[default]
-    Recorded,
-    /// Momenta p = m q̇ with these masses, `[n]`.
-    Masses(Vec<f64>),
-    /// Velocities in place of momenta: correct only for equal and constant masses, since else no H exists.
-    Velocities,
-}
-
-impl Momenta {
-    /// Whether these are canonical momenta.
-    #[must_use]
-    pub fn canonical(&self) -> bool {
-        *self != Self::Velocities
-    }
 }
 
 /// The shape of a Hamiltonian network.

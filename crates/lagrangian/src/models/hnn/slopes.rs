@@ -4,6 +4,7 @@
 use super::HnnNet;
 use super::learner::HnnLearner;
 use crate::models::NetworkShape;
+use crate::models::delan::Scratch;
 use crate::train::Work;
 use lagrangian_mechanics::lagrangian::{Features, Scaling};
 use nets::Packed;
@@ -61,9 +62,11 @@ impl HnnLearner<'_> {
         let (shape, n, pass) = (self.shape, self.shape.dof(), &work.pass);
         let features = Scaling::features(shape.coordinates());
         let (kinetic, scale) = (shape.kinetic(), &shape.scaling().qd_scale);
+        let own = work.scratch.get::<Scratch<T>>();
+        let mass = |d, j| own.map_or(0.0, |own| own.factors.each[s].mass::<f64>(d, j));
         for (d, j) in (0..2 * n).flat_map(|d| (0..n).map(move |j| (d, j))) {
             let by_scaled = match &shape.net {
-                HnnNet::Mass(_) if d < n => work.own.factors.each[s].mass::<f64>(d, j),
+                HnnNet::Mass(_) if d < n => mass(d, j),
                 // ∂²H/∂q∂p has one value, whichever comes first.
                 HnnNet::Mass(_) => -slopes[j * 2 * n + d - n],
                 HnnNet::Free(_) | HnnNet::None(_) => {

@@ -13,7 +13,7 @@ use crate::models::learned::{Description, Learned, LearnedLagrangian, Stored, no
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::saved::{self, SavedModel};
-use crate::train::{Choice, FitConfig, Known, Loss, Request};
+use crate::train::{Choice, Known, Loss, Request, TrainingTask};
 use lagrangian_motion::settings::{Kind, Setting, named};
 use lagrangian_motion::{Error, Result};
 use nets::simd::Real;
@@ -134,12 +134,12 @@ impl Family for LnnConfig {
         }
     }
 
-    fn check(&self, dataset: &Dataset, config: &FitConfig) -> Result<()> {
-        family::check_speed_limit(self.speed_limit, dataset, config)
+    fn check(&self, dataset: &Dataset, task: &TrainingTask) -> Result<()> {
+        family::check_speed_limit(self.speed_limit, dataset, task)
     }
 
-    fn prepare(&self, dataset: &Dataset, config: &FitConfig) -> Result<Plan> {
-        let (setup, dataset) = Setup::new(dataset, config)?;
+    fn prepare(&self, dataset: &Dataset, task: &TrainingTask) -> Result<Plan> {
+        let (setup, dataset) = Setup::new(dataset, task)?;
         let coordinates = dataset.coordinates.clone();
         let shape = LnnShape::new(coordinates, self.clone(), dataset.scaling())?;
         Ok(Plan::train(shape, setup))

@@ -18,7 +18,7 @@ impl<T: Real> PointFamily<T> for LnnShape {
         let (shape, n) = (self, self.dof());
         for point in 0..work.pass.samples() {
             let row = point * n..point * n + n;
-            let (q, v) = (&work.own.points.q[row.clone()], &work.own.points.v[row]);
+            let (q, v) = (&work.points.q[row.clone()], &work.points.v[row]);
             shape.write_still(&mut work.pass, point, q, v);
         }
         let directions = match derivatives {
@@ -29,7 +29,7 @@ impl<T: Real> PointFamily<T> for LnnShape {
         work.pass.reverse(&shape.net, packed, directions);
         for point in 0..work.pass.samples() {
             let row = point * n..point * n + n;
-            let v = &work.own.points.v[row];
+            let v = &work.points.v[row];
             shape.read(
                 &work.pass,
                 (point, point),
@@ -49,11 +49,8 @@ impl<T: Real> PointFamily<T> for LnnShape {
         let (shape, n) = (self, self.dof());
         for point in 0..work.pass.samples() {
             let row = point * n..point * n + n;
-            let v = &work.own.points.v[row];
-            let (alpha, beta) = (
-                work.own.points.momentum[point],
-                work.own.points.slope[point],
-            );
+            let v = &work.points.v[row];
+            let (alpha, beta) = (work.points.momentum[point], work.points.slope[point]);
             for d in 0..directions {
                 let weights = &mut work.mechanics.scratch[..n];
                 for (i, w) in weights.iter_mut().enumerate() {

@@ -10,7 +10,7 @@ use crate::models::family::{
 use crate::models::learned::{Description, FittedModel, Learned, Stored, not_trained};
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
-use crate::train::{FitConfig, Loss};
+use crate::train::{Loss, TrainingTask};
 use lagrangian_mechanics::expression::Equations;
 use lagrangian_motion::Result;
 use nets::simd::Real;
@@ -43,8 +43,8 @@ impl Family for MlpConfig {
         Abilities::of_losses(Loss::SINGLE, remedy)
     }
 
-    fn prepare(&self, dataset: &Dataset, config: &FitConfig) -> Result<Plan> {
-        let (setup, dataset) = Setup::new(dataset, config)?;
+    fn prepare(&self, dataset: &Dataset, task: &TrainingTask) -> Result<Plan> {
+        let (setup, dataset) = Setup::new(dataset, task)?;
         let direction = match setup.loss {
             Loss::TORQUE | Loss::TORQUE_L1 => Direction::Inverse,
             _ => Direction::Forward,

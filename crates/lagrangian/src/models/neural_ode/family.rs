@@ -11,7 +11,7 @@ use crate::models::mlp::{Mlp, MlpShape};
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::saved::SavedModel;
-use crate::train::{Choice, FitConfig, Known, LOSS, Loss, Request};
+use crate::train::{Choice, Known, LOSS, Loss, Request, TrainingTask};
 use lagrangian_mechanics::expression::{self, Equations};
 use lagrangian_motion::Result;
 use lagrangian_motion::settings::{Kind, Setting, named};
@@ -68,15 +68,15 @@ impl Family for NeuralOdeConfig {
         Abilities::of_losses(LOSSES, remedy)
     }
 
-    fn check(&self, _dataset: &Dataset, config: &FitConfig) -> Result<()> {
+    fn check(&self, _dataset: &Dataset, task: &TrainingTask) -> Result<()> {
         match self.order {
-            Order::First => family::check_first_order(config),
+            Order::First => family::check_first_order(task),
             Order::Second => Ok(()),
         }
     }
 
-    fn prepare(&self, dataset: &Dataset, config: &FitConfig) -> Result<Plan> {
-        let (mut setup, dataset) = Setup::new(dataset, config)?;
+    fn prepare(&self, dataset: &Dataset, task: &TrainingTask) -> Result<Plan> {
+        let (mut setup, dataset) = Setup::new(dataset, task)?;
         if self.order == Order::First {
             let speeds = dataset.scaling().qd_scale;
             let of_velocities = speeds.iter().map(|s| 1.0 / s);

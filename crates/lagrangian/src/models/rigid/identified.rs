@@ -1,7 +1,8 @@
 //! Rigid bodies whose parameters were identified.
 
 use crate::models::Parameter;
-use crate::models::learned::{Description, FittedForces, FittedModel, Learned, Stored};
+use crate::models::learned::{Description, FittedModel, Learned, Stored};
+use crate::train::FittedForces;
 use lagrangian_mechanics::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
 use lagrangian_mechanics::lagrangian::Lagrangian;
 use lagrangian_mechanics::rigid::RigidBodies;

@@ -14,7 +14,7 @@ use serde_json::Value;
 use super::family::{self, Abilities, Entry, Family, Plan};
 use super::settings as shared;
 use crate::dataset::Dataset;
-use crate::train::{Choice, FitConfig, Known, Loss, Request};
+use crate::train::{Choice, Known, Loss, Request, TrainingTask};
 use lagrangian_mechanics::rigid::RobotConfig;
 use lagrangian_motion::settings::{Kind, Setting};
 use lagrangian_motion::{Error, Result};
@@ -103,15 +103,15 @@ impl Family for RigidConfig {
         }
     }
 
-    fn check(&self, dataset: &Dataset, _config: &FitConfig) -> Result<()> {
+    fn check(&self, dataset: &Dataset, _task: &TrainingTask) -> Result<()> {
         match &self.robot {
             Some(robot) => robot.bodies(&dataset.coordinates).map(drop),
             None => Ok(()),
         }
     }
 
-    fn prepare(&self, _dataset: &Dataset, config: &FitConfig) -> Result<Plan> {
-        let (own, dissipation) = (self.clone(), config.forces.viscous || config.forces.coulomb);
+    fn prepare(&self, _dataset: &Dataset, task: &TrainingTask) -> Result<Plan> {
+        let (own, dissipation) = (self.clone(), task.forces.viscous || task.forces.coulomb);
         Ok(Plan::Solve(Box::new(move |dataset, _| match &own.robot {
             None => Ok(chain::identify(dataset, &own, dissipation)?.into()),
             Some(robot) => {

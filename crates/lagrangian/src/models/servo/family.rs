@@ -14,10 +14,11 @@ use super::shooting::standard_errors;
 use super::{Friction, Servo, ServoConfig};
 use crate::dataset::{Dataset, Timeline};
 use crate::models::family::{self, Abilities, Entry, Family, Plan, Solution};
-use crate::models::learned::{Description, FittedModel, Stored, WEIGHTS};
+use crate::models::learned::{Description, FittedModel, Stored};
 use crate::models::named::Parameter;
+use crate::saved::WEIGHTS;
 use crate::saved::{self, SavedModel};
-use crate::train::{FitConfig, Loss, Observer};
+use crate::train::{Loss, Observer, TrainingTask};
 use lagrangian_motion::samples::Samples;
 use lagrangian_motion::settings::{Kind, Range, Setting, named};
 use lagrangian_motion::{Error, Result};
@@ -78,7 +79,7 @@ impl Family for ServoConfig {
         }
     }
 
-    fn check(&self, dataset: &Dataset, _config: &FitConfig) -> Result<()> {
+    fn check(&self, dataset: &Dataset, _task: &TrainingTask) -> Result<()> {
         let n = dataset.coordinates.dof();
         if n > Servo::MAX_JOINTS || dataset.coordinates.parameters().next().is_some() {
             let must = "at most 6, all of which move: choose the columns of one arm";
@@ -94,7 +95,7 @@ impl Family for ServoConfig {
         Ok(())
     }
 
-    fn prepare(&self, _dataset: &Dataset, _config: &FitConfig) -> Result<Plan> {
+    fn prepare(&self, _dataset: &Dataset, _task: &TrainingTask) -> Result<Plan> {
         let own = self.clone();
         Ok(Plan::Solve(Box::new(move |dataset, observer| {
             own.solve(dataset, observer)

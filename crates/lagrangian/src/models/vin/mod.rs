@@ -7,7 +7,7 @@ use super::delan::{DelanConfig, Inertia, Trunks, family as delan};
 use super::family::{self, Abilities, Entry, Family, Plan};
 use super::settings as shared;
 use crate::dataset::Dataset;
-use crate::train::{Choice, FitConfig, Known, LOSS, Loss, Request};
+use crate::train::{Choice, Known, LOSS, Loss, Request, TrainingTask};
 use lagrangian_motion::Result;
 use lagrangian_motion::settings::Setting;
 use nets::Activation;
@@ -101,7 +101,7 @@ impl Family for VinConfig {
         self.network().abilities()
     }
 
-    fn prepare(&self, dataset: &Dataset, config: &FitConfig) -> Result<Plan> {
-        delan::prepare(&self.network(), dataset, config)
+    fn prepare(&self, dataset: &Dataset, task: &TrainingTask) -> Result<Plan> {
+        delan::prepare(&self.network(), dataset, task)
     }
 }

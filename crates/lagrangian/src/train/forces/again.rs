@@ -1,8 +1,26 @@
 //! Forces of a fitted model in training again, and their slopes by the inputs.
 
 use super::{Drive, ForceTerms, Forces, Input, SMOOTHING, STRIBECK, Term};
-use crate::models::FittedForces;
 use lagrangian_mechanics::forces::{Actuation, Directional, Dissipation};
+use lagrangian_mechanics::{Lagrangian, Mechanical};
+
+/// The forces of a fitted model beside those of its Lagrangian.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct FittedForces<'a> {
+    /// The friction, where there is any.
+    pub dissipation: Option<&'a Dissipation>,
+    /// The map from inputs to forces, where inputs are not the forces themselves.
+    pub actuation: Option<&'a Actuation>,
+}
+
+impl<'a> FittedForces<'a> {
+    pub(crate) fn of<L: Lagrangian>(model: &'a Mechanical<L>) -> Self {
+        Self {
+            dissipation: model.dissipation(),
+            actuation: model.actuation(),
+        }
+    }
+}
 
 impl ForceTerms {
     /// The terms that such forces and rotors are made of.

@@ -15,7 +15,7 @@
 use super::forces::{Drive, Forces};
 use super::learner::{Facts, Learner, Work};
 use super::loss::Loss;
-use crate::models::NetworkShape;
+use super::shape::NetworkShape;
 use lagrangian_mechanics::integrate::Rule;
 use lagrangian_mechanics::lagrangian::Scaling;
 use nets::simd::Real;
@@ -120,9 +120,9 @@ impl<T: Real, F: PointFamily<T>> Learner<T> for PositionsLearner<'_, F> {
 
     fn unweighted_residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>) {
         let (n, samples) = (self.family.dof(), work.samples);
-        work.own.points.resize((self.places(), samples, n));
+        work.points.resize((self.places(), samples, n));
         work.mechanics.jet.resize(work.pass.samples(), n);
-        work.own.points.a.copy_from_slice(&work.states.qdd);
+        work.points.a.copy_from_slice(&work.states.qdd);
         self.place(work);
         self.balance(packed, extra, work, Derivatives::WithMass);
         self.mass_as_jacobian(extra, work);
@@ -171,7 +171,7 @@ impl<F> PositionsLearner<'_, F> {
     /// Sets the points of all samples and their weights; a moves those of the second half.
     fn place<T: Real>(&self, work: &mut Work<T>) {
         let (samples, n) = (work.samples, work.states.qd.len() / work.samples);
-        let points = &mut work.own.points;
+        let points = &mut work.points;
         for s in 0..samples {
             let (before, after) = (work.states.steps[2 * s], work.states.steps[2 * s + 1]);
             let mean = 0.5 * (before + after);
@@ -227,17 +227,17 @@ impl<F> PositionsLearner<'_, F> {
         work.linear.extra.fill(0.0);
         let mut slopes = [0.0; MAX_FORCE_TERMS];
         for s in 0..samples {
-            let share = |j: usize| work.own.points.slope[j * samples + s];
+            let share = |j: usize| work.points.slope[j * samples + s];
             for i in 0..n {
                 let mut sum = 0.0;
                 for row in (0..places).map(|j| j * samples + s) {
-                    sum += work.own.points.momentum[row] * work.mechanics.jet.momentum[row * n + i]
-                        - work.own.points.slope[row] * work.mechanics.jet.dl_dq[row * n + i];
+                    sum += work.points.momentum[row] * work.mechanics.jet.momentum[row * n + i]
+                        - work.points.slope[row] * work.mechanics.jet.dl_dq[row * n + i];
                 }
                 for j in (0..places).filter(|&j| share(j) > 0.0) {
                     let drive = Drive {
-                        qd: work.own.points.v[(j * samples + s) * n + i],
-                        qdd: work.own.points.a[s * n + i],
+                        qd: work.points.v[(j * samples + s) * n + i],
+                        qdd: work.points.a[s * n + i],
                         tau: &work.states.tau[s * n..][..n],
                     };
                     sum += share(j)
@@ -250,7 +250,7 @@ impl<F> PositionsLearner<'_, F> {
                         .zip(&slopes)
                         .for_each(|(own, slope)| *own += share(j) * slope / energy);
                 }
-                work.own.points.balance[s * n + i] = sum;
+                work.points.balance[s * n + i] = sum;
             }
         }
     }
@@ -261,7 +261,7 @@ impl<F> PositionsLearner<'_, F> {
         let n = work.states.qd.len() / samples;
         for s in 0..samples {
             let row = places / 2 * samples + s;
-            let mass = &mut work.own.points.jacobian[s * n * n..][..n * n];
+            let mass = &mut work.points.jacobian[s * n * n..][..n * n];
             mass.copy_from_slice(&work.mechanics.jet.mass_matrix[row * n * n..][..n * n]);
             (0..n).for_each(|i| mass[i * n + i] += self.forces.rotor(extra, i));
         }
@@ -270,7 +270,7 @@ impl<F> PositionsLearner<'_, F> {
     /// a ← a − (∂B/∂a)⁻¹ B, and the points follow.
     fn correct<T: Real>(&self, work: &mut Work<T>) {
         let n = work.states.qd.len() / work.samples;
-        let points = &mut work.own.points;
+        let points = &mut work.points;
         for s in 0..work.samples {
             let (jacobian, row) = (&points.jacobian[s * n * n..][..n * n], s * n..s * n + n);
             let change = &mut work.mechanics.scratch[..n];
@@ -299,13 +299,13 @@ impl<F> PositionsLearner<'_, F> {
             let mean = 0.5 * (work.states.steps[2 * s] + work.states.steps[2 * s + 1]);
             part * self.family.parts().scaling.qd_scale[j] / mean
         };
-        let points = &mut work.own.points;
+        let points = &mut work.points;
         points.beside.copy_from_slice(&points.balance);
         for j in 0..n {
             for sign in [1.0, -1.0] {
                 for s in 0..work.samples {
                     let step = sign * step(work, s, j);
-                    work.own.points.a[s * n + j] += step;
+                    work.points.a[s * n + j] += step;
                 }
                 if sign > 0.0 {
                     self.place(work);
@@ -315,13 +315,12 @@ impl<F> PositionsLearner<'_, F> {
             for s in 0..work.samples {
                 let step = step(work, s, j);
                 for i in 0..n {
-                    let change =
-                        work.own.points.balance[s * n + i] - work.own.points.beside[s * n + i];
-                    work.own.points.jacobian[(s * n + i) * n + j] = change / step;
+                    let change = work.points.balance[s * n + i] - work.points.beside[s * n + i];
+                    work.points.jacobian[(s * n + i) * n + j] = change / step;
                 }
             }
         }
-        std::mem::swap(&mut work.own.points.balance, &mut work.own.points.beside);
+        std::mem::swap(&mut work.points.balance, &mut work.points.beside);
     }
 
     /// r = w (â − a), D = −w E (∂B/∂a)⁻¹, the same for all points of a coordinate.
@@ -335,7 +334,7 @@ impl<F> PositionsLearner<'_, F> {
             self.family.parts().scaling.energy,
         );
         let (k, row) = (n * places, s * n..s * n + n);
-        let jacobian = &work.own.points.jacobian[s * n * n..][..n * n];
+        let jacobian = &work.points.jacobian[s * n * n..][..n * n];
         let mut regular = true;
         let (unit, column) = work.mechanics.scratch.split_at_mut(n);
         for j in 0..n {
@@ -351,9 +350,8 @@ impl<F> PositionsLearner<'_, F> {
             }
         }
         for (i, at) in row.clone().enumerate() {
-            work.linear.residual[at] =
-                self.weights[i] * (work.own.points.a[at] - work.states.qdd[at]);
-            regular &= work.own.points.a[at].abs() < 1e30;
+            work.linear.residual[at] = self.weights[i] * (work.points.a[at] - work.states.qdd[at]);
+            regular &= work.points.a[at].abs() < 1e30;
         }
         if !regular {
             work.linear.singular += usize::from(s < work.count);

@@ -5,14 +5,14 @@ use super::gauss_newton::{GaussNewton, RolloutProblem, Segments};
 use super::gradient::{Derivatives, Shooting};
 use super::segments::{Recorded, Rows};
 use super::shoot::Task;
-use crate::dataset::Dataset;
+use crate::dataset::{Dataset, Momenta};
 use crate::train::adam::Adam;
 use crate::train::checkpoint::Checkpoint;
 use crate::train::engine::Problems;
 use crate::train::learner::Learner;
 use crate::train::order::Order;
 use crate::train::problem::{Differentiable, GradientSize, LeastSquares, LossValue, StepAt};
-use crate::train::{FitConfig, Optimizer};
+use crate::train::{Optimizer, TrainingTask};
 use nets::simd::AdamRule;
 
 /// The largest number of segments of a validation.
@@ -35,8 +35,12 @@ pub(crate) struct SegmentOrder<'a> {
 }
 
 impl<'a> SegmentOrder<'a> {
-    pub(crate) fn new(dataset: &'a Dataset, config: &'a FitConfig) -> Self {
-        let train = Recorded::train(dataset, &*config.family);
+    pub(crate) fn new(
+        dataset: &'a Dataset,
+        momenta: Option<&'a Momenta>,
+        config: &'a TrainingTask,
+    ) -> Self {
+        let train = Recorded::train(dataset, momenta);
         Self {
             weights: train.weights(config.rollout.horizon),
             config: &config.rollout,
@@ -250,11 +254,12 @@ pub(crate) struct RolloutValidation<'a> {
 impl<'a> RolloutValidation<'a> {
     pub(crate) fn new(
         dataset: &'a Dataset,
-        config: &'a FitConfig,
+        momenta: Option<&'a Momenta>,
+        config: &'a TrainingTask,
         flow: &'a dyn Learner<f64>,
     ) -> Self {
-        let order = SegmentOrder::new(dataset, config);
-        let recorded = Recorded::validation(dataset, &*config.family);
+        let order = SegmentOrder::new(dataset, momenta, config);
+        let recorded = Recorded::validation(dataset, momenta);
         let all = recorded.starts(config.rollout.horizon, 1);
         let every = all.len().div_ceil(VALIDATED).max(1);
         Self {

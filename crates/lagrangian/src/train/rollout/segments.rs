@@ -1,8 +1,7 @@
 //! The starts of segments, and the units of their errors.
 
 use super::config::{Observe, RolloutLoss, Start};
-use crate::dataset::{Dataset, Timeline};
-use crate::models::{Family, Momenta};
+use crate::dataset::{Dataset, Momenta, Timeline};
 use lagrangian_motion::Coordinates;
 use lagrangian_motion::samples::Samples;
 
@@ -17,25 +16,25 @@ pub(super) struct Recorded<'a> {
 }
 
 impl<'a> Recorded<'a> {
-    pub(super) fn train(dataset: &'a Dataset, family: &'a dyn Family) -> Self {
-        Self::of(dataset, family, (&dataset.train, &dataset.train_times))
+    pub(super) fn train(dataset: &'a Dataset, momenta: Option<&'a Momenta>) -> Self {
+        Self::of(dataset, momenta, (&dataset.train, &dataset.train_times))
     }
 
-    pub(super) fn validation(dataset: &'a Dataset, family: &'a dyn Family) -> Self {
+    pub(super) fn validation(dataset: &'a Dataset, momenta: Option<&'a Momenta>) -> Self {
         let held = (&dataset.validation, &dataset.validation_times);
-        Self::of(dataset, family, held)
+        Self::of(dataset, momenta, held)
     }
 
     fn of(
         dataset: &'a Dataset,
-        family: &'a dyn Family,
+        momenta: Option<&'a Momenta>,
         (samples, times): (&'a Samples, &'a Timeline),
     ) -> Self {
         Self {
             coordinates: &dataset.coordinates,
             samples,
             times,
-            momenta: family.momenta(),
+            momenta,
         }
     }
 

@@ -23,8 +23,9 @@ use super::identified::{ERRORS, Identifiable, IdentifiedBodies, parameter};
 use super::least_squares::{Columns, Sums};
 
 use crate::dataset::Dataset;
-use crate::models::learned::{Stored, WEIGHTS};
+use crate::models::learned::Stored;
 use crate::models::{Parameter, Solution};
+use crate::saved::WEIGHTS;
 use crate::saved::{self, SavedModel};
 use lagrangian_mechanics::dynamics::{EulerLagrange, Evaluator, Mechanical};
 use lagrangian_mechanics::lagrangian::Lagrangian;

@@ -12,8 +12,9 @@ pub use identify::{IdentifyOptions, identify};
 use serde_json::Value;
 
 use super::identified::{ERRORS, Identifiable, IdentifiedBodies, parameter};
-use crate::models::learned::{Stored, WEIGHTS};
+use crate::models::learned::Stored;
 use crate::models::{Parameter, Solution};
+use crate::saved::WEIGHTS;
 use crate::saved::{self, SavedModel};
 use lagrangian_mechanics::dynamics::Mechanical;
 use lagrangian_mechanics::forces::Dissipation;

@@ -46,7 +46,7 @@ fn see(problem: &mut RolloutProblem<'_>, theta: &[f64], phi: &[f64], x: &[f64]) 
 fn the_jacobian_of_a_rollout_by_its_factors_is_that_of_differences_and_gives_the_kernel() {
     let dataset = dataset();
     for (family, forces) in families() {
-        let recorded = Recorded::train(&dataset, &*family);
+        let recorded = Recorded::train(&dataset, family.momenta());
         let template = template(&dataset, &*family, forces);
         let mut theta = template.initialise(4);
         // Forces that a difference would show.
@@ -121,7 +121,7 @@ fn problem<'p>(
 fn free_starts_add_their_own_part_to_the_kernel() {
     let dataset = dataset();
     let (family, forces) = &families()[5];
-    let recorded = Recorded::train(&dataset, &**family);
+    let recorded = Recorded::train(&dataset, family.momenta());
     let template = template(&dataset, &**family, *forces);
     let parameters = template.initialise(4);
     let config = RolloutLoss {

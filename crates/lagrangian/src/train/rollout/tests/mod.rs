@@ -7,14 +7,16 @@ use super::flow::Flow;
 use super::gradient::{Derivatives, Shooting};
 use super::segments::{Recorded, Rows};
 use super::shoot::{Back, Block, Task};
-use crate::dataset::Dataset;
+use crate::dataset::{Dataset, Momenta};
+use crate::fit::FitConfig;
+use crate::models::Family;
 use crate::models::Trainable;
 use crate::models::delan::DelanConfig;
-use crate::models::hnn::{HnnConfig, HnnStructure, Momenta};
+use crate::models::hnn::{HnnConfig, HnnStructure};
 use crate::models::lnn::{Form, LnnConfig};
 use crate::models::mlp::MlpConfig;
 use crate::models::neural_ode::{NeuralOdeConfig, Order};
-use crate::train::{Family, FitConfig, ForceTerms, Loss};
+use crate::train::{ForceTerms, Loss, TrainingTask};
 use lagrangian_mechanics::dynamics::Model;
 use lagrangian_mechanics::integrate::Method;
 use lagrangian_motion::Signals;
@@ -133,10 +135,12 @@ pub(super) fn template(
     forces: ForceTerms,
 ) -> Box<dyn Trainable> {
     let config = FitConfig {
-        loss: Loss::ROLLOUT,
         family: family.boxed(),
-        forces,
-        ..FitConfig::default()
+        training: TrainingTask {
+            loss: Loss::ROLLOUT,
+            forces,
+            ..TrainingTask::default()
+        },
     };
     config.trainable(dataset).unwrap().0
 }
@@ -166,7 +170,7 @@ fn loss(
     dataset: &Dataset,
     parameters: &[f64],
 ) -> (f64, Vec<f64>) {
-    let recorded = Recorded::train(dataset, family);
+    let recorded = Recorded::train(dataset, family.momenta());
     let weights = recorded.weights(config.horizon);
     let rows = Rows::new(config, config.horizon, 2);
     let task = Task {
@@ -248,7 +252,7 @@ fn a_rollout_in_training_is_that_of_the_model() {
         let model = template.assemble(&parameters).unwrap();
         for method in methods(&*family) {
             let config = settings(method);
-            let recorded = Recorded::train(&dataset, &*family);
+            let recorded = Recorded::train(&dataset, family.momenta());
             let weights = recorded.weights(config.horizon);
             let rows = Rows::new(&config, config.horizon, 2);
             let task = Task {
@@ -319,7 +323,7 @@ fn free_starts_have_the_slopes_of_differences() {
     let (family, forces) = &families()[3];
     let template = template(&dataset, &**family, *forces);
     let parameters = template.initialise(5);
-    let recorded = Recorded::train(&dataset, &**family);
+    let recorded = Recorded::train(&dataset, family.momenta());
     for method in METHODS {
         let config = RolloutLoss {
             start: Start::Free,

@@ -1,11 +1,12 @@
 //! Training one step at a time on changing samples, for online learning.
 
-use super::fit::{FitConfig, Optimizer};
-use super::natural::{Natural, NaturalConfig, Part, StepSize};
-use super::network::NetworkMemory;
-use super::problem::{Batch, LeastSquares, LossValue};
 use crate::dataset::Dataset;
+use crate::fit::FitConfig;
 use crate::models::{Learned, Residuals, Trainable};
+use crate::train::natural::{Natural, NaturalConfig, Part, StepSize};
+use crate::train::network::NetworkMemory;
+use crate::train::problem::{Batch, LeastSquares, LossValue};
+use crate::train::task::Optimizer;
 use lagrangian_motion::{Error, Result};
 
 /// A model in training by the natural gradient without a schedule: the caller gives the rate and the damping of each step.

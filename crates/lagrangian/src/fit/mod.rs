@@ -1,126 +1,113 @@
-//! `fit`: from a dataset to a model.
+//! `fit`: from a dataset to a model; what is asked of a fit, and what is chosen where nothing was asked.
+
+mod allowed;
+mod choice;
+mod forward;
+mod selection;
+mod settings;
+mod stepper;
+
+pub use choice::Chosen;
+pub use selection::{Selection, select};
+pub use settings::{DampingName, OptimizerName, ROLLOUT_SETTINGS, SETTINGS, TrainingSettings};
+pub use stepper::{StepLoss, Stepper};
+
+use std::ops::{Deref, DerefMut};
+
+use serde::de::Error as _;
+use serde::ser::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde_json::{Map, Value};
 
 use nets::Instant;
-use serde::{Deserialize, Serialize};
 
-use super::adam::AdamConfig;
-use super::checkpoint::Checkpoint;
-use super::forces::ForceTerms;
-use super::forward::added_inertia;
-use super::loss::{Loss, Target};
-use super::natural::NaturalConfig;
-use super::observer::{Ending, Observer, Progress};
-use super::rollout::{RolloutLoss, SegmentOrder};
-use super::run::{Ended, Run};
 use crate::dataset::Dataset;
+use crate::fit::forward::added_inertia;
 use crate::models::{Family, Learned, LnnConfig, Plan, Residuals, Solve, Trainable};
+use crate::saved;
+use crate::train::checkpoint::Checkpoint;
+use crate::train::loss::{Loss, Target};
+use crate::train::observer::{Ending, Observer, Progress};
+use crate::train::rollout::SegmentOrder;
+use crate::train::run::{Ended, Run};
+use crate::train::task::{Precision, TrainingTask};
 use lagrangian_mechanics::Actuation;
 use lagrangian_mechanics::Visited;
-use lagrangian_mechanics::rigid::RobotConfig;
-use lagrangian_motion::Result;
-
-/// The optimiser of the weights.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase", tag = "name")]
-pub enum Optimizer {
-    /// The natural gradient in the space of samples, for batches of up to some thousands of residuals.
-    Natural(NaturalConfig),
-    /// Adam with decoupled weight decay, for the largest networks and batches.
-    Adam(AdamConfig),
-}
-
-impl Default for Optimizer {
-    fn default() -> Self {
-        Self::Natural(NaturalConfig::default())
-    }
-}
-
-/// The weight of the accelerations after a fit of torques where nothing else is asked for.
-pub(super) const FORWARD: f64 = 1.5e-4;
 
 /// The length of a fit whose request gives neither steps nor seconds, s.
 pub(super) const SECONDS: f64 = 60.0;
 
-/// The length of a run, which the schedules follow.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Budget {
-    /// After this number of steps; the same seed gives the same bits.
-    Steps(usize),
-    /// After this number of seconds; the result depends on the machine and is not reproducible to the bit.
-    Seconds(f64),
-}
-
-/// The precision in which a network is evaluated while it is trained with Adam; all else is in double precision.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Precision {
-    /// Single precision.
-    F32,
-    /// Double precision.
-    #[default]
-    F64,
-}
-
-/// All settings of a fit.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+/// All settings of a fit. Those of its [`TrainingTask`] can be used as if they were its own fields.
+///
+/// In JSON they are one object.
+#[derive(Debug, Clone, PartialEq)]
 pub struct FitConfig {
     /// The family of models with its settings.
     pub family: Box<dyn Family>,
-    /// The loss that is minimised.
-    pub loss: Loss,
-    /// The settings of the rollout loss, for a fit under it.
-    #[serde(skip_serializing_if = "RolloutLoss::is_default")]
-    pub rollout: RolloutLoss,
-    /// The optimiser.
-    pub optimizer: Optimizer,
-    /// The length of the fit.
-    pub budget: Budget,
-    /// The number of samples of a step.
-    pub batch: usize,
-    /// The number of samples of the first step, which grows geometrically to `batch` with the part of the budget that is
-    /// used; `None` for `batch` samples in all steps. Small batches are better at first (docs/adr/0050).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub batch_first: Option<usize>,
-    /// The seed of weights and batches.
-    pub seed: u64,
-    /// The forces that are learned beside the Lagrangian; of a chain of rigid links only friction is identified.
-    pub forces: ForceTerms,
-    /// The nominal model: a Lagrangian network then learns what its description omits (theory.md, 48), and the losses are
-    /// in units of that. `DeLaN` can only add inertia to it, a free network also take some away.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub nominal: Option<RobotConfig>,
-    /// The weight λ of the accelerations after a fit of torques: inertia is added to the drives where it lowers
-    /// Σ nMSE(τ) + λ Σ nMSE(q̈). 0 adds none.
-    pub forward: f64,
-    /// The precision of the kernels under Adam.
-    pub precision: Precision,
-    /// The number of steps between two validations.
-    pub validate_every: usize,
-    /// The number of validations without improvement after which the run stops; `None` for no such end.
-    pub patience: Option<usize>,
+    /// The loss, the optimiser and the length of the fit.
+    pub training: TrainingTask,
+}
+
+impl FitConfig {
+    /// A fit of this family.
+    #[must_use]
+    pub fn new(family: impl Family, training: TrainingTask) -> Self {
+        Self {
+            family: Box::new(family),
+            training,
+        }
+    }
 }
 
 impl Default for FitConfig {
     fn default() -> Self {
-        Self {
-            family: Box::new(LnnConfig::default()),
-            loss: Loss::default(),
-            rollout: RolloutLoss::default(),
-            optimizer: Optimizer::default(),
-            budget: Budget::Steps(1000),
-            batch: 256,
-            batch_first: None,
-            seed: 0,
-            forces: ForceTerms::default(),
-            nominal: None,
-            forward: FORWARD,
-            precision: Precision::default(),
-            validate_every: 25,
-            patience: None,
-        }
+        Self::new(LnnConfig::default(), TrainingTask::default())
     }
+}
+
+impl Deref for FitConfig {
+    type Target = TrainingTask;
+
+    fn deref(&self) -> &TrainingTask {
+        &self.training
+    }
+}
+
+impl DerefMut for FitConfig {
+    fn deref_mut(&mut self) -> &mut TrainingTask {
+        &mut self.training
+    }
+}
+
+impl Serialize for FitConfig {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        let Value::Object(training) = json(&self.training)? else {
+            return Err(S::Error::custom("settings of a fit are no object"));
+        };
+        let mut settings = Map::from_iter([("family".to_string(), json(&self.family)?)]);
+        settings.extend(training);
+        settings.serialize(to)
+    }
+}
+
+impl<'de> Deserialize<'de> for FitConfig {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        let mut settings = Map::deserialize(from)?;
+        let family = settings
+            .remove("family")
+            .map(Box::<dyn Family>::deserialize);
+        let family = family.transpose().map_err(D::Error::custom)?;
+        let training =
+            TrainingTask::deserialize(Value::Object(settings)).map_err(D::Error::custom)?;
+        Ok(Self {
+            family: family.unwrap_or_else(|| Self::default().family),
+            training,
+        })
+    }
+}
+
+fn json<E: serde::ser::Error>(value: &impl Serialize) -> Result<Value, E> {
+    serde_json::to_value(value).map_err(E::custom)
 }
 
 /// The result of a fit.
@@ -169,7 +156,7 @@ pub fn fit(
     config: &FitConfig,
     resume: Option<&Checkpoint>,
     observer: &mut dyn Observer,
-) -> Result<Fit> {
+) -> lagrangian_motion::Result<Fit> {
     let plan = config.plan(dataset)?;
     let of_torques =
         dataset.forced && (config.loss.target == Target::Torque || matches!(plan, Plan::Solve(_)));
@@ -201,13 +188,15 @@ fn descend(
     model: &dyn Trainable,
     resume: Option<&Checkpoint>,
     observer: &mut dyn Observer,
-) -> Result<Fit> {
+) -> lagrangian_motion::Result<Fit> {
+    let momenta = config.family.momenta();
     let mut fresh = model.initialise(config.seed);
     let weights = fresh.len();
     if config.loss == Loss::ROLLOUT {
-        fresh.extend(SegmentOrder::new(dataset, config).free_starts());
+        fresh.extend(SegmentOrder::new(dataset, momenta, config).free_starts());
     }
-    let mut run = Run::new(dataset, config, resume, fresh)?;
+    let settings = saved::describe(config)?;
+    let mut run = Run::new((dataset, momenta), config, settings, resume, fresh)?;
     let Ended { ending, progress } = match config.precision {
         _ if config.loss == Loss::ROLLOUT => {
             let flow = model.learner(Residuals::OfRates);
@@ -228,7 +217,11 @@ fn descend(
 }
 
 /// Fits a family that has a closed form, in one step.
-fn solve_at_once(dataset: &Dataset, solve: &Solve, observer: &mut dyn Observer) -> Result<Fit> {
+fn solve_at_once(
+    dataset: &Dataset,
+    solve: &Solve,
+    observer: &mut dyn Observer,
+) -> lagrangian_motion::Result<Fit> {
     let clock = Instant::now();
     let solution = solve(dataset, observer)?;
     let progress = Progress {

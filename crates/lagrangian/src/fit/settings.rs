@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::loss::Loss;
+use crate::train::loss::Loss;
 use lagrangian_motion::settings::{Kind, Named, Range, Setting, named};
 
 /// The optimisers: what a family that is solved for at once has none of.

@@ -1,17 +1,19 @@
 //! Several models for the same data, of which the best on held-out samples is kept.
 
 use nets::Instant;
-use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::checkpoint::Checkpoint;
-use super::choice::{Choice, Chosen, Known, Request, foreign, present};
-use super::fit::{Budget, Fit, FitConfig, SECONDS, fit};
-use super::loss::Loss;
-use super::observer::{Ending, Observer};
+use super::choice::{Chosen, foreign, present};
 use crate::dataset::Dataset;
+use crate::fit::{Fit, FitConfig, SECONDS, fit};
 use crate::models::Entry;
-use crate::score::torque_error;
+use crate::score::{CandidateResult, torque_error};
+use crate::train::checkpoint::Checkpoint;
+use crate::train::known::Known;
+use crate::train::loss::Loss;
+use crate::train::observer::{Ending, Observer};
+use crate::train::request::{Choice, Request};
+use crate::train::task::Budget;
 use lagrangian_mechanics::rigid::MAX_JOINTS;
 use lagrangian_motion::samples::Samples;
 use lagrangian_motion::{Error, Result};
@@ -24,21 +26,6 @@ const FORCES: [&str; 3] = ["viscous", "coulomb", "offset"];
 /// by what they take for granted, and one that takes less for granted must halve the error to be kept.
 const MARGIN: f64 = 0.5;
 
-/// A model that was tried.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Contestant {
-    /// Its family.
-    pub family: String,
-    /// The squared error of its torques over their variance, mean over the joints, on samples that were held back from it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub torque_nmse: Option<f64>,
-    /// The duration of its fit, s.
-    pub seconds: f64,
-    /// Why there is no model, where there is none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub failure: Option<String>,
-}
-
 /// The best of several fits.
 #[derive(Debug)]
 pub struct Selection {
@@ -47,7 +34,7 @@ pub struct Selection {
     /// Its settings, with those that were chosen.
     pub chosen: Chosen,
     /// All fits, in their order; one alone is not compared.
-    pub contestants: Vec<Contestant>,
+    pub contestants: Vec<CandidateResult>,
 }
 
 impl FitConfig {
@@ -168,7 +155,7 @@ pub fn select(
         let (clock, family) = (Instant::now(), chosen.config.family.name());
         let own = resume.filter(|_| !chosen.config.family.abilities().solved);
         let fitted = fit(dataset, &chosen.config, own, observer);
-        let mut contestant = Contestant {
+        let mut contestant = CandidateResult {
             family: family.into(),
             torque_nmse: None,
             seconds: 0.0,
@@ -225,8 +212,8 @@ fn held_out(fit: &Fit, dataset: &Dataset) -> f64 {
     torque_error(&fit.model, samples).map_or(f64::INFINITY, |error| error.nmse_mean)
 }
 
-fn reason(contestants: &[Contestant]) -> String {
-    let error = |c: &Contestant| match c.torque_nmse {
+fn reason(contestants: &[CandidateResult]) -> String {
+    let error = |c: &CandidateResult| match c.torque_nmse {
         Some(error) => format!("{} {error:.2e}", c.family),
         None => format!("{} failed", c.family),
     };

@@ -2,12 +2,14 @@
 
 use serde_json::Value;
 
-use super::{Choice, Known};
+use super::Known;
+use crate::fit::SECONDS;
+use crate::fit::settings::{DampingName, OptimizerName, TrainingSettings};
 use crate::train::adam::AdamConfig;
-use crate::train::fit::{Budget, Optimizer, SECONDS};
 use crate::train::loss::Loss;
 use crate::train::natural::NaturalConfig;
-use crate::train::settings::{DampingName, OptimizerName, TrainingSettings};
+use crate::train::request::Choice;
+use crate::train::task::{Budget, Optimizer};
 use lagrangian_motion::{Error, Result};
 
 /// The choices of the training so far, and what further ones depend on.

@@ -2,14 +2,14 @@
 
 use serde_json::Value;
 
-use super::fit::{Budget, FitConfig, Optimizer, Precision};
-use super::forces::Input;
-use super::loss::Loss;
-use super::nominal;
 use super::settings::SETTINGS;
 use crate::dataset::Dataset;
+use crate::fit::FitConfig;
 use crate::models::{Abilities, Entry, Plan, Training};
-use lagrangian_mechanics::rigid::RigidBodies;
+use crate::train::forces::Input;
+use crate::train::loss::Loss;
+use crate::train::nominal;
+use crate::train::task::{Optimizer, Precision};
 use lagrangian_motion::settings::{Kind, Values};
 use lagrangian_motion::{Error, Result};
 
@@ -59,7 +59,7 @@ impl FitConfig {
         self.check_loss(dataset)?;
         self.check_combinations(dataset)?;
         self.check_bounds()?;
-        self.family.check(dataset, self)?;
+        self.family.check(dataset, &self.training)?;
         if let Some(nominal) = self
             .nominal(dataset)?
             .filter(|_| self.forces.input == Input::Torque)
@@ -69,7 +69,7 @@ impl FitConfig {
         if self.loss == Loss::ROLLOUT {
             self.rollout.validate(dataset, &self.optimizer)?;
         }
-        let plan = self.family.prepare(dataset, self)?;
+        let plan = self.family.prepare(dataset, &self.training)?;
         if let Plan::Train(model) = &plan
             && model.parameters() > MAX_PARAMETERS
         {
@@ -78,12 +78,6 @@ impl FitConfig {
             refuse("number of parameters", parameters, must)?;
         }
         Ok(plan)
-    }
-
-    /// The nominal model in the coordinates of the data.
-    pub(crate) fn nominal(&self, dataset: &Dataset) -> Result<Option<RigidBodies>> {
-        let robot = self.nominal.as_ref();
-        robot.map(|r| r.bodies(&dataset.coordinates)).transpose()
     }
 
     fn check_sizes(&self, dataset: &Dataset) -> Result<()> {
@@ -199,24 +193,5 @@ impl FitConfig {
             return refuse("forces", "rotor", must);
         }
         Ok(())
-    }
-}
-
-impl Budget {
-    /// Refuses an empty budget, and an interval of 0 between validations.
-    ///
-    /// # Errors
-    /// [`Error::Argument`] for the first of them.
-    pub fn check(self, validate_every: usize) -> Result<()> {
-        if validate_every == 0 {
-            return refuse("validate_every", "0", "at least 1");
-        }
-        match self {
-            Self::Steps(0) => refuse("steps", "0", "at least 1"),
-            Self::Seconds(s) if !(s.is_finite() && s > 0.0) => {
-                refuse("seconds", s.to_string(), "finite and positive")
-            }
-            _ => Ok(()),
-        }
     }
 }

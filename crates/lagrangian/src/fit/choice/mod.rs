@@ -3,71 +3,26 @@
 //! Settings that a request omits are chosen here, each with a reason, so that the same request gives the same model in a
 //! command, a program or a script.
 
-mod known;
 mod training;
 
-pub use known::Known;
 use training::TrainingChoices;
 
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::fit::{Budget, FORWARD, FitConfig};
-use super::forces::{ForceTerms, Input};
-use super::loss::Loss;
-use super::rollout::RolloutLoss;
 use super::settings::{ROLLOUT_SETTINGS, SETTINGS, TrainingSettings};
 use crate::dataset::Dataset;
+use crate::fit::FitConfig;
 use crate::models::{Abilities, Entry, FAMILIES, Family};
-use lagrangian_mechanics::rigid::RobotConfig;
+use crate::train::forces::{ForceTerms, Input};
+use crate::train::known::Known;
+use crate::train::loss::Loss;
+use crate::train::request::{Choice, LOSS, Request};
+use crate::train::rollout::RolloutLoss;
+use crate::train::task::{Budget, FORWARD, TrainingTask};
 use lagrangian_motion::settings::{Need, Setting, Values, is_absent};
 use lagrangian_motion::{Error, Result};
 use lagrangian_recordings::Estimate;
-
-/// A request for a fit, with the settings that a person gave.
-///
-/// ```
-/// use lagrangian::train::{Known, Request};
-/// use serde_json::json;
-///
-/// let mut request = Request::of("lnn");
-/// request.settings.insert("width".into(), json!(32));
-/// let noisy = Known { uncertainty: 0.03, ..Known::default() };
-/// let chosen = request.choose(&noisy)?;
-/// let form = chosen.choices.iter().find(|choice| choice.setting == "form");
-/// assert_eq!(form.map(|choice| choice.value.clone()), Some(json!("convex")));
-/// # Ok::<(), lagrangian::Error>(())
-/// ```
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Request {
-    /// The name of the family; `None` for the first of the table, or for several that are tried,
-    /// see [`FitConfig::candidates`].
-    pub family: Option<String>,
-    /// The settings of the family.
-    pub settings: Values,
-    /// The settings of the training, see [`SETTINGS`].
-    pub training: Values,
-    /// The settings of the rollout loss, see [`ROLLOUT_SETTINGS`].
-    pub rollout: Values,
-    /// The length of the fit; `None` for a minute.
-    pub budget: Option<Budget>,
-    /// The seed of weights and batches.
-    pub seed: u64,
-    /// The nominal model, whose omissions a network learns.
-    pub nominal: Option<RobotConfig>,
-}
-
-/// The choice of a setting that was not given.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Choice {
-    /// The name of the setting.
-    pub setting: String,
-    /// The chosen value.
-    pub value: Value,
-    /// The reason in plain words.
-    pub reason: String,
-}
 
 /// All settings of a fit, with those that were chosen.
 #[derive(Debug, Clone, PartialEq)]
@@ -76,17 +31,6 @@ pub struct Chosen {
     pub config: FitConfig,
     /// The choices of those that were not given.
     pub choices: Vec<Choice>,
-}
-
-impl Choice {
-    /// A choice with its reason.
-    pub fn new(setting: &str, value: impl Into<Value>, reason: impl Into<String>) -> Self {
-        Self {
-            setting: setting.into(),
-            value: value.into(),
-            reason: reason.into(),
-        }
-    }
 }
 
 impl FitConfig {
@@ -104,15 +48,6 @@ impl FitConfig {
 }
 
 impl Request {
-    /// A request for a family, with nothing else given.
-    #[must_use]
-    pub fn of(family: &str) -> Self {
-        Self {
-            family: Some(family.into()),
-            ..Self::default()
-        }
-    }
-
     /// The configuration of the family, with defaults for settings that depend on the data.
     ///
     /// # Errors
@@ -193,18 +128,20 @@ impl Request {
         Ok(Chosen {
             config: FitConfig {
                 family,
-                loss,
-                rollout,
-                optimizer,
-                budget,
-                batch,
-                batch_first: asked.batch_first,
-                forward: asked.forward.unwrap_or(FORWARD),
-                seed: self.seed,
-                forces,
-                nominal: self.nominal.clone(),
-                patience: asked.patience,
-                ..FitConfig::default()
+                training: TrainingTask {
+                    loss,
+                    rollout,
+                    optimizer,
+                    budget,
+                    batch,
+                    batch_first: asked.batch_first,
+                    forward: asked.forward.unwrap_or(FORWARD),
+                    seed: self.seed,
+                    forces,
+                    nominal: self.nominal.clone(),
+                    patience: asked.patience,
+                    ..TrainingTask::default()
+                },
             },
             choices: choices
                 .into_iter()
@@ -277,7 +214,7 @@ impl Request {
 }
 
 /// The values that were given.
-pub(super) fn present(values: &Values) -> Values {
+pub(crate) fn present(values: &Values) -> Values {
     let given = values.iter().filter(|(_, value)| !is_absent(value));
     given.map(|(k, v)| (k.clone(), v.clone())).collect()
 }
@@ -307,9 +244,6 @@ fn setting_error(error: &serde_json::Error) -> Error {
     Error::setting(error.to_string(), "correct the setting, or omit it")
 }
 
-/// The name of the one setting of the training that a family chooses.
-pub(crate) const LOSS: &str = "loss";
-
 /// The loss that was given, or that the family chose, or the one that fits every recording.
 fn loss(training: &TrainingSettings, choices: &mut Vec<Choice>) -> Result<Loss> {
     if let Some(loss) = training.loss {
@@ -325,7 +259,7 @@ fn loss(training: &TrainingSettings, choices: &mut Vec<Choice>) -> Result<Loss> 
 }
 
 /// An error that names the families that have a setting, for one that does not.
-pub(super) fn foreign(name: &str, family: &str) -> Error {
+pub(crate) fn foreign(name: &str, family: &str) -> Error {
     let others = FAMILIES.iter().filter(|other| other.has(name));
     let others: Vec<&str> = others.map(|other| other.name).collect();
     let remedy = match others.is_empty() {
