@@ -1,5 +1,7 @@
 //! The order of the modules: data, training, models, scores, fits. None uses one that comes later.
 
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
