@@ -15,7 +15,6 @@ pub use stepper::{StepLoss, Stepper};
 use std::ops::{Deref, DerefMut};
 
 use serde::de::Error as _;
-use serde::ser::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Map, Value};
 
@@ -81,12 +80,15 @@ impl DerefMut for FitConfig {
 
 impl Serialize for FitConfig {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        let Value::Object(training) = json(&self.training)? else {
-            return Err(S::Error::custom("settings of a fit are no object"));
-        };
-        let mut settings = Map::from_iter([("family".to_string(), json(&self.family)?)]);
-        settings.extend(training);
-        settings.serialize(to)
+        /// The settings as one object.
+        #[derive(Serialize)]
+        struct Flat<'a> {
+            family: &'a dyn Family,
+            #[serde(flatten)]
+            training: &'a TrainingTask,
+        }
+        let (family, training) = (&*self.family, &self.training);
+        Flat { family, training }.serialize(to)
     }
 }
 
@@ -104,10 +106,6 @@ impl<'de> Deserialize<'de> for FitConfig {
             training,
         })
     }
-}
-
-fn json<E: serde::ser::Error>(value: &impl Serialize) -> Result<Value, E> {
-    serde_json::to_value(value).map_err(E::custom)
 }
 
 /// The result of a fit.

@@ -303,3 +303,18 @@ fn bounds_hold_for_settings_that_no_request_gave() {
     }
     assert!(config.validate(&dataset(false, false)).is_err());
 }
+
+#[test]
+fn the_settings_of_a_fit_are_one_object_in_json_and_in_toml() {
+    let config = lagrangian::FitConfig::default();
+    let json = serde_json::to_string(&config).unwrap();
+    assert!(json.contains(r#""batch":256"#), "{json}");
+    let back: lagrangian::FitConfig = serde_json::from_str(&json).unwrap();
+    assert_eq!(back, config);
+    let text = toml::to_string(&config).unwrap();
+    let back: lagrangian::FitConfig = toml::from_str(&text).unwrap();
+    assert_eq!(back, config);
+    let unknown = json.replacen(r#""batch":256"#, r#""batsch":256"#, 1);
+    let refused = serde_json::from_str::<lagrangian::FitConfig>(&unknown);
+    assert!(refused.unwrap_err().to_string().contains("batsch"));
+}
