@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import os
 import re
 import sys
@@ -18,7 +17,6 @@ import equations
 import tutorials
 
 ROOT = tutorials.ROOT
-LOG = logging.getLogger("mkdocs.plugins.hooks")
 
 #: Pages that stand in the root of the repository, by their place on the site.
 FROM_ROOT = {
@@ -36,7 +34,6 @@ def on_files(files: Files, config: Any) -> Files:
     for place, name in FROM_ROOT.items():
         text = (ROOT / name).read_text(encoding="utf-8")
         files.append(File.generated(config, place, content=text))
-    files.append(File.generated(config, "adr/index.md", content=decisions()))
     cache = Path(config["site_dir"]).parent / "docs-cache"
     for page in tutorials.pages():
         try:
@@ -60,17 +57,6 @@ def replace(files: Files, config: Any, page: Path, notebook: dict[str, Any]) -> 
     for name, content in figures.items():
         found = tutorials.figure_bytes(name, content)
         files.append(File.generated(config, f"tutorials/figures/{name}", content=found))
-
-
-def decisions() -> str:
-    """The list of the decisions, from the first lines of their pages."""
-    lines = ["# Decisions", "", "One page for each decision that was not obvious: question, options, decision, what would change it.", ""]
-    for page in sorted((ROOT / "docs" / "adr").glob("[0-9]*.md")):
-        title = page.read_text(encoding="utf-8").split("\n", 1)[0].lstrip("# ")
-        number, words = title.split(" ", 1)
-        if page.name != "0000-template.md":
-            lines.append(f"- {number} · [{words.lstrip('— ')}]({page.name})")
-    return "\n".join(lines) + "\n"
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Files) -> str:

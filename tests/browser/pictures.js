@@ -1,4 +1,4 @@
-// Stored pictures of pages, and whether a page still looks like its own (docs/adr/0112).
+// Stored pictures of pages, and whether a page still looks like its own (ADR 0112).
 
 import assert from "node:assert/strict";
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";

@@ -1,4 +1,4 @@
-//! Declarations of the generated C for Rust without `std` (docs/adr/0100).
+//! Declarations of the generated C for Rust without `std` (ADR 0100).
 
 use std::fmt::Write as _;
 

@@ -24,7 +24,7 @@ use serde_json::json;
 use crate::protocol::{Request, Talk, Task};
 use crate::{Outcome, write};
 
-/// Samples of a step: the recipe of a fit by time (docs/adr/0050).
+/// Samples of a step: the recipe of a fit by time (ADR 0050).
 const BATCH: usize = 128;
 /// Looks along a fit.
 const LOOKS: usize = 25;

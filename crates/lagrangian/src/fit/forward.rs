@@ -4,7 +4,7 @@
 //! how small M is where friction outweighs inertia, as at the wrist of an arm, and M⁻¹ r is then arbitrarily large. An inertia δᵢ ≥ 0 of
 //! the drive changes the residual to rᵢ − δᵢ q̈ᵢ and the matrix to M + diag δ. The δ minimise Σ nMSE(τᵢ) + λ Σ nMSE(q̈ᵢ), so that a
 //! joint without inertia of its own, of whose torque ρ is unexplained, ends with an acceleration error of √(ρ / λ) (theory.md, 121 and 122;
-//! docs/adr/0071).
+//! ADR 0071).
 
 use lagrangian_mechanics::Model;
 use lagrangian_motion::Signals;

@@ -67,7 +67,7 @@ pub struct TrainingTask {
     /// The number of samples of a step.
     pub batch: usize,
     /// The number of samples of the first step, which grows geometrically to `batch` with the part of the budget that is
-    /// used; `None` for `batch` samples in all steps. Small batches are better at first (docs/adr/0050).
+    /// used; `None` for `batch` samples in all steps. Small batches are better at first (ADR 0050).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub batch_first: Option<usize>,
     /// The seed of weights and batches.

@@ -143,7 +143,7 @@ fn delays(folder: &str, files: &[&str], low_pass: Option<f64>) -> Option<Vec<Ite
     Some(items)
 }
 
-/// Delays that fits of one log and tests on another do not confirm (docs/adr/0014): shaken encoders, not transport.
+/// Delays that fits of one log and tests on another do not confirm (ADR 0014): shaken encoders, not transport.
 #[test]
 fn no_delay_is_claimed_for_the_real_machines() {
     let double =

@@ -1,7 +1,7 @@
 //! The instruction set that kernels run with: the fastest of this CPU, or the one that the program sets when it starts.
 //!
 //! The choice is the only state that the crate keeps for the whole process; it changes results by rounding alone
-//! (docs/adr/0051).
+//! (ADR 0051).
 
 use std::fmt;
 use std::sync::atomic::{AtomicU8, Ordering};

@@ -2,7 +2,7 @@
 //!
 //! It drives the command `lagrangian` on small recordings and compares the bits of the weights and the figures with those
 //! that `bench/bits.json` records. As it knows the command alone, the library behind it may change freely
-//! (`docs/adr/0057-record-of-bits.md`).
+//! (`docs/adr/archive/0057-record-of-bits.md`).
 
 mod commands;
 mod entry;

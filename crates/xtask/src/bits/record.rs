@@ -79,7 +79,7 @@ impl Record {
             0 => Ok(()),
             count => Err(format!(
                 "differences from bench/bits.json in {count} entries: mend the change, or, if it is meant, give the reason in \
-                 docs/adr/0057-record-of-bits.md and record these entries anew (--record WORD…)"
+                 docs/adr/archive/0057-record-of-bits.md and record these entries anew (--record WORD…)"
             )),
         }
     }

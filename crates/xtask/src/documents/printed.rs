@@ -156,7 +156,7 @@ mod tests {
             ["run/report.html"]
         );
         assert_eq!(
-            claimed("see docs/adr/0057, or report.html"),
+            claimed("see docs/adr/0050, or report.html"),
             Vec::<String>::new()
         );
         assert_eq!(code(&printed("refused, exit code 2")), 2);

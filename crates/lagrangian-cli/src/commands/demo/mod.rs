@@ -93,7 +93,7 @@ pub(super) fn run(args: &DemoArgs, mode: OutputMode) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What `fit` takes by a time: many small steps whose damping follows the loss (docs/adr/0050).
+/// What `fit` takes by a time: many small steps whose damping follows the loss (ADR 0050).
 fn lagrangian_network() -> FitConfig {
     FitConfig {
         family: Box::<dyn Family>::from(LnnConfig::default()),

@@ -3,7 +3,7 @@
 //! A cut-off that is too high leaves noise in the accelerations, which shrinks the inertias (errors in variables); one that is too low
 //! leaves no acceleration to learn from. A regression after each cut-off predicts the forces of stretches that it has not seen,
 //! after each cut-off in turn as the reference: a regression after 5 Hz must predict forces up to 3, 5, 8 … Hz. The best cut-off has the
-//! smallest mean logarithm of all these errors (docs/adr/0070).
+//! smallest mean logarithm of all these errors (ADR 0070).
 
 use rayon::prelude::*;
 

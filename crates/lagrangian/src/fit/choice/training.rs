@@ -47,7 +47,7 @@ impl TrainingChoices {
     }
 
     /// Whether small batches with a damping that follows the loss are best, as for fits by time; fits by steps are best with
-    /// large batches (docs/adr/0050).
+    /// large batches (ADR 0050).
     fn follows_the_loss(&self) -> bool {
         self.timed && self.loss != Loss::ROLLOUT
     }

@@ -2,7 +2,7 @@
 //!
 //! | file | what it does |
 //! |---|---|
-//! | `search.rs` | directions and offsets of all joints by linear regressions (docs/adr/0066) |
+//! | `search.rs` | directions and offsets of all joints by linear regressions (ADR 0066) |
 //! | `refine.rs` | the joints between the points of the search |
 //! | `family.rs` | what the family can be fitted to, its settings, its row of the table |
 //!

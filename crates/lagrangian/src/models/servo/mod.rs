@@ -1,4 +1,4 @@
-//! Servos: planar chains with geared, position-controlled motors, learned from logs without torque (docs/adr/0074).
+//! Servos: planar chains with geared, position-controlled motors, learned from logs without torque (ADR 0074).
 //!
 //! | file | what it does |
 //! |---|---|

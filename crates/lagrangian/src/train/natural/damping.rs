@@ -58,7 +58,7 @@ impl DampingRule {
 }
 
 impl NaturalConfig {
-    /// The settings for [`DampingRule::Adaptive`]: best for the shortest fits, with a growing batch (docs/adr/0050).
+    /// The settings for [`DampingRule::Adaptive`]: best for the shortest fits, with a growing batch (ADR 0050).
     #[must_use]
     pub fn adaptive() -> Self {
         Self {
@@ -67,7 +67,7 @@ impl NaturalConfig {
         }
     }
 
-    /// The settings for [`DampingRule::Loss`]: best for fits by time, with 128 samples a step (docs/adr/0050).
+    /// The settings for [`DampingRule::Loss`]: best for fits by time, with 128 samples a step (ADR 0050).
     #[must_use]
     pub fn following_the_loss() -> Self {
         Self {

@@ -1,5 +1,5 @@
 //! A block of samples of a deep Lagrangian network: each number of its factor, of its features and of its seeds is a
-//! vector over samples (docs/adr/0055).
+//! vector over samples (ADR 0055).
 
 mod kernels;
 
