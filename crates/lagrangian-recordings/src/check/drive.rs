@@ -9,9 +9,9 @@ use crate::Recording;
 use lagrangian_motion::Topology;
 use lagrangian_motion::counted;
 
-/// An inertia or a sign is assessed only where the motion explains this part of the variance of the force …
+/// An inertia is assessed only where the motion explains this part of the variance of the force …
 const EXPLAINED: f64 = 0.5;
-/// … and a delay, which changes little of it, or a force that is missing, where it explains this part.
+/// … and a sign, a delay, which changes little of it, or a force that is missing, where it explains this part.
 const WELL_EXPLAINED: f64 = 0.9;
 /// A delay is one only beyond so many standard errors, as many joints are tested …
 const ERRORS: f64 = 4.0;
@@ -357,7 +357,9 @@ fn inertias(recordings: &[Recording], fits: &JointFits, errors: f64) -> Vec<Item
         if !certain {
             return None; // The inertia of one joint alone says nothing of the others.
         }
-        let item = if inertia < 0.0 {
+        let item = if inertia < 0.0 && found.explained.0 <= WELL_EXPLAINED {
+            return None; // What the motion leaves of the force can outweigh its inertia.
+        } else if inertia < 0.0 {
             let finding = format!("{finding}: the force pushes against the acceleration");
             let remedy = "reverse the sign of that force (or that of the coordinate and its velocity): a positive force must accelerate forwards";
             Item::fail("inertia", finding, remedy)
