@@ -584,7 +584,7 @@ impl Cli {
         } else if std::env::args().all(is_plain) {
             error.exit();
         } else {
-            tell!("{}", lagrangian::brief(&error.render().to_string()));
+            note!("{}", lagrangian::brief(&error.render().to_string()));
         }
         std::process::exit(error.exit_code())
     }

@@ -145,7 +145,7 @@ pub(crate) fn read_sample(
     let kept: usize = recordings.iter().map(Recording::len).sum();
     let rows: usize = sources.iter().map(|source| source.rows).sum();
     if kept < rows {
-        tell!(
+        note!(
             "note: {kept} of {rows} rows are used, a sample of short stretches (--rows N for another number, --rows all for all of them)"
         );
     }
@@ -196,7 +196,7 @@ fn read_one(path: &Path, args: &DataArgs, sample: Option<Sampling>) -> Result<Re
     }
     let mut file = read?;
     for note in &file.told {
-        tell!("note: '{}': {}", path.display(), with_flags(note));
+        note!("note: '{}': {}", path.display(), with_flags(note));
     }
     for note in &mut file.source.notes {
         *note = with_flags(note);
@@ -243,7 +243,7 @@ pub(crate) fn check(recordings: &[Recording], options: &CheckOptions) -> CheckRe
 /// Names the flags in the remedies of a check, and says where it is not of all trajectories.
 pub(crate) fn with_remedies(report: &mut CheckReport) {
     if let Some(item) = report.items.iter().find(|item| item.name == CHECKED) {
-        tell!("note: {}", item.finding);
+        note!("note: {}", item.finding);
     }
     let items = report.items.iter_mut();
     let remedies = items.filter_map(|item| item.remedy.as_mut());
@@ -282,7 +282,7 @@ pub(crate) fn note_estimates(estimates: &[Estimate]) {
                 "qd" => "; a fit with --loss positions uses none",
                 _ => "",
             };
-            tell!(
+            note!(
                 "note: {signal} was estimated by local polynomials over windows of at most {longest:.3} s{other}"
             );
         }

@@ -87,7 +87,7 @@ pub(crate) struct ModelArgs {
 
 impl ModelArgs {
     /// Drops what the family does not have: runs of earlier versions wrote all settings with their defaults.
-    pub(crate) fn keep_own(&mut self) {
+    pub(crate) fn retain_family_settings(&mut self) {
         let name = self.model.as_deref().unwrap_or(FAMILIES[0].name);
         let entry = FAMILIES.iter().find(|entry| entry.name == name);
         let own = entry.map_or(&[][..], |entry| entry.settings);

@@ -39,7 +39,7 @@ impl Fitted {
         if data.delay.is_empty() && !own.delay.is_empty() {
             data.fitted_delay.clone_from(&own.delay);
             let words: Vec<String> = own.delay.iter().map(|s| (1e3 * s).to_string()).collect();
-            tell!(
+            note!(
                 "note: as for the fit of the model: --delay {}",
                 words.join(",")
             );
@@ -56,7 +56,7 @@ impl Fitted {
         let smooth = own.smooth.then(|| "--smooth".to_string());
         let told = smooth.or_else(|| own.low_pass.map(|hertz| format!("--low-pass {hertz}")));
         if let Some(told) = told {
-            tell!("note: as for the fit of the model: {told}");
+            note!("note: as for the fit of the model: {told}");
         }
         own.estimates()
     }
@@ -74,7 +74,7 @@ pub(crate) fn fitted(path: &Path) -> Result<Fitted> {
     let file = lagrangian_run::open(path).advise(&shown, hint)?;
     let saved = SavedModel::read(file).advise(&shown, hint)?;
     if saved.header.provenance.unverified {
-        tell!(
+        note!(
             "note: '{}' was written before models held a checksum: damage to it may not show",
             path.display()
         );
@@ -135,7 +135,7 @@ pub(crate) fn require_coordinates(
         ));
     }
     for (own, model) in pairs.filter(|(own, model)| own.name != model.name) {
-        tell!(
+        note!(
             "note: '{}' of the data is taken as '{}' of the model",
             own.name,
             model.name

@@ -31,7 +31,7 @@ pub(crate) fn listen() -> Result<()> {
             end_now(INTERRUPTED);
         }
         ENDING.store(true, Ordering::SeqCst);
-        tell!("\nending cleanly; press Ctrl-C again to stop at once");
+        note!("\nending cleanly; press Ctrl-C again to stop at once");
     })
     .context("cannot listen for Ctrl-C")
 }

@@ -1,7 +1,7 @@
 //! The command `lagrangian`: reads files, calls the library, shows what comes back. It holds no formula.
 
 /// Writes lines to standard error, as they are shown; a closed standard error is no failure.
-macro_rules! tell {
+macro_rules! note {
     ($($argument:tt)*) => {{
         use std::io::Write as _;
         let lines = lagrangian::shown_lines(&format!($($argument)*));
@@ -21,6 +21,7 @@ mod failure;
 mod fit_args;
 mod fit_config;
 mod fitted;
+mod frontend;
 mod identify_args;
 mod input;
 mod instructions;
@@ -35,7 +36,6 @@ mod resumed;
 mod robot;
 mod seen;
 mod setting_args;
-mod skin;
 mod subject;
 mod task;
 mod threads;
@@ -56,7 +56,7 @@ fn main() -> ExitCode {
         Ok(code) => code,
         Err(error) if failure::is_broken_pipe(&error) => ExitCode::from(CLOSED_PIPE),
         Err(error) => {
-            tell!("{}", failure::describe(&error));
+            note!("{}", failure::describe(&error));
             ExitCode::from(match interrupt::is_pressed() {
                 true => interrupt::INTERRUPTED,
                 false => failure::exit_code(&error),

@@ -21,10 +21,10 @@ pub(crate) fn for_comparison() -> RolloutOptions {
 pub(crate) fn note_early_end(motion: &str, outcome: Outcome) {
     match outcome {
         Outcome::Finished => {}
-        Outcome::Diverged { t, reason } => tell!("note: {motion} ends at t = {t} s: {reason}"),
-        Outcome::Stopped { t } => tell!("note: {motion} was stopped at t = {t} s"),
+        Outcome::Diverged { t, reason } => note!("note: {motion} ends at t = {t} s: {reason}"),
+        Outcome::Stopped { t } => note!("note: {motion} was stopped at t = {t} s"),
         Outcome::StepLimit { t } => {
-            tell!("note: {motion} ends at t = {t} s: too many steps; loosen --tolerance");
+            note!("note: {motion} ends at t = {t} s: too many steps; loosen --tolerance");
         }
     }
 }
@@ -32,7 +32,7 @@ pub(crate) fn note_early_end(motion: &str, outcome: Outcome) {
 /// Says on standard error which predictions were left out.
 pub(crate) fn note_stopped(score: &Score) {
     if score.stopped > 0 {
-        tell!(
+        note!(
             "note: {} predictions were stopped and are left out; the other figures are complete as far as they are given",
             score.stopped
         );
@@ -94,7 +94,7 @@ pub(crate) fn note_outside(model: &dyn Model, motions: &[Trajectory]) {
             coordinate.name, coordinate.unit
         )
     });
-    tell!(
+    note!(
         "note: {:.0} % of the states lie outside of those that the model was fitted to{farthest}",
         100.0 * outside.share
     );

@@ -15,10 +15,10 @@ const PARTS: u64 = 1000;
 pub(crate) struct Progress {
     label: String,
     start: Instant,
-    shown: Shown,
+    shown: Display,
 }
 
-enum Shown {
+enum Display {
     Bar(ProgressBar),
     Lines { last: Option<Instant> },
     Nothing,
@@ -29,9 +29,9 @@ impl Progress {
     pub(crate) fn start(label: impl Into<String>, quiet: bool) -> Self {
         let label = label.into();
         let shown = match (quiet, stderr().is_terminal()) {
-            (true, _) => Shown::Nothing,
-            (false, true) => Shown::Bar(bar(&label)),
-            (false, false) => Shown::Lines { last: None },
+            (true, _) => Display::Nothing,
+            (false, true) => Display::Bar(bar(&label)),
+            (false, false) => Display::Lines { last: None },
         };
         Self {
             label,
@@ -44,7 +44,7 @@ impl Progress {
     pub(crate) fn update(&mut self, fraction: f64, news: &str) {
         let left = time_left(self.start.elapsed(), fraction);
         match &mut self.shown {
-            Shown::Bar(bar) => {
+            Display::Bar(bar) => {
                 #[expect(
                     clippy::cast_possible_truncation,
                     clippy::cast_sign_loss,
@@ -53,14 +53,14 @@ impl Progress {
                 bar.set_position((fraction.clamp(0.0, 1.0) * PARTS as f64) as u64);
                 bar.set_message(with_time(news, left));
             }
-            Shown::Lines { last } => {
+            Display::Lines { last } => {
                 if last.is_none_or(|at| at.elapsed() >= LINE_EVERY) {
                     *last = Some(Instant::now());
                     let percent = 100.0 * fraction.clamp(0.0, 1.0);
-                    tell!("{}: {percent:.0} % · {}", self.label, with_time(news, left));
+                    note!("{}: {percent:.0} % · {}", self.label, with_time(news, left));
                 }
             }
-            Shown::Nothing => {}
+            Display::Nothing => {}
         }
     }
 
@@ -72,12 +72,12 @@ impl Progress {
             duration(self.start.elapsed())
         );
         match self.shown {
-            Shown::Bar(bar) => {
+            Display::Bar(bar) => {
                 bar.finish_and_clear();
-                tell!("{line}");
+                note!("{line}");
             }
-            Shown::Lines { .. } => tell!("{line}"),
-            Shown::Nothing => {}
+            Display::Lines { .. } => note!("{line}"),
+            Display::Nothing => {}
         }
     }
 }

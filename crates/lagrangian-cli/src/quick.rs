@@ -35,6 +35,6 @@ pub(crate) fn cap(command: &mut Command) -> Result<()> {
         _ => return Ok(()),
     };
     *seconds = seconds.min(most);
-    tell!("note: {VARIABLE}={text}: fits end after {most} s at most");
+    note!("note: {VARIABLE}={text}: fits end after {most} s at most");
     Ok(())
 }

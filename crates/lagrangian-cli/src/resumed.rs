@@ -23,7 +23,7 @@ pub(crate) fn settings(record: &RunRecord) -> Result<FitArgs> {
         "cannot read the settings of the run",
         "run.toml was changed by hand: repeat the fit",
     )?;
-    args.model.keep_own();
+    args.model.retain_family_settings();
     Ok(args)
 }
 

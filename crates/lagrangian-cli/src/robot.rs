@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use clap::Args;
 use lagrangian::{RobotConfig, rigid};
-use lagrangian_run::{DataFile, FileHash, Hashed};
+use lagrangian_run::{DataFile, FileHash, HashingReader};
 use serde::{Deserialize, Serialize};
 
 use crate::failure::{Advise, mistake};
@@ -94,7 +94,7 @@ pub(crate) fn open(path: &Path, joints: &[String]) -> Result<Robot> {
 
 fn text(path: &Path) -> Result<(String, FileHash)> {
     let read = || {
-        let (file, hashing) = Hashed::open(path)?;
+        let (file, hashing) = HashingReader::open(path)?;
         let mut bytes = Vec::new();
         file.take(MOST + 1).read_to_end(&mut bytes)?;
         Ok::<_, io::Error>((bytes, hashing.finish()?))

@@ -17,7 +17,7 @@ pub(crate) fn noted(model: &Path, files: &[(PathBuf, FileHash)]) -> Vec<DataOver
             "validation" => "its weights were chosen by it",
             _ => "the fit of the model used it",
         };
-        tell!("note: '{file}' was used in the fit: {how}");
+        note!("note: '{file}' was used in the fit: {how}");
     }
     overlap
 }

@@ -116,16 +116,16 @@ fn watch(label: &str, quiet: bool, (budget, end): (Duration, End), ended: &Recei
         if asked.is_none() && elapsed >= budget {
             interrupt::time_is_up();
             let limit = duration(budget);
-            tell!("note: {label}: its time is up ({limit}); what is left is omitted");
+            note!("note: {label}: its time is up ({limit}); what is left is omitted");
         } else if asked.is_none() && elapsed >= next && !quiet {
             next += LINE_EVERY;
             let (elapsed, limit) = (duration(elapsed), duration(budget));
-            tell!("{label}: {elapsed} so far, at most {limit}");
+            note!("{label}: {elapsed} so far, at most {limit}");
         }
         if interrupt::stop().is_asked() {
             let since = asked.get_or_insert_with(Instant::now).elapsed();
             if end == End::Forced && since >= GRACE {
-                tell!("{label}: ended before it was done; files that are not complete are removed");
+                note!("{label}: ended before it was done; files that are not complete are removed");
                 interrupt::end_now(match interrupt::is_pressed() {
                     true => interrupt::INTERRUPTED,
                     false => FAILED,

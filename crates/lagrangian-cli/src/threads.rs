@@ -16,7 +16,7 @@ pub(crate) fn bound() {
     if asked.is_none_or(|count: usize| count <= MOST) {
         return;
     }
-    tell!("note: {VARIABLE}: {MOST} threads are used, the most");
+    note!("note: {VARIABLE}: {MOST} threads are used, the most");
     // OK to ignore: a pool that exists already is used as it is.
     let _ = ThreadPoolBuilder::new().num_threads(MOST).build_global();
 }

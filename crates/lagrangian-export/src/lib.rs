@@ -26,14 +26,14 @@ mod interface;
 mod places;
 mod rust;
 mod selftest;
-pub mod surroundings;
+pub mod support_files;
 mod tables;
 
 pub use c::Code;
 pub use interface::{Axis, Call, Drive, Interface, Joint, Quantity, Shape, Unit};
 
 use lagrangian::{Learned, Model as _};
-use surroundings::Surroundings;
+use support_files::SupportFiles;
 
 /// A file of an export: its name, relative to the folder of the export, and its text.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -123,7 +123,7 @@ impl Export {
     /// None that [`export`] did not have.
     pub fn files(&self, unit: Option<&str>) -> Result<Vec<File>, Error> {
         let interface = &self.interface;
-        let around = Surroundings {
+        let around = SupportFiles {
             interface,
             mock_up: unit,
             stack: [8, 4].map(|number| self.code.stack_bytes(number)),

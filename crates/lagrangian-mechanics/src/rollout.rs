@@ -20,7 +20,7 @@ use lagrangian_motion::Signals;
 use lagrangian_motion::{Error, Result, Stop, Trajectory};
 
 pub use energy::{EnergyTest, energy_error, energy_test};
-use known::Known;
+use known::SampledAccelerations;
 pub use many::rollout_many;
 pub use recorded::{Hold, recorded, rollout_recorded};
 pub use simulation::{MOST_SAMPLES, Simulation};
@@ -185,7 +185,7 @@ pub fn rollout(
     options: &RolloutOptions,
 ) -> Result<Rollout> {
     check(model, q0, qd0, times, options)?;
-    let mut run = Run::new(model, q0, qd0, times.len(), options);
+    let mut run = RolloutState::new(model, q0, qd0, times.len(), options);
     let ending = run.advance(times, tau, true);
     Ok(run.finish(ending, tau))
 }
@@ -208,7 +208,7 @@ pub fn rollout_phase(
         let must = "one that moves in momenta: all but moreau (`method`)";
         return Err(Error::argument("method", options.method.name(), must));
     }
-    let mut run = Run::in_phase(model, q0, z0, times.len(), options);
+    let mut run = RolloutState::in_phase(model, q0, z0, times.len(), options);
     let ending = run.advance(times, tau, true);
     let z = run.rollout.trajectory.qd.clone();
     let mut rollout = run.finish(ending, tau);
@@ -293,7 +293,7 @@ fn check(
 }
 
 /// A rollout in the making: what was computed and counted so far.
-struct Run<'a> {
+struct RolloutState<'a> {
     evaluator: Box<dyn Evaluator + 'a>,
     /// Of the variational methods.
     mechanics: Option<EulerLagrange<'a>>,
@@ -305,10 +305,10 @@ struct Run<'a> {
     qd: Vec<f64>,
     force: Vec<f64>,
     rollout: Rollout,
-    known: RefCell<Known>,
+    known: RefCell<SampledAccelerations>,
 }
 
-impl<'a> Run<'a> {
+impl<'a> RolloutState<'a> {
     fn new(
         model: &'a dyn Model,
         q0: &[f64],
@@ -486,7 +486,7 @@ impl Rollout {
         ending: Ending,
         evaluator: &mut dyn Evaluator,
         tau: &Force<'_>,
-        known: &Known,
+        known: &SampledAccelerations,
     ) {
         let ending = keep_finite(&mut self.trajectory).map_or(ending, |t| Ending::Failed {
             t,
@@ -532,7 +532,7 @@ fn complete(
     trajectory: &mut Trajectory,
     evaluator: &mut dyn Evaluator,
     tau: &Force<'_>,
-    known: &Known,
+    known: &SampledAccelerations,
 ) {
     if trajectory.is_empty() {
         return;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use lagrangian::ensemble::Prediction as Predicted;
 use lagrangian::train::Ending;
 use lagrangian::{Observer, Provenance, prepared};
-use lagrangian_run::{Fitted, FittedEnsemble, Place, Ready, SavedEnsemble, delayed};
+use lagrangian_run::{Fitted, FittedEnsemble, PreparedFit, RunTarget, SavedEnsemble, delayed};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::json as object;
@@ -15,7 +15,7 @@ use crate::arrays::{Rows, array};
 use crate::error::{OrRaise, invalid, of_json};
 use crate::files::json;
 use crate::fit::{Asked, Preparing, assessed, data, watched};
-use crate::model::{Body, Model};
+use crate::model::{Model, ModelSource};
 use crate::recording::recordings;
 use crate::run::Run;
 use crate::threads::pool;
@@ -96,7 +96,7 @@ impl Ensemble {
     fn members(&self) -> Vec<Model> {
         let members = self.ensemble.members().iter();
         let model = |model: &lagrangian::Learned| {
-            Model::new(Body::Learned(model.clone(), self.provenance.clone()))
+            Model::new(ModelSource::Learned(model.clone(), self.provenance.clone()))
         };
         members.map(model).collect()
     }
@@ -234,9 +234,9 @@ pub(crate) fn fit<'py>(
 /// Fits a model in a run folder, and an ensemble of models like it; both stand on its page.
 fn beside(
     py: Python<'_>,
-    ready: Ready,
+    ready: PreparedFit,
     members: usize,
-    place: &Place,
+    place: &RunTarget,
     callback: Option<&Array<'_>>,
 ) -> PyResult<FittedEnsemble> {
     let fit = |observer: &mut dyn Observer| -> lagrangian_run::Result<Fitted> {

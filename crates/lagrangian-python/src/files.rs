@@ -17,7 +17,7 @@ use crate::recording::{parts, recording};
 
 /// Which columns are what, as the keywords of `lagrangian.read` say it.
 #[derive(Debug, FromPyObject)]
-pub(crate) struct Told {
+pub(crate) struct ColumnSpec {
     #[pyo3(item)]
     columns: BTreeMap<String, Vec<String>>,
     #[pyo3(item)]
@@ -46,7 +46,7 @@ pub(crate) struct Told {
     rows: Option<usize>,
 }
 
-impl Told {
+impl ColumnSpec {
     fn layout(&self, py: Python<'_>) -> PyResult<Layout> {
         let mut layout = Layout {
             trajectory: self.trajectory.clone(),
@@ -131,7 +131,7 @@ fn contents<'py>(
 pub(crate) fn read<'py>(
     py: Python<'py>,
     paths: Vec<PathBuf>,
-    told: Told,
+    told: ColumnSpec,
 ) -> PyResult<Contents<'py>> {
     let (mut all, mut notes, mut first) = (Vec::new(), Vec::new(), None);
     let (seed, stretch) = (0, Sampling::LONGEST);
@@ -173,7 +173,7 @@ fn about(py: Python<'_>, error: PyErr, file: &Path) -> PyErr {
 pub(crate) fn read_table<'py>(
     py: Python<'py>,
     table: Vec<u8>,
-    told: Told,
+    told: ColumnSpec,
 ) -> PyResult<Contents<'py>> {
     let layout = told.layout(py)?;
     let read = py.detach(|| Format::Npz.read(Cursor::new(table), "table", &layout));

@@ -13,7 +13,7 @@ use lagrangian::{
     CheckReport, Coordinates, Dataset, FitConfig, Observer, Progress, Provenance, RolloutOptions,
     Signals, Trajectory,
 };
-use lagrangian_run::{Data, Evaluation, Place, RunFolder, Specification};
+use lagrangian_run::{Data, Evaluation, RunFolder, RunTarget, Specification};
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -23,7 +23,7 @@ use crate::arrays::Rows;
 use crate::check::findings;
 use crate::error::{OrRaise, of_json};
 use crate::files::json;
-use crate::model::{Body, Model};
+use crate::model::{Model, ModelSource};
 use crate::recording::recordings;
 use crate::run::Run;
 use crate::score::Figures;
@@ -232,7 +232,7 @@ fn fit_in<'py>(
     py: Python<'py>,
     specification: Specification,
     data: Data,
-    place: Option<&Place>,
+    place: Option<&RunTarget>,
     callback: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Fitted<'py>> {
     let pool = pool(py)?;
@@ -254,7 +254,7 @@ fn fit_in<'py>(
 pub(crate) fn assessed(
     py: Python<'_>,
     fitted: &lagrangian_run::Fitted,
-    place: Option<&Place>,
+    place: Option<&RunTarget>,
 ) -> PyResult<Figures> {
     let motions = &fitted.evaluation.motions;
     let limit = time_for(motions.iter().map(Trajectory::len).sum());
@@ -293,7 +293,7 @@ fn summary<'py>(
         "verdict": assessment.verdict,
         "assessment": assessment,
     });
-    let model = Model::new(Body::Learned(fit.model, fitted.provenance));
+    let model = Model::new(ModelSource::Learned(fit.model, fitted.provenance));
     Ok((model, json(py, &summary)?))
 }
 

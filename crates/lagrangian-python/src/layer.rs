@@ -1,13 +1,13 @@
 //! Models as differentiable layers.
 
 use lagrangian::layer::{Inputs, Layer as Core, Map, Slopes};
-use lagrangian::train::Known;
+use lagrangian::train::DataFacts;
 use pyo3::prelude::*;
 
 use crate::arrays::{Rows, array};
 use crate::error::{OrRaise, invalid, raise};
 use crate::fit::Asked;
-use crate::model::{Body, Model};
+use crate::model::{Model, ModelSource};
 use crate::recording::coordinates;
 use crate::threads::pool;
 
@@ -29,7 +29,9 @@ impl Layer {
     #[staticmethod]
     fn of(py: Python<'_>, model: &Bound<'_, Model>) -> PyResult<Self> {
         match &**model.get().body() {
-            Body::Learned(model, _) => Core::of(model).or_raise(py).map(|core| Self { core }),
+            ModelSource::Learned(model, _) => {
+                Core::of(model).or_raise(py).map(|core| Self { core })
+            }
             _ => {
                 let message = "a known system has no weights: give a fitted model, or a family to Layer.fresh";
                 Err(raise(py, "NotSupported", message))
@@ -41,7 +43,7 @@ impl Layer {
     #[staticmethod]
     fn fresh(py: Python<'_>, named: Vec<(String, String, String)>, asked: Asked) -> PyResult<Self> {
         let request = asked.specification()?.request().or_raise(py)?;
-        let chosen = request.choose(&Known::default()).or_raise(py)?;
+        let chosen = request.choose(&DataFacts::default()).or_raise(py)?;
         let core = Core::new(coordinates(py, named)?, &chosen.config).or_raise(py)?;
         Ok(Self { core })
     }
@@ -93,7 +95,10 @@ impl Layer {
     fn model(&self, py: Python<'_>, parameters: Option<Array<'_>>) -> PyResult<Model> {
         let own = self.with(py, parameters.as_ref())?;
         let learned = own.as_ref().unwrap_or(&self.core).model().clone();
-        Ok(Model::new(Body::Learned(learned, Default::default())))
+        Ok(Model::new(ModelSource::Learned(
+            learned,
+            Default::default(),
+        )))
     }
 
     /// The value of a map.

@@ -19,20 +19,20 @@ use crate::number::OwnSystem;
 use crate::recording::described;
 
 /// What stands behind a model of Python.
-pub(crate) enum Body {
+pub(crate) enum ModelSource {
     /// A fitted model, and where it comes from.
     Learned(Learned, Provenance),
     /// A system whose Lagrangian is known.
-    Known(Box<dyn AnalyticModel>),
+    DataFacts(Box<dyn AnalyticModel>),
     /// A system whose Lagrangian is a function of Python.
     Own(OwnSystem),
 }
 
-impl Body {
+impl ModelSource {
     pub(crate) fn model(&self) -> &dyn lagrangian::Model {
         match self {
             Self::Learned(model, _) => model,
-            Self::Known(system) => &**system,
+            Self::DataFacts(system) => &**system,
             Self::Own(system) => system,
         }
     }
@@ -41,7 +41,7 @@ impl Body {
     pub(crate) fn system(&self) -> Option<&dyn AnalyticModel> {
         match self {
             Self::Learned(..) => None,
-            Self::Known(system) => Some(&**system),
+            Self::DataFacts(system) => Some(&**system),
             Self::Own(system) => Some(system),
         }
     }
@@ -68,7 +68,7 @@ type BoxedEvaluator<'a> = Box<dyn Evaluator + 'a>;
 self_cell!(
     /// An evaluator with the model that it belongs to, kept from one call to the next.
     pub(crate) struct Ready {
-        owner: Arc<Body>,
+        owner: Arc<ModelSource>,
         #[not_covariant]
         dependent: BoxedEvaluator,
     }
@@ -77,14 +77,14 @@ self_cell!(
 /// A model of a system: fitted, read from a file, or known.
 #[pyclass(frozen, subclass, module = "lagrangian._lagrangian")]
 pub(crate) struct Model {
-    pub(crate) body: Arc<Body>,
+    pub(crate) body: Arc<ModelSource>,
     pub(crate) n: usize,
     /// Evaluators that wait for the next call; concurrent calls make their own.
     pub(crate) ready: Mutex<Vec<Ready>>,
 }
 
 impl Model {
-    pub(crate) fn new(body: Body) -> Self {
+    pub(crate) fn new(body: ModelSource) -> Self {
         Self {
             n: body.model().coordinates().dof(),
             body: Arc::new(body),
@@ -92,7 +92,7 @@ impl Model {
         }
     }
 
-    pub(crate) fn body(&self) -> &Arc<Body> {
+    pub(crate) fn body(&self) -> &Arc<ModelSource> {
         &self.body
     }
 }
@@ -123,7 +123,7 @@ impl Model {
     #[getter]
     fn family(&self) -> String {
         match &*self.body {
-            Body::Learned(model, _) => model.family().into(),
+            ModelSource::Learned(model, _) => model.family().into(),
             other => other.system().map_or_else(String::new, |s| s.name().into()),
         }
     }
@@ -145,7 +145,7 @@ impl Model {
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let parameters = match &*self.body {
-            Body::Learned(model, _) => model.parameters(),
+            ModelSource::Learned(model, _) => model.parameters(),
             _ => Vec::new(),
         };
         value(py, &parameters)
@@ -323,7 +323,7 @@ impl Model {
 impl Model {
     fn bytes(&self, py: Python<'_>) -> PyResult<Vec<u8>> {
         match &*self.body {
-            Body::Learned(model, provenance) => {
+            ModelSource::Learned(model, provenance) => {
                 let saved = model.save(provenance.clone()).or_raise(py)?;
                 saved.to_bytes().or_raise(py)
             }
@@ -348,5 +348,8 @@ pub(crate) fn load(py: Python<'_>, source: &Bound<'_, PyAny>) -> PyResult<Model>
     };
     let saved = saved.or_raise(py)?;
     let model = Learned::load(&saved).or_raise(py)?;
-    Ok(Model::new(Body::Learned(model, saved.header.provenance)))
+    Ok(Model::new(ModelSource::Learned(
+        model,
+        saved.header.provenance,
+    )))
 }

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use lagrangian_report::{Command, draw};
 use lagrangian_run::{
-    FIGURES, Figures, MODEL, Occupied, Place, REPORT, RunFolder, RunRecord, Skin, Tensorboard, open,
+    ExistingRun, FIGURES, Figures, Frontend, MODEL, REPORT, RunFolder, RunRecord, RunTarget,
+    Tensorboard, open,
 };
 use pyo3::prelude::*;
 
@@ -38,18 +39,18 @@ impl Run {
                     "resume and force exclude each other: go on with the run, or begin it again";
                 return Err(invalid(py, message));
             }
-            (true, false) => Occupied::Resume,
-            (false, true) => Occupied::Restart,
-            (false, false) => Occupied::Refuse,
+            (true, false) => ExistingRun::Resume,
+            (false, true) => ExistingRun::Restart,
+            (false, false) => ExistingRun::Refuse,
         };
         RunFolder::open(&self.folder, occupied).or_raise(py)
     }
 
     /// The folder as a fit writes it.
-    pub(crate) fn place<'a>(&self, folder: &'a RunFolder) -> PyResult<Place<'a>> {
-        Ok(Place {
+    pub(crate) fn place<'a>(&self, folder: &'a RunFolder) -> PyResult<RunTarget<'a>> {
+        Ok(RunTarget {
             folder,
-            skin: &Keywords,
+            frontend: &Keywords,
             command: self.call.clone(),
             settings: of_json(serde_json::from_str(&self.settings))?,
             tensorboard: match self.tensorboard {
@@ -64,7 +65,7 @@ impl Run {
 /// The package, where a run speaks to people.
 pub(crate) struct Keywords;
 
-impl Skin for Keywords {
+impl Frontend for Keywords {
     fn words(&self, text: &str) -> String {
         in_python(text)
     }

@@ -8,7 +8,7 @@ use serde_json::json as object;
 
 use crate::error::{OrRaise, invalid};
 use crate::files::json;
-use crate::model::{Body, Model};
+use crate::model::{Model, ModelSource};
 use crate::recording::recordings;
 use crate::threads::interruptible;
 
@@ -52,7 +52,7 @@ pub(crate) fn score<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let recordings = recordings(trajectories)?;
     let body = model.get().body();
-    let Body::Learned(learned, _) = &**body else {
+    let ModelSource::Learned(learned, _) = &**body else {
         return Err(invalid(
             py,
             "the model was not fitted: there is nothing to score",

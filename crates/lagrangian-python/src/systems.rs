@@ -12,7 +12,7 @@ use pyo3::types::PyList;
 
 use crate::error::{OrRaise, invalid};
 use crate::files::value;
-use crate::model::{Body, Model};
+use crate::model::{Model, ModelSource};
 use crate::number::OwnSystem;
 use crate::recording::{coordinates, list};
 use crate::threads::interruptible;
@@ -25,7 +25,9 @@ pub(crate) fn system(
     parameters: Vec<(String, f64)>,
 ) -> PyResult<Model> {
     let given: Vec<(&str, f64)> = parameters.iter().map(|(n, x)| (n.as_str(), *x)).collect();
-    Ok(Model::new(Body::Known(by_name(name, &given).or_raise(py)?)))
+    Ok(Model::new(ModelSource::DataFacts(
+        by_name(name, &given).or_raise(py)?,
+    )))
 }
 
 /// A system whose Lagrangian is a function of (q, qd).
@@ -37,7 +39,7 @@ pub(crate) fn own_system(
     named: Vec<(String, String, String)>,
 ) -> PyResult<Model> {
     let coordinates = coordinates(py, named)?;
-    Ok(Model::new(Body::Own(OwnSystem::new(
+    Ok(Model::new(ModelSource::Own(OwnSystem::new(
         name,
         function,
         coordinates,
@@ -50,7 +52,7 @@ pub(crate) fn robot(py: Python<'_>, urdf: &str, joints: Vec<String>) -> PyResult
     let text = rigid::example(urdf).unwrap_or(urdf);
     let config = RobotConfig::new(text, joints).or_raise(py)?;
     let bodies = RigidBodies::with_joints(&config.urdf, &config.joints).or_raise(py)?;
-    Ok(Model::new(Body::Known(Box::new(bodies))))
+    Ok(Model::new(ModelSource::DataFacts(Box::new(bodies))))
 }
 
 /// How a motion is integrated.

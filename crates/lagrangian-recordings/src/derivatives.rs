@@ -119,26 +119,26 @@ pub struct Estimate {
 }
 
 /// A measured signal with its derivatives.
-struct Way {
+struct DerivativeSource {
     source: Source,
     signals: &'static [Signal],
 }
 
 /// The ways to all signals by a low-pass.
-const WAYS: [Way; 4] = [
-    Way {
+const WAYS: [DerivativeSource; 4] = [
+    DerivativeSource {
         source: Source::Q,
         signals: &[Signal::Q, Signal::Qd, Signal::Qdd],
     },
-    Way {
+    DerivativeSource {
         source: Source::Qd,
         signals: &[Signal::Qd, Signal::Qdd],
     },
-    Way {
+    DerivativeSource {
         source: Source::Tau,
         signals: &[Signal::Tau],
     },
-    Way {
+    DerivativeSource {
         source: Source::P,
         signals: &[Signal::P, Signal::Pd],
     },
@@ -280,7 +280,7 @@ impl Fitted {
 
     /// Filters one measured signal, and takes its derivatives for those signals that are not known better, coordinate by
     /// coordinate.
-    fn pass(&mut self, recording: &Recording, filters: &[LowPass], way: &Way) {
+    fn pass(&mut self, recording: &Recording, filters: &[LowPass], way: &DerivativeSource) {
         let Some(measured) = recording.values(way.signals[0]) else {
             return;
         };

@@ -131,7 +131,7 @@ impl DriveLayout {
             recording.check_commands(signal)?;
         }
         if self.si {
-            recording.torques_of_gains()?;
+            recording.torques_from_gains()?;
         }
         Ok(())
     }
@@ -171,7 +171,7 @@ impl Recording {
     }
 
     /// τ = kₚ (goal − q) − kᵈ q̇ in place of the goals; 0 where the motor is off.
-    fn torques_of_gains(&mut self) -> Result<()> {
+    fn torques_from_gains(&mut self) -> Result<()> {
         if self.kp.is_empty() {
             let problem = "gains are in SI units, but there is no `kp`";
             return Err(Error::setting(

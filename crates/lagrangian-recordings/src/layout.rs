@@ -87,14 +87,14 @@ struct LayoutFile {
 type ColumnsTable = BTreeMap<String, OneOrMany>;
 
 /// The table of the drives: columns, numbers or patterns by the names of the signals.
-type DriveTable = BTreeMap<String, Told>;
+type DriveTable = BTreeMap<String, ColumnSpec>;
 
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(
     untagged,
     expecting = "expected a name, a list of names, a number or true"
 )]
-enum Told {
+enum ColumnSpec {
     Flag(bool),
     Number(f64),
     Names(OneOrMany),
@@ -234,10 +234,10 @@ impl Layout {
         for signal in Signal::OF_DRIVES {
             match table.remove(signal.name()) {
                 None => {}
-                Some(Told::Number(x)) => self.drive.set(signal, Constant::Number(x))?,
-                Some(Told::Names(OneOrMany::One(text))) => self.tell(signal, vec![text])?,
-                Some(Told::Names(OneOrMany::Many(names))) => self.tell(signal, names)?,
-                Some(Told::Flag(flag)) => {
+                Some(ColumnSpec::Number(x)) => self.drive.set(signal, Constant::Number(x))?,
+                Some(ColumnSpec::Names(OneOrMany::One(text))) => self.tell(signal, vec![text])?,
+                Some(ColumnSpec::Names(OneOrMany::Many(names))) => self.tell(signal, names)?,
+                Some(ColumnSpec::Flag(flag)) => {
                     let name = signal.name();
                     let text =
                         format!("'{name} = {flag}' in [drive] is no column, number or pattern");
@@ -247,7 +247,7 @@ impl Layout {
         }
         match table.remove(SI) {
             None => {}
-            Some(Told::Flag(si)) => self.drive.si = si,
+            Some(ColumnSpec::Flag(si)) => self.drive.si = si,
             Some(_) => return Err(Error::Layout("`si` in [drive] is true or false".into())),
         }
         match table.keys().next() {
@@ -279,13 +279,16 @@ impl Layout {
 
     fn drive_table(&self) -> DriveTable {
         let constant = |signal: Signal| match self.drive.constant(signal)? {
-            Constant::Number(x) => Some(Told::Number(*x)),
-            Constant::InName(pattern) => Some(Told::Names(OneOrMany::One(pattern.clone()))),
+            Constant::Number(x) => Some(ColumnSpec::Number(*x)),
+            Constant::InName(pattern) => Some(ColumnSpec::Names(OneOrMany::One(pattern.clone()))),
         };
         let constants = Signal::OF_DRIVES
             .into_iter()
             .filter_map(|signal| Some((signal.name().to_owned(), constant(signal)?)));
-        let si = self.drive.si.then(|| (SI.to_owned(), Told::Flag(true)));
+        let si = self
+            .drive
+            .si
+            .then(|| (SI.to_owned(), ColumnSpec::Flag(true)));
         constants.chain(si).collect()
     }
 

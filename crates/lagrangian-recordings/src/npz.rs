@@ -278,7 +278,7 @@ fn check_lengths(used: &[Column]) -> Result<usize> {
 /// Writes all trajectories one after another: an array for each signal, and one of the names of the trajectories where
 /// there are several.
 pub(super) fn write(sink: impl Write + Seek, contents: &Contents) -> Result<()> {
-    let mut archive = ZipWriter::new(FailsOnce::new(sink));
+    let mut archive = ZipWriter::new(FusedWriter::new(sink));
     let options = SimpleFileOptions::default()
         .large_file(true)
         .compression_method(CompressionMethod::Stored);
@@ -326,14 +326,14 @@ fn write_names(sink: impl Write, trajectories: &[(String, usize)], rows: usize) 
 
 /// A sink that reports its first failure and from then on pretends: a zip writer that is dropped tries to end its
 /// file, and would print or panic where that fails.
-struct FailsOnce<W> {
+struct FusedWriter<W> {
     sink: W,
     failed: bool,
     position: u64,
     end: u64,
 }
 
-impl<W> FailsOnce<W> {
+impl<W> FusedWriter<W> {
     fn new(sink: W) -> Self {
         Self {
             sink,
@@ -359,7 +359,7 @@ impl<W> FailsOnce<W> {
     }
 }
 
-impl<W: Write> Write for FailsOnce<W> {
+impl<W: Write> Write for FusedWriter<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let before = self.position;
         let wanted = before + bytes.len() as u64;
@@ -377,7 +377,7 @@ impl<W: Write> Write for FailsOnce<W> {
     }
 }
 
-impl<W: Seek> Seek for FailsOnce<W> {
+impl<W: Seek> Seek for FusedWriter<W> {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         let pretended = match to {
             SeekFrom::Start(position) => position,

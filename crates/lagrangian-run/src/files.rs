@@ -8,7 +8,7 @@ use lagrangian::Format;
 use tempfile::NamedTempFile;
 
 use crate::error::{Advise, Cause, Error, Result};
-use crate::unfinished::Unfinished;
+use crate::partial_files::PartialFiles;
 
 /// What to do with a file that is already there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -114,7 +114,7 @@ fn replace(
     content: impl FnOnce(&mut dyn Sink) -> Result<(), Cause>,
 ) -> Result<(), Cause> {
     let file = temporary(folder_of(path))?;
-    let _unfinished = Unfinished::of([file.path().to_path_buf()]);
+    let _unfinished = PartialFiles::of([file.path().to_path_buf()]);
     let mut writer = io::BufWriter::new(file);
     content(&mut writer)?;
     let file = writer

@@ -5,8 +5,8 @@ use std::fs;
 use lagrangian::saved::Preparation;
 use lagrangian::{Checkpoint, Dataset, Observer, Provenance};
 use lagrangian::{
-    fit::{Chosen, Selection, select},
-    train::Choice,
+    fit::{ResolvedConfig, Selection, select},
+    train::AutoSetting,
 };
 
 use crate::error::{Advise, Result};
@@ -54,7 +54,7 @@ impl RunFolder {
     pub fn fit(
         &self,
         dataset: &Dataset,
-        candidates: Vec<Chosen>,
+        candidates: Vec<ResolvedConfig>,
         checkpoint: Option<&Checkpoint>,
         tensorboard: Tensorboard,
         shown: &mut dyn Observer,
@@ -74,7 +74,7 @@ impl RunFolder {
         &self,
         begun: &mut RunRecord,
         selection: &Selection,
-        choices: &[Choice],
+        choices: &[AutoSetting],
         provenance: Provenance,
     ) -> Result<()> {
         if selection.contestants.len() > 1 {

@@ -12,9 +12,9 @@ use crate::error::{Advise, Error, Result};
 use crate::files::{Existing, write_bytes};
 use crate::input;
 use crate::metrics::{Metric, Metrics, Tensorboard};
+use crate::partial_files::PartialFiles;
 use crate::record::{RunRecord, seconds_now};
 use crate::tensorboard::EventWriter;
-use crate::unfinished::Unfinished;
 
 /// Settings, seed, versions and data hashes of the run.
 pub const RUN: &str = "run.toml";
@@ -42,7 +42,7 @@ const OWN: [&str; 7] = [RUN, METRICS, MODEL, REPORT, FIGURES, CHECKPOINT, ENSEMB
 
 /// What to do with a folder that already holds something.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Occupied {
+pub enum ExistingRun {
     /// Refuse it.
     Refuse,
     /// Restart: files of an earlier run are replaced, all others stay.
@@ -56,11 +56,11 @@ pub enum Occupied {
 pub struct RunFolder {
     path: PathBuf,
     /// What becomes of the run that is there.
-    occupied: Occupied,
+    occupied: ExistingRun,
     /// The folders that were made for it, the deepest first.
     made: Vec<PathBuf>,
     /// Removes them where the program is ended at once, if they hold nothing.
-    _unfinished: Unfinished,
+    _unfinished: PartialFiles,
     /// Keeps other processes out while it is open; the operating system lets go of it however this one ends.
     _lock: Option<File>,
 }
@@ -71,9 +71,9 @@ impl RunFolder {
     /// # Errors
     /// [`Error::Refused`] for a folder that holds something else than what `occupied` asks for, or that cannot be written;
     /// [`Error::Busy`] for one that another process writes into.
-    pub fn open(path: &Path, occupied: Occupied) -> Result<Self> {
+    pub fn open(path: &Path, occupied: ExistingRun) -> Result<Self> {
         let (shown, is_run) = (path.display(), path.join(RUN).is_file());
-        if occupied == Occupied::Resume && !is_run {
+        if occupied == ExistingRun::Resume && !is_run {
             return Err(Error::new(
                 format!("there is no run to resume in '{shown}'"),
                 "omit `resume` to begin one, or give the `out` of the run",
@@ -88,7 +88,7 @@ impl RunFolder {
         let is_missing = |p: &&Path| !p.as_os_str().is_empty() && !p.exists();
         let made = path.ancestors().take_while(is_missing);
         let made: Vec<PathBuf> = made.map(Path::to_path_buf).collect();
-        let unfinished = Unfinished::of(made.iter().cloned());
+        let unfinished = PartialFiles::of(made.iter().cloned());
         let create = || -> io::Result<bool> {
             fs::create_dir_all(path)?;
             tempfile::tempfile_in(path)?;
@@ -101,7 +101,7 @@ impl RunFolder {
         let Lock::Held(lock) = locked(path) else {
             return Err(Error::Busy(path.into()));
         };
-        if occupied == Occupied::Refuse && !empty {
+        if occupied == ExistingRun::Refuse && !empty {
             let hint = match path.join(CHECKPOINT).is_file() {
                 true => {
                     "give another `out`, `resume` to continue that run, or `force` to restart it"
@@ -136,9 +136,9 @@ impl RunFolder {
         if path.join(RUN).is_file() {
             return Ok(Self {
                 path: path.into(),
-                occupied: Occupied::Refuse,
+                occupied: ExistingRun::Refuse,
                 made: Vec::new(),
-                _unfinished: Unfinished::of([]),
+                _unfinished: PartialFiles::of([]),
                 _lock: None,
             });
         }
@@ -151,7 +151,7 @@ impl RunFolder {
 
     /// Whether it goes on with the run that is there.
     pub(crate) fn resumes(&self) -> bool {
-        self.occupied == Occupied::Resume
+        self.occupied == ExistingRun::Resume
     }
 
     /// Its own path.
@@ -179,7 +179,7 @@ impl RunFolder {
     /// # Errors
     /// As [`RunFolder::write`].
     pub fn write_record(&self, record: &RunRecord) -> Result<()> {
-        if self.occupied == Occupied::Restart {
+        if self.occupied == ExistingRun::Restart {
             self.remove_earlier_run()?;
         }
         self.update_record(record)
@@ -360,20 +360,20 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let precious = folder.path().join("thesis.txt");
         fs::write(&precious, "years of work").unwrap();
-        let error = RunFolder::open(folder.path(), Occupied::Refuse).unwrap_err();
+        let error = RunFolder::open(folder.path(), ExistingRun::Refuse).unwrap_err();
         let message = described(&error);
         assert!(
             message.contains("`force`") && !message.contains("`resume`"),
             "{message}"
         );
-        RunFolder::open(folder.path(), Occupied::Restart).unwrap();
+        RunFolder::open(folder.path(), ExistingRun::Restart).unwrap();
         assert_eq!(fs::read_to_string(precious).unwrap(), "years of work");
     }
 
     #[test]
     fn beginning_anew_removes_the_files_of_the_earlier_run() {
         let folder = tempfile::tempdir().unwrap();
-        let run = RunFolder::open(folder.path(), Occupied::Refuse).unwrap();
+        let run = RunFolder::open(folder.path(), ExistingRun::Refuse).unwrap();
         run.write_record(&record()).unwrap();
         run.metrics(0, Tensorboard::Written)
             .unwrap()
@@ -381,11 +381,12 @@ mod tests {
             .unwrap();
         run.write(MODEL, b"the earlier model").unwrap();
         drop(run);
-        let refused = || described(&RunFolder::open(folder.path(), Occupied::Refuse).unwrap_err());
+        let refused =
+            || described(&RunFolder::open(folder.path(), ExistingRun::Refuse).unwrap_err());
         assert!(!refused().contains("`resume`"), "nothing to resume from");
         fs::write(folder.path().join(CHECKPOINT), b"a checkpoint").unwrap();
         assert!(refused().contains("`resume`"));
-        let anew = RunFolder::open(folder.path(), Occupied::Restart).unwrap();
+        let anew = RunFolder::open(folder.path(), ExistingRun::Restart).unwrap();
         assert!(anew.file(MODEL).is_file(), "not before the new run begins");
         anew.write_record(&record()).unwrap();
         let names: Vec<_> = fs::read_dir(folder.path())
@@ -398,7 +399,7 @@ mod tests {
     #[test]
     fn a_folder_without_a_run_is_neither_resumed_nor_reported() {
         let folder = tempfile::tempdir().unwrap();
-        assert!(RunFolder::open(folder.path(), Occupied::Resume).is_err());
+        assert!(RunFolder::open(folder.path(), ExistingRun::Resume).is_err());
         assert!(RunFolder::existing(folder.path()).is_err());
     }
 
@@ -407,7 +408,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run");
         fs::write(&path, "a file").unwrap();
-        for occupied in [Occupied::Refuse, Occupied::Restart, Occupied::Resume] {
+        for occupied in [
+            ExistingRun::Refuse,
+            ExistingRun::Restart,
+            ExistingRun::Resume,
+        ] {
             assert!(RunFolder::open(&path, occupied).is_err());
         }
         assert_eq!(fs::read_to_string(path).unwrap(), "a file");
@@ -416,7 +421,7 @@ mod tests {
     #[test]
     fn the_record_comes_back_from_its_toml() {
         let folder = tempfile::tempdir().unwrap();
-        let run = RunFolder::open(folder.path(), Occupied::Refuse).unwrap();
+        let run = RunFolder::open(folder.path(), ExistingRun::Refuse).unwrap();
         run.write_record(&record()).unwrap();
         let back = RunFolder::existing(folder.path())
             .unwrap()
@@ -436,7 +441,7 @@ mod tests {
     #[test]
     fn a_resumed_run_drops_the_metrics_behind_its_checkpoint_and_an_incomplete_line() {
         let folder = tempfile::tempdir().unwrap();
-        let run = RunFolder::open(folder.path(), Occupied::Refuse).unwrap();
+        let run = RunFolder::open(folder.path(), ExistingRun::Refuse).unwrap();
         let mut metrics = run.metrics(0, Tensorboard::Written).unwrap();
         for step in 1..=5 {
             metrics

@@ -6,9 +6,9 @@ use lagrangian::{
     Fit, FitConfig, Observer, Prepared, Provenance, Recording, RolloutOptions, Score,
 };
 use lagrangian::{
-    fit::{Chosen, Selection, select},
+    fit::{ResolvedConfig, Selection, select},
     score::CandidateResult,
-    train::Choice,
+    train::AutoSetting,
 };
 use lagrangian_report::draw;
 use serde_json::{Value, json};
@@ -19,7 +19,7 @@ use crate::error::{Advise, Result};
 use crate::fit::provenance;
 use crate::folder::{FIGURES, REPORT, RunFolder};
 use crate::metrics::Tensorboard;
-use crate::page::{Evaluation, Page, Skin};
+use crate::page::{Evaluation, Frontend, Page};
 use crate::record::{DataFile, RunRecord, seconds_now};
 use crate::resolved::{Columns, resolved};
 use crate::source::delayed;
@@ -61,11 +61,11 @@ impl Data {
 
 /// A fit that can begin.
 #[derive(Debug)]
-pub struct Ready {
+pub struct PreparedFit {
     /// The data, prepared.
     pub prepared: Prepared,
     /// The settings of each fit that is tried.
-    pub candidates: Vec<Chosen>,
+    pub candidates: Vec<ResolvedConfig>,
     specification: Specification,
     preparation: Preparation,
     columns: Option<Columns>,
@@ -93,7 +93,7 @@ impl Specification {
     ///
     /// # Errors
     /// As [`Specification::prepared`] and [`FitConfig::candidates`].
-    pub fn ready(&self, data: Data) -> Result<Ready> {
+    pub fn ready(&self, data: Data) -> Result<PreparedFit> {
         let held_back = data.validation.is_empty();
         let prepared = self.prepared(data.training, data.validation)?;
         let request = self.request()?;
@@ -104,7 +104,7 @@ impl Specification {
             low_pass: prepared.options.low_pass,
             delay: self.delay.clone(),
         };
-        Ok(Ready {
+        Ok(PreparedFit {
             prepared,
             candidates,
             specification: self.clone(),
@@ -117,11 +117,11 @@ impl Specification {
 }
 
 /// A run folder that a fit writes.
-pub struct Place<'a> {
+pub struct RunTarget<'a> {
     /// The folder, open.
     pub folder: &'a RunFolder,
     /// Who makes the run.
-    pub skin: &'a dyn Skin,
+    pub frontend: &'a dyn Frontend,
     /// The command, or the call, that makes it.
     pub command: String,
     /// What was given, for the record.
@@ -143,11 +143,11 @@ pub enum Figures {
 
 /// A fit that has ended, with its data.
 #[derive(Debug)]
-pub struct Kept {
+pub struct FinishedFit {
     /// What was fitted, and what was kept of it.
     pub selection: Selection,
     /// What was chosen from the data.
-    pub choices: Vec<Choice>,
+    pub choices: Vec<AutoSetting>,
     /// The data.
     pub prepared: Prepared,
     provenance: Provenance,
@@ -163,7 +163,7 @@ pub struct Fitted {
     /// Its settings.
     pub config: FitConfig,
     /// What was chosen from the data.
-    pub choices: Vec<Choice>,
+    pub choices: Vec<AutoSetting>,
     /// The models that were tried; one alone is not compared.
     pub contestants: Vec<CandidateResult>,
     /// What it is evaluated on.
@@ -179,7 +179,7 @@ pub struct Fitted {
     record: Option<RunRecord>,
 }
 
-impl Ready {
+impl PreparedFit {
     /// Refuses settings that do not suit the data, where it is known which are fitted.
     ///
     /// # Errors
@@ -195,9 +195,9 @@ impl Ready {
     /// may end it.
     ///
     /// # Errors
-    /// As [`Ready::validate`] and [`select`]; [`Error::Refused`](crate::Error::Refused) where the folder cannot be written or its run
+    /// As [`PreparedFit::validate`] and [`select`]; [`Error::Refused`](crate::Error::Refused) where the folder cannot be written or its run
     /// was another one.
-    pub fn fit(self, place: Option<&Place>, shown: &mut dyn Observer) -> Result<Kept> {
+    pub fn fit(self, place: Option<&RunTarget>, shown: &mut dyn Observer) -> Result<FinishedFit> {
         self.validate()?;
         let of_data = self.of_data();
         let mut record = match place {
@@ -222,7 +222,7 @@ impl Ready {
         if let (Some(place), Some(begun)) = (place, &mut record) {
             (place.folder).keep(begun, &selection, &choices, provenance.clone())?;
         }
-        Ok(Kept {
+        Ok(FinishedFit {
             selection,
             choices,
             prepared: self.prepared,
@@ -264,7 +264,7 @@ impl Ready {
     }
 
     /// What was chosen from the data before any fit.
-    fn of_data(&self) -> Vec<Choice> {
+    fn of_data(&self) -> Vec<AutoSetting> {
         self.prepared.low_pass.iter().cloned().collect()
     }
 
@@ -277,7 +277,7 @@ impl Ready {
         let settings = without_nulls(settings);
         let files = self.files.clone();
         let mut record = RunRecord::begun(begun, command, seed, &settings, files)?;
-        if let [Chosen { choices, .. }] = &self.candidates[..] {
+        if let [ResolvedConfig { choices, .. }] = &self.candidates[..] {
             record.choices = [&self.of_data()[..], choices].concat();
         }
         let columns = match &self.columns {
@@ -295,7 +295,7 @@ impl Ready {
     }
 }
 
-impl Place<'_> {
+impl RunTarget<'_> {
     /// The state from which a resumed run goes on.
     fn checkpoint(&self) -> Result<Option<lagrangian::Checkpoint>> {
         match self.folder.resumes() {
@@ -305,7 +305,7 @@ impl Place<'_> {
     }
 }
 
-impl Kept {
+impl FinishedFit {
     /// Fits an ensemble of models like the one that was kept, with the budget of each that of the model.
     ///
     /// # Errors
@@ -373,7 +373,7 @@ impl Fitted {
     /// As [`predict_all`]; [`Error::Refused`](crate::Error::Refused) where the folder cannot be written.
     pub fn assessed(
         &self,
-        place: Option<&Place>,
+        place: Option<&RunTarget>,
         options: &RolloutOptions,
     ) -> Result<(Score, Assessment)> {
         let (Some(place), Some(record)) = (place, &self.record) else {
@@ -385,7 +385,7 @@ impl Fitted {
             return Ok((score, assessment.of_checked(&self.evaluation.check)));
         };
         let page = Page {
-            skin: place.skin,
+            frontend: place.frontend,
             folder: place.folder.path(),
             record,
             metrics: &place.folder.read_metrics()?,

@@ -2,10 +2,10 @@
 //!
 //! A run is a folder with everything that a fit was made of and that it gave: settings and hashes of the data
 //! ([`RunRecord`]), metrics, checkpoints, the model, and a page. Recordings are read by [`read_file`] with the layout that lies
-//! beside them, a [`RunFolder`] is opened and locked, a [`Specification`] with its [`Data`] is a fit that is [`Ready`], and [`Page`] says what its
+//! beside them, a [`RunFolder`] is opened and locked, a [`Specification`] with its [`Data`] is a fit that is [`PreparedFit`], and [`Page`] says what its
 //! model is worth.
 //!
-//! The crate prints nothing. Errors, notes and pages name settings in backticks, as `low_pass`; a [`Skin`] writes them as its
+//! The crate prints nothing. Errors, notes and pages name settings in backticks, as `low_pass`; a [`Frontend`] writes them as its
 //! users give them.
 
 mod bag_folder;
@@ -17,18 +17,18 @@ mod file_names;
 mod files;
 mod fit;
 mod folder;
-mod hashed;
+mod hashing_reader;
 mod input;
 mod job;
 mod metrics;
 mod page;
+mod partial_files;
 mod record;
 mod resolved;
 mod shell;
 mod source;
 mod spec;
 mod tensorboard;
-mod unfinished;
 mod watch;
 
 pub use bag_folder::files as bag_files;
@@ -37,17 +37,19 @@ pub use error::{Advise, Cause, Error, Result};
 pub use file_names::{file_name, file_names};
 pub use files::{Existing, Sink, format_named, refuse_existing, write_bytes, write_file};
 pub use folder::{
-    CHECKPOINT, FIGURES, METRICS, MODEL, Occupied, REPORT, RUN, RunFolder, model_file,
+    CHECKPOINT, ExistingRun, FIGURES, METRICS, MODEL, REPORT, RUN, RunFolder, model_file,
 };
-pub use hashed::{FileHash, Hashed, Hashing, brief_hash};
+pub use hashing_reader::{FileHash, Hashing, HashingReader, brief_hash};
 pub use input::{MOST_TEXT, is_same_name, open, refuse_overwriting, text};
-pub use job::{Data, Figures, Fitted, Kept, Place, Ready};
+pub use job::{Data, Figures, FinishedFit, Fitted, PreparedFit, RunTarget};
 pub use metrics::{Metric, Metrics, Tensorboard};
-pub use page::{Evaluation, Links, MOST_LINKS, Page, Scored, Skin, as_chain, energies, grade_name};
+pub use page::{
+    Evaluation, Frontend, Links, MOST_LINKS, Page, Scored, as_chain, energies, grade_name,
+};
+pub use partial_files::remove_unfinished;
 pub use record::{DataFile, RunRecord};
 pub use resolved::Columns;
 pub use shell::quoted;
 pub use source::{ReadFile, Source, delayed, layout_beside, read_file, unused};
 pub use spec::Specification;
-pub use unfinished::remove_unfinished;
 pub use watch::Watch;

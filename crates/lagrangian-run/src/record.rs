@@ -4,11 +4,11 @@ use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use lagrangian::settings::difference;
-use lagrangian::{score::CandidateResult, train::Choice};
+use lagrangian::{score::CandidateResult, train::AutoSetting};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Advise, Error, Result};
-use crate::hashed::FileHash;
+use crate::hashing_reader::FileHash;
 
 /// What a run was made of.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -32,7 +32,7 @@ pub struct RunRecord {
     pub resolved: toml::Table,
     /// What was not given, and so chosen from the data.
     #[serde(default)]
-    pub choices: Vec<Choice>,
+    pub choices: Vec<AutoSetting>,
     /// The models that were tried, where several were.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tried: Vec<CandidateResult>,

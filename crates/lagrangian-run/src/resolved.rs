@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use lagrangian::fit::Chosen;
+use lagrangian::fit::ResolvedConfig;
 use lagrangian::saved::Preparation;
 use lagrangian::{Layout, PrepareOptions};
 use serde_json::{Map, Value, json};
@@ -64,7 +64,7 @@ pub(crate) fn resolved(
     preparation: &Preparation,
     options: &PrepareOptions,
     held_back: bool,
-    candidates: &[Chosen],
+    candidates: &[ResolvedConfig],
 ) -> Result<Table> {
     let failed = "cannot write the settings as TOML";
     let (first, others) = columns.layouts.unwrap_or_default();

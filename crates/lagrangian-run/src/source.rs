@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::bag_folder::refuse_unfinished;
 use crate::error::{Advise, Error, Result};
 use crate::files::format_named;
-use crate::hashed::{FileHash, Hashed};
+use crate::hashing_reader::{FileHash, HashingReader};
 
 /// The layout file that speaks for all data of its folder.
 const LAYOUT: &str = "lagrangian.toml";
@@ -74,7 +74,7 @@ pub fn read_file(path: &Path, layout: &Layout, advice: &str) -> Result<ReadFile>
     let format = format_named(path).advise(&shown, "rename or convert the file")?;
     refuse_unfinished(path)?;
     let access = "check that the file exists and may be read";
-    let (file, hashing) = Hashed::open(path).advise(&shown, access)?;
+    let (file, hashing) = HashingReader::open(path).advise(&shown, access)?;
     let name = path.file_stem().and_then(|stem| stem.to_str());
     let name = name.unwrap_or("recording");
     let readings = format.read(file, name, layout).advise(&shown, advice)?;

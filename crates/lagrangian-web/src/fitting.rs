@@ -4,12 +4,12 @@ use std::ops::ControlFlow;
 
 use lagrangian::score::Assessment;
 use lagrangian::settings::Values;
-use lagrangian::train::{Choice, Ending};
+use lagrangian::train::{AutoSetting, Ending};
 use lagrangian::{
     Checkpoint, Dataset, Fit, FitConfig, Learned, Observer, Prepared, Progress, Provenance,
     Result as LibraryResult, Score, fit,
 };
-use lagrangian_run::{Evaluation, Ready, Specification};
+use lagrangian_run::{Evaluation, PreparedFit, Specification};
 use nets::Instant;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -94,7 +94,7 @@ impl Wanted {
 pub(crate) struct Fitting {
     dataset: Dataset,
     config: FitConfig,
-    choices: Vec<Choice>,
+    choices: Vec<AutoSetting>,
     provenance: Provenance,
     /// The run that it is, where recordings are fitted.
     run: Option<Run>,
@@ -124,7 +124,7 @@ pub(crate) struct Scored {
 /// Settings that were chosen, with reasons.
 #[derive(Debug, Serialize)]
 pub(crate) struct Begun<'a> {
-    choices: &'a [Choice],
+    choices: &'a [AutoSetting],
     samples: usize,
     validation: usize,
 }
@@ -137,7 +137,7 @@ impl Fitting {
         let ready = wanted.specification()?.ready(data)?;
         let record = ready.record(COMMAND.into(), settings, wanted.started / 1e3)?;
         let provenance = ready.provenance(Some(&record));
-        let Ready {
+        let PreparedFit {
             prepared,
             mut candidates,
             ..

@@ -18,7 +18,7 @@ const SHOWN: usize = 5;
 
 /// A file that was dropped on the page.
 #[derive(Debug)]
-pub(crate) struct Dropped {
+pub(crate) struct UploadedFile {
     name: String,
     hash: FileHash,
     bytes: Vec<u8>,
@@ -94,7 +94,7 @@ pub(crate) struct Summary {
     q: Vec<Option<f64>>,
 }
 
-impl Dropped {
+impl UploadedFile {
     /// Takes a file.
     pub(crate) fn new(name: String, bytes: &[u8]) -> Result<Self> {
         let look = csv::look(bytes, SHOWN)?;
@@ -161,12 +161,12 @@ fn within_bounds(headers: &[String]) -> Result<()> {
 }
 
 /// The recordings of files by these columns, and what the reader passed over.
-pub(crate) fn read(files: &[Dropped], columns: Columns) -> Result<(Given, Vec<String>)> {
+pub(crate) fn read(files: &[UploadedFile], columns: Columns) -> Result<(Given, Vec<String>)> {
     let shown = serde_json::to_value(&columns)?;
     let layout = columns.layout();
     let mut data = Data {
         layout: layout.to_toml()?,
-        hashes: files.iter().map(Dropped::file).collect(),
+        hashes: files.iter().map(UploadedFile::file).collect(),
         ..Data::default()
     };
     let (mut notes, mut ignored) = (Vec::new(), Vec::new());

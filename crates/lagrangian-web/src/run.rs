@@ -4,7 +4,7 @@ use std::path::Path;
 
 use lagrangian::{Learned, Progress, RolloutOptions};
 use lagrangian_report::{Command, draw};
-use lagrangian_run::{Evaluation, Metric, Page, RunRecord, Scored, Skin, quoted};
+use lagrangian_run::{Evaluation, Frontend, Metric, Page, RunRecord, Scored, quoted};
 
 use crate::error::Result;
 
@@ -62,7 +62,7 @@ impl Run {
 
     fn page<'a>(&'a self, model: &'a Learned) -> Page<'a> {
         Page {
-            skin: &Laboratory,
+            frontend: &Laboratory,
             folder: Path::new(""),
             record: &self.record,
             metrics: &self.metrics,
@@ -76,7 +76,7 @@ impl Run {
 /// The laboratory, where a run speaks to people: its settings have names that are words.
 struct Laboratory;
 
-impl Skin for Laboratory {
+impl Frontend for Laboratory {
     fn words(&self, text: &str) -> String {
         text.replace('`', "")
     }

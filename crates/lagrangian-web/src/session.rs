@@ -11,7 +11,7 @@ use crate::error::{Error, Result, bounded, bounded_file};
 use crate::fitting::{Fitting, Wanted};
 use crate::limits;
 use crate::motion::options;
-use crate::recordings::{self, Columns, Dropped, Given, Summary, csv};
+use crate::recordings::{self, Columns, Given, Summary, UploadedFile, csv};
 use crate::request::{By, EnergyAsked, Request, States};
 use crate::speed;
 use crate::system::{self, Axis, Named, axes};
@@ -53,7 +53,7 @@ impl Message {
 /// What a worker keeps between two requests: files, data, a fit, a model.
 #[derive(Debug, Default)]
 pub struct Session {
-    dropped: Vec<Dropped>,
+    dropped: Vec<UploadedFile>,
     data: Option<Data>,
     fitting: Option<Fitting>,
     loaded: Option<Learned>,
@@ -152,13 +152,13 @@ impl Session {
 
     fn inspect(&mut self, name: String, joins: bool, bytes: &[u8]) -> Result<Message> {
         let before: usize = match joins {
-            true => self.dropped.iter().map(Dropped::size).sum(),
+            true => self.dropped.iter().map(UploadedFile::size).sum(),
             false => 0,
         };
         let remedy =
             "take a part of them, or use the command `lagrangian`, which has no such bound";
         bounded_file(before + bytes.len(), remedy)?;
-        let dropped = Dropped::new(name, bytes)?;
+        let dropped = UploadedFile::new(name, bytes)?;
         if !joins {
             self.dropped.clear();
         }
@@ -216,7 +216,7 @@ impl Session {
     fn with<T>(&self, by: &By, then: impl FnOnce(&dyn Model) -> Result<T>) -> Result<T> {
         match by {
             By::System(name) => then(&*Named::from(&**name).build()?),
-            By::Known(named) => then(&*named.build()?),
+            By::DataFacts(named) => then(&*named.build()?),
             By::Fitted => then(self.fitting()?.model()?),
             By::Loaded => then(self.loaded.as_ref().ok_or(Error::Missing {
                 what: "model",

@@ -3,7 +3,7 @@
 
 use crate::dataset::{Dataset, PrepareOptions, split};
 use crate::models::Momenta;
-use crate::train::{Choice, Known, Loss, Request};
+use crate::train::{AutoSetting, DataFacts, Loss, Request};
 use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
 use lagrangian_recordings::check::{CheckOptions, CheckReport, Verdict, check, check_validation};
 use lagrangian_recordings::{Estimate, EstimateOptions, Recording, Sampling};
@@ -11,7 +11,7 @@ use lagrangian_recordings::{Estimate, EstimateOptions, Recording, Sampling};
 impl PrepareOptions {
     /// The low-pass that the check of the data found, where noise spoils the accelerations and nothing else was asked for.
     #[must_use]
-    pub fn chosen_low_pass(&self, check: &CheckReport) -> Option<Choice> {
+    pub fn chosen_low_pass(&self, check: &CheckReport) -> Option<AutoSetting> {
         if self.smooth || self.low_pass.is_some() {
             return None;
         }
@@ -22,7 +22,7 @@ impl PrepareOptions {
             "{}: a low-pass of {hertz} Hz for motion and forces",
             item.finding
         );
-        Some(Choice::new("low_pass", hertz, reason))
+        Some(AutoSetting::new("low_pass", hertz, reason))
     }
 }
 
@@ -69,7 +69,7 @@ impl Request {
             // Whatever is tried learns from single samples, and has its own settings.
             asked.settings.retain(|name, _| name == "robot");
         }
-        let config = asked.complete(&Known::default())?.config;
+        let config = asked.complete(&DataFacts::default())?.config;
         let rolls_out = config.loss == Loss::ROLLOUT;
         Ok(Needs {
             momenta: config.family.momenta() == Some(&Momenta::Recorded),
@@ -89,7 +89,7 @@ pub struct Prepared {
     /// What the check of the training data found.
     pub check: CheckReport,
     /// The low-pass, where it was chosen from the data.
-    pub low_pass: Option<Choice>,
+    pub low_pass: Option<AutoSetting>,
     /// The options of the estimates, with the low-pass that was chosen.
     pub options: EstimateOptions,
     /// The motions that a model is evaluated on.

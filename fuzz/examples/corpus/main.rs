@@ -11,7 +11,7 @@ use std::path::Path;
 
 use lagrangian::models::FAMILIES;
 use lagrangian::rigid;
-use lagrangian::train::{Known, Observer, Progress, Request};
+use lagrangian::train::{DataFacts, Observer, Progress, Request};
 use lagrangian::{
     Budget, Checkpoint, Coordinates, Dataset, Format, Provenance, Result, Signals, Trajectory, fit,
 };
@@ -116,9 +116,9 @@ fn models() {
             request.settings.insert("width".into(), 3.into());
         }
         request.budget = Some(Budget::Steps(2));
-        let known = Known {
+        let known = DataFacts {
             forced: true,
-            ..Known::default()
+            ..DataFacts::default()
         };
         let config = request.choose(&known).unwrap().config;
         let settings = without_nulls(serde_json::to_value(&config).unwrap());

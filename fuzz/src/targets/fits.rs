@@ -9,7 +9,7 @@ use lagrangian::{
 };
 use lagrangian::{
     fit::{ROLLOUT_SETTINGS, SETTINGS},
-    train::{Known, Request},
+    train::{DataFacts, Request},
 };
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -169,7 +169,7 @@ fn request(rng: &mut impl Rng, scene: &Scene) -> Request {
         request.training.insert("loss".into(), "rollout".into());
     }
     // Most other losses have none of these settings.
-    let loss = request.loss(&Known::default()).map(|loss| loss.name());
+    let loss = request.loss(&DataFacts::default()).map(|loss| loss.name());
     if loss.is_ok_and(|name| name == "rollout") || rng.random_bool(0.01) {
         request.rollout = drawn(rng, scene, ROLLOUT_SETTINGS, share);
     }

@@ -1,7 +1,7 @@
 //! The settings of a run in its record, `run.toml`.
 
 use lagrangian::settings::Values;
-use lagrangian::train::{Known, Request};
+use lagrangian::train::{DataFacts, Request};
 use lagrangian::{Budget, FitConfig};
 use serde_json::Value;
 
@@ -16,7 +16,7 @@ pub fn settings(bytes: &[u8]) -> Outcome {
     let record: toml::Table = toml::from_str(text(bytes)?).map_err(|e| e.message().to_owned())?;
     let record = serde_json::to_value(record).map_err(refused)?;
     let given = request(&record["settings"]);
-    let asked = given.choose(&Known::default()).map_err(refused);
+    let asked = given.choose(&DataFacts::default()).map_err(refused);
     let asked = asked.map(|chosen| used(chosen.config));
     let fits = record["resolved"]["fit"].as_object();
     for config in fits.into_iter().flatten().map(|(_, config)| config) {

@@ -6,7 +6,9 @@ use rand_chacha::ChaCha8Rng;
 use super::laws::{active_particle, curl_force, van_der_pol};
 use crate::data::column_sizes;
 use crate::plausibility::premises::Premise;
-use lagrangian::analytic::{Analytic, DoublePendulum, Pendulum, System as Known, by_name, normal};
+use lagrangian::analytic::{
+    Analytic, DoublePendulum, Pendulum, System as DataFacts, by_name, normal,
+};
 use lagrangian::rollout::{free, times};
 use lagrangian::{
     Coordinates, Dissipation, Mechanical, Model, Result, RolloutOptions, Trajectory, rollout,
@@ -118,7 +120,7 @@ impl System {
 }
 
 /// A system of the table with its usual parameters, and friction.
-fn damped<S: Known>(dissipation: Dissipation) -> Result<Box<dyn Model>> {
+fn damped<S: DataFacts>(dissipation: Dissipation) -> Result<Box<dyn Model>> {
     let usual: Vec<f64> = S::PARAMETERS.iter().map(|p| p.value).collect();
     let system = Mechanical::dissipative(Analytic::new(S::new(&usual)), dissipation)?;
     Ok(Box::new(system))

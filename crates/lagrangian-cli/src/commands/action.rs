@@ -34,7 +34,7 @@ pub(super) fn run(args: &ActionArgs, mode: OutputMode) -> Result<ExitCode> {
     let subject = args.subject.open()?;
     let physics = subject.physics()?;
     if physics.applied.dissipation.is_some() {
-        tell!("note: the model has friction, which has no action: the paths are those without it");
+        note!("note: the model has friction, which has no action: the paths are those without it");
     }
     let (lagrangian, coordinates) = (physics.lagrangian, physics.lagrangian.coordinates());
     let ends = ends(args, coordinates)?;
@@ -78,7 +78,7 @@ pub(super) fn run(args: &ActionArgs, mode: OutputMode) -> Result<ExitCode> {
     });
     mode.print(&figures, || found.text())?;
     if let Some(failure) = failure {
-        tell!("no path: {failure}");
+        note!("no path: {failure}");
         return Ok(ExitCode::from(FAILED));
     }
     Ok(ExitCode::SUCCESS)

@@ -66,7 +66,7 @@ pub(super) fn run(args: &ConvertArgs, mode: OutputMode) -> Result<ExitCode> {
         });
         let count = counted(motions.len(), "trajectory");
         let written = written.unwrap_or_default();
-        tell!("{count}, {rows} rows{written}");
+        note!("{count}, {rows} rows{written}");
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -102,7 +102,7 @@ fn tell(sources: &[Source], coordinates: &Coordinates) {
         ..
     } in sources
     {
-        tell!(
+        note!(
             "'{}': {}, {rows} rows",
             path.display(),
             counted(*trajectories, "trajectory")
@@ -116,7 +116,7 @@ fn tell(sources: &[Source], coordinates: &Coordinates) {
         .map(|(new, name)| format!("{new} is {name}"))
         .collect();
     if !renamed.is_empty() {
-        tell!("{}", renamed.join(", "));
+        note!("{}", renamed.join(", "));
     }
 }
 

@@ -6,7 +6,7 @@ use anyhow::Result;
 use lagrangian::Model;
 use lagrangian::ensemble::{Coverage, Covered};
 use lagrangian::train::Ending;
-use lagrangian_run::{FittedEnsemble, Kept, SavedEnsemble};
+use lagrangian_run::{FinishedFit, FittedEnsemble, SavedEnsemble};
 use serde_json::json;
 
 use super::OutputMode;
@@ -15,22 +15,22 @@ use crate::command_line::command_line;
 use crate::data;
 use crate::failure::Advise;
 use crate::fitted::{self, Fitted};
+use crate::frontend::ProgressDisplay;
 use crate::motion;
 use crate::seen;
-use crate::skin::Shown;
 use crate::task::{Size, Task};
 
 /// Fits an ensemble of models like the one that was kept; none after Ctrl-C.
 pub(super) fn fitted(
-    kept: &Kept,
+    kept: &FinishedFit,
     members: u32,
     mode: OutputMode,
 ) -> Result<Option<FittedEnsemble>> {
     if kept.selection.fit.ending == Ending::Interrupted {
-        tell!("note: the fit was interrupted, so there is no ensemble; --resume goes on");
+        note!("note: the fit was interrupted, so there is no ensemble; --resume goes on");
         return Ok(None);
     }
-    let mut shown = Shown::start("ensemble", mode.quiet);
+    let mut shown = ProgressDisplay::start("ensemble", mode.quiet);
     let fitted = kept.fit_ensemble(members as usize, &mut shown).advise(
         format!("cannot fit an ensemble (`{}`)", command_line()),
         "record more, or omit --ensemble",

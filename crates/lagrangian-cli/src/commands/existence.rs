@@ -7,7 +7,7 @@ use lagrangian_analysis::existence::{SurveyConfig, check_item, survey};
 use super::OutputMode;
 use crate::cli::CheckArgs;
 use crate::failure::{Advise, mistake};
-use crate::skin::Shown;
+use crate::frontend::ProgressDisplay;
 use crate::{data, interrupt};
 
 /// The item of recordings that passed the other items of `report`; none where the search was interrupted.
@@ -36,14 +36,14 @@ pub(super) fn item(
         budget: Budget::Seconds(args.seconds),
         seed: 0,
     };
-    let mut shown = Shown::start("searching for a Lagrangian", mode.quiet);
+    let mut shown = ProgressDisplay::start("searching for a Lagrangian", mode.quiet);
     interrupt::listen()?;
     let found = survey(&first.coordinates, &trajectories, &config, &mut shown).advise(
         "cannot search for a Lagrangian",
         "omit --lagrangian, or give more recordings of the same system",
     )?;
     if interrupt::is_pressed() {
-        tell!("note: the search for a Lagrangian was stopped; its item is omitted");
+        note!("note: the search for a Lagrangian was stopped; its item is omitted");
         return Ok(None);
     }
     shown.finish("done");

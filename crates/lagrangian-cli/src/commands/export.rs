@@ -9,7 +9,7 @@ use lagrangian::{Learned, Model as _, SavedModel, counted};
 use lagrangian_export::fmu::{Fmu, archive};
 use lagrangian_export::{About, Export, File, export};
 use lagrangian_run::{
-    Existing, Hashed, file_name, refuse_existing, refuse_overwriting, write_bytes,
+    Existing, HashingReader, file_name, refuse_existing, refuse_overwriting, write_bytes,
 };
 use serde_json::json;
 
@@ -63,7 +63,7 @@ pub(super) fn run(args: &ExportArgs, mode: OutputMode) -> Result<ExitCode> {
         "files": written,
     });
     if let Some(problem) = unit.and_then(|unit| unit.problem) {
-        tell!(
+        note!(
             "note: the unit holds its sources alone, which its importer has to compile: {problem}"
         );
     }
@@ -243,7 +243,7 @@ fn identifier(text: &str) -> String {
 fn open(path: &Path) -> Result<(Learned, String)> {
     let shown = format!("cannot read the model '{}'", path.display());
     let hint = "give the model.safetensors of a run, or the run";
-    let (reader, hashing) = Hashed::open(path).advise(&shown, hint)?;
+    let (reader, hashing) = HashingReader::open(path).advise(&shown, hint)?;
     let saved = SavedModel::read(reader).advise(&shown, hint)?;
     let model = Learned::load(&saved).advise(&shown, hint)?;
     Ok((model, hashing.finish().advise(&shown, hint)?.sha256))

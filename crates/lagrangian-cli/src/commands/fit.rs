@@ -8,13 +8,13 @@ use lagrangian::models::Parameter;
 use lagrangian::score::Assessment;
 use lagrangian::{Fit, Layout, Learned, Prepared, Trajectory, Verdict, counted};
 use lagrangian::{
-    fit::Chosen,
+    fit::ResolvedConfig,
     score::CandidateResult,
-    train::{Choice, Ending},
+    train::{AutoSetting, Ending},
 };
 use lagrangian_run::{
-    Columns, Data, DataFile, Error, Evaluation, Figures, FileHash, Fitted, Kept, MODEL, Occupied,
-    Place, REPORT, Ready, RunFolder, RunRecord, Tensorboard, bag_files,
+    Columns, Data, DataFile, Error, Evaluation, ExistingRun, Figures, FileHash, FinishedFit,
+    Fitted, MODEL, PreparedFit, REPORT, RunFolder, RunRecord, RunTarget, Tensorboard, bag_files,
 };
 use serde_json::json;
 
@@ -25,11 +25,11 @@ use crate::data;
 use crate::failure::{self, FAILED, mistake};
 use crate::fit_args::FitArgs;
 use crate::fitted;
+use crate::frontend::{Flags, ProgressDisplay};
 use crate::interrupt;
 use crate::motion;
 use crate::output;
 use crate::resumed::{resumed, settings};
-use crate::skin::{Flags, Shown};
 use crate::task::{Size, Task};
 use crate::verdict;
 
@@ -51,9 +51,9 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
     let inputs = inputs(&args)?;
     folder.refuse_inputs(&inputs)?;
     let ready = ready(&args, &inputs, mode)?;
-    let place = Place {
+    let place = RunTarget {
         folder,
-        skin: &Flags,
+        frontend: &Flags,
         command: command_line(),
         settings: serde_json::to_value(&args)?,
         tensorboard: Tensorboard::Written,
@@ -83,7 +83,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
         tell(folder, &fit, &assessment);
         ensemble
             .iter()
-            .for_each(|own| tell!("{}", ensemble::as_text(&own.coverage)));
+            .for_each(|own| note!("{}", ensemble::as_text(&own.coverage)));
         return Ok(exit_code(&fit, improved, &assessment));
     }
     output::print_json(&json!({
@@ -112,7 +112,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
 }
 
 /// Writes the page, and says how far the model can be trusted; predictions end when their time is up.
-fn assessed(fitted: &Fitted, place: &Place, mode: OutputMode) -> Result<Assessment> {
+fn assessed(fitted: &Fitted, place: &RunTarget, mode: OutputMode) -> Result<Assessment> {
     let motions = &fitted.evaluation.motions;
     let samples = motions.iter().map(Trajectory::len).sum();
     let _task = Task::of_predictions(PREDICTIONS, mode.quiet, samples)?;
@@ -125,7 +125,7 @@ fn assessed(fitted: &Fitted, place: &Place, mode: OutputMode) -> Result<Assessme
 fn note_failures(contestants: &[CandidateResult]) {
     for contestant in contestants {
         if let Some(failure) = &contestant.failure {
-            tell!("note: {} was not fitted: {failure}", contestant.family);
+            note!("note: {} was not fitted: {failure}", contestant.family);
         }
     }
 }
@@ -141,7 +141,7 @@ fn inputs(args: &FitArgs) -> Result<Vec<PathBuf>> {
 /// Reports a fit on standard error.
 fn tell(folder: &RunFolder, fit: &Fit, assessment: &Assessment) {
     let (model, step) = (folder.file(MODEL), fit.best_step);
-    tell!(
+    note!(
         "model: {} (loss {:.3e} at step {step})",
         model.display(),
         fit.best
@@ -150,10 +150,10 @@ fn tell(folder: &RunFolder, fit: &Fit, assessment: &Assessment) {
     for p in all.iter().filter(|p| shown(&fit.model, p)) {
         let error = p.standard_error.map(|e| format!(" ± {e:.1e}"));
         let error = error.unwrap_or_default();
-        tell!("  {:<20} {:>10.3e}{error} {}", p.name, p.value, p.unit);
+        note!("  {:<20} {:>10.3e}{error} {}", p.name, p.value, p.unit);
     }
-    tell!("{}", verdict::text(assessment).trim_end());
-    tell!("page:  {}", folder.file(REPORT).display());
+    note!("{}", verdict::text(assessment).trim_end());
+    note!("page:  {}", folder.file(REPORT).display());
 }
 
 /// The exit code of a fit; notes one that did not improve.
@@ -169,7 +169,7 @@ fn exit_code(fit: &Fit, improved: bool, assessment: &Assessment) -> ExitCode {
         fit.best, fit.best_step
     );
     let remedy = "check the data with `lagrangian check`; use a smaller --learning-rate, --optimizer adam, or --form convex";
-    tell!("{}", failure::describe(&mistake(finding, remedy)));
+    note!("{}", failure::describe(&mistake(finding, remedy)));
     ExitCode::from(FAILED)
 }
 
@@ -179,11 +179,11 @@ fn shown(model: &Learned, parameter: &Parameter) -> bool {
     model.family() != "rigid" || !["mass_", "inertia_"].iter().any(is_of_a_body)
 }
 
-fn occupied(args: &FitArgs) -> Occupied {
+fn occupied(args: &FitArgs) -> ExistingRun {
     match (args.resume, args.force) {
-        (true, _) => Occupied::Resume,
-        (false, true) => Occupied::Restart,
-        (false, false) => Occupied::Refuse,
+        (true, _) => ExistingRun::Resume,
+        (false, true) => ExistingRun::Restart,
+        (false, false) => ExistingRun::Refuse,
     }
 }
 
@@ -200,7 +200,7 @@ pub(super) fn evaluation(record: &RunRecord) -> Result<Evaluation> {
 }
 
 /// Reads and prepares the data, and chooses what was not given.
-fn ready(args: &FitArgs, inputs: &[PathBuf], mode: OutputMode) -> Result<Ready> {
+fn ready(args: &FitArgs, inputs: &[PathBuf], mode: OutputMode) -> Result<PreparedFit> {
     let size = Size::of_files(inputs);
     let _task = Task::start("fit: preparing the data", mode.quiet, size)?;
     let mut data = read(args)?;
@@ -220,9 +220,9 @@ fn ready(args: &FitArgs, inputs: &[PathBuf], mode: OutputMode) -> Result<Ready> 
         && only.config.family.abilities().solved
     {
         let name = only.config.family.name();
-        tell!("note: {flag} changes nothing: {name} is solved for at once");
+        note!("note: {flag} changes nothing: {name} is solved for at once");
     }
-    ready.validate().map_err(of_fit)?;
+    ready.validate().map_err(fit_error)?;
     Ok(ready)
 }
 
@@ -269,9 +269,9 @@ fn tell_prepared(prepared: &mut Prepared) {
 }
 
 /// Says which low-pass was chosen from the data; its cut-off, Hz.
-pub(super) fn tell_low_pass(choice: Option<&Choice>) -> Option<f64> {
+pub(super) fn tell_low_pass(choice: Option<&AutoSetting>) -> Option<f64> {
     let choice = choice?;
-    tell!(
+    note!(
         "note: {} (--low-pass overrides it, 0 for none)",
         choice.reason
     );
@@ -284,16 +284,16 @@ fn data_files(role: &str, hashes: Vec<(PathBuf, FileHash)>) -> Vec<DataFile> {
 }
 
 /// Notes a choice of the optimiser from the data, and that several models are tried.
-fn tell_candidates(candidates: &[Chosen]) {
-    let adam = |choice: &&Choice| choice.setting == "optimizer" && choice.value == "adam";
+fn tell_candidates(candidates: &[ResolvedConfig]) {
+    let adam = |choice: &&AutoSetting| choice.setting == "optimizer" && choice.value == "adam";
     if let [chosen] = candidates
         && let Some(choice) = chosen.choices.iter().find(adam)
     {
-        tell!("note: {} (--optimizer overrides it)", choice.reason);
+        note!("note: {} (--optimizer overrides it)", choice.reason);
     }
     let mut all = candidates.iter().flat_map(|chosen| &chosen.choices);
     if let Some(choice) = all.find(|choice| choice.setting == "dissipation") {
-        tell!(
+        note!(
             "note: friction is identified: {}",
             failure::with_flags(&choice.reason)
         );
@@ -301,20 +301,20 @@ fn tell_candidates(candidates: &[Chosen]) {
     if candidates.len() > 1 {
         let names = candidates.iter().map(|c| c.config.family.name());
         let names: Vec<&str> = names.collect();
-        tell!(
+        note!(
             "note: {} are tried and compared by their torque errors on held-out samples (--model chooses one)",
             names.join(", ")
         );
     }
 }
 
-fn fit(ready: Ready, place: &Place, mode: OutputMode) -> Result<Kept> {
+fn fit(ready: PreparedFit, place: &RunTarget, mode: OutputMode) -> Result<FinishedFit> {
     let warnings = ready.prepared.check.count(Verdict::Warn);
     if warnings > 0 {
-        tell!("note: warnings about the data: {warnings}; the page lists them");
+        note!("note: warnings about the data: {warnings}; the page lists them");
     }
     interrupt::listen()?;
-    let mut shown = Shown::start("fit", mode.quiet);
+    let mut shown = ProgressDisplay::start("fit", mode.quiet);
     let kept = ready.fit(Some(place), &mut shown);
     shown.finish(&match kept.as_ref().map(|kept| &kept.selection) {
         Ok(own) if own.contestants.len() > 1 => {
@@ -328,11 +328,11 @@ fn fit(ready: Ready, place: &Place, mode: OutputMode) -> Result<Kept> {
         ),
         Err(_) => "failed".into(),
     });
-    Ok(kept.map_err(of_fit)?)
+    Ok(kept.map_err(fit_error)?)
 }
 
 /// What the library refuses to fit, with the command; any other error as it is.
-fn of_fit(error: Error) -> Error {
+fn fit_error(error: Error) -> Error {
     match error {
         Error::Library(error) => Error::of(
             error,

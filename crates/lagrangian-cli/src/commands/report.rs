@@ -18,10 +18,10 @@ use super::{OutputMode, fit};
 use crate::cli::ReportArgs;
 use crate::failure::{Advise, mistake};
 use crate::fitted;
+use crate::frontend::Flags;
 use crate::motion;
 use crate::out_args::write_png;
 use crate::output;
-use crate::skin::Flags;
 use crate::task::{Size, Task};
 
 pub(super) fn run(args: &ReportArgs, mode: OutputMode) -> Result<ExitCode> {
@@ -56,7 +56,7 @@ pub(super) fn run(args: &ReportArgs, mode: OutputMode) -> Result<ExitCode> {
             "figures": report.figures.iter().map(|figure| &figure.id).collect::<Vec<_>>(),
         }))?;
     } else {
-        tell!("page: {}", path.display());
+        note!("page: {}", path.display());
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -92,7 +92,7 @@ fn of_run(folder: &RunFolder, links: Option<Links>, mode: OutputMode) -> Result<
     let _predicting = Task::of_predictions(fit::PREDICTIONS, mode.quiet, samples)?;
     let metrics = folder.read_metrics()?;
     let page = Page {
-        skin: &Flags,
+        frontend: &Flags,
         folder: folder.path(),
         record: &record,
         metrics: &metrics,

@@ -114,7 +114,7 @@ fn in_si_units(mut start: State, coordinates: &Coordinates, layout: &Layout) -> 
                 *value = value.to_radians();
             }
         }
-        tell!("note: angles are in degrees");
+        note!("note: angles are in degrees");
     }
     start
 }

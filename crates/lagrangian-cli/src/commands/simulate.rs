@@ -84,7 +84,7 @@ pub(super) fn run(args: &SimulateArgs, mode: OutputMode) -> Result<ExitCode> {
         let samples: usize = trajectories.iter().map(Trajectory::len).sum();
         let (count, name) = (counted(trajectories.len(), "trajectory"), system.name());
         let (path, layout) = (path.display(), layout.display());
-        tell!("{count} of '{name}', {samples} samples: {path} (columns and angles: {layout})");
+        note!("{count} of '{name}', {samples} samples: {path} (columns and angles: {layout})");
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -146,7 +146,7 @@ fn omit_stopped(rollouts: &mut Vec<Rollout>) -> Result<()> {
         bail!("stopped before any motion had begun: nothing was written");
     }
     if omitted > 0 {
-        tell!("note: {omitted} of {all} trajectories had not begun and are omitted");
+        note!("note: {omitted} of {all} trajectories had not begun and are omitted");
     }
     Ok(())
 }

@@ -101,7 +101,7 @@ fn note_not_finite(predictions: &[TorquePrediction]) {
     let totals = predictions.iter().flat_map(|p| p.parts.total());
     let lost = totals.filter(|x| !x.is_finite()).count();
     if lost > 0 {
-        tell!(
+        note!(
             "warning: {lost} predicted torques are not finite: the model is damaged, or the motion far from its data"
         );
     }

@@ -11,7 +11,7 @@ use std::path::Path;
 use std::process::Command;
 
 use lagrangian_export::fmu::{Fmu, archive};
-use lagrangian_export::surroundings::Surroundings;
+use lagrangian_export::support_files::SupportFiles;
 use lagrangian_export::{Call, Drive, Error, File, Interface, Joint, Unit, casadi};
 use tools::{
     exists, folder, library, python, script, succeed, unit, unit_sources, write, write_unit,
@@ -63,7 +63,7 @@ fn sources() -> Vec<File> {
 
 /// Model, adapters and surroundings.
 fn all_files(interface: &Interface) -> Vec<File> {
-    let around = Surroundings {
+    let around = SupportFiles {
         interface,
         mock_up: Some("cart_pole.fmu"),
         stack: [800, 400],

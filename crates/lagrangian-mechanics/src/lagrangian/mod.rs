@@ -9,8 +9,8 @@ mod sum;
 pub use curvature::Curvature;
 pub use scaled::Features;
 pub use scaled::Scaling;
-pub use seen::Seen;
 pub use seen::SpeedChart;
+pub use seen::VelocityTransform;
 pub use sum::Sum;
 
 use crate::dynamics::Evaluator;

@@ -23,7 +23,7 @@ impl SpeedChart {
 
 /// How the feature of a velocity (or momentum) z comes from it, s being its scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Seen {
+pub enum VelocityTransform {
     /// u = z/s, kinetic term ½ u².
     Scaled,
     /// u = artanh(z/c), kinetic term ½ u².
@@ -34,7 +34,7 @@ pub enum Seen {
     Arsinh(f64),
 }
 
-impl Seen {
+impl VelocityTransform {
     /// The feature of a velocity, in the chart below a limit if there is one.
     pub fn of_velocity(limit: Option<f64>, chart: SpeedChart) -> Self {
         match (limit, chart) {
@@ -157,10 +157,10 @@ mod tests {
     fn every_feature_and_its_kinetic_term_have_the_derivatives_of_dual_numbers() {
         let units = (0.7, 1.9);
         for seen in [
-            Seen::Scaled,
-            Seen::Artanh(1.5),
-            Seen::Arcsin(1.5),
-            Seen::Arsinh(1.5),
+            VelocityTransform::Scaled,
+            VelocityTransform::Artanh(1.5),
+            VelocityTransform::Arcsin(1.5),
+            VelocityTransform::Arsinh(1.5),
         ] {
             for z in [-1.4999, -0.9, -1e-9, 0.0, 0.3, 1.2] {
                 let (u, kinetic) = seen.evaluate(units, Dual2_64::from_re(z).derivative());
@@ -187,7 +187,12 @@ mod tests {
     #[test]
     fn the_start_of_a_momentum_moves_at_rest_like_a_mass_and_never_faster_than_the_limit() {
         let (scale, energy, c) = (7.0, 3.0, 2.0);
-        let speed = |p: f64| energy * Seen::Arsinh(c).feature((scale, energy), p).kinetic[1];
+        let speed = |p: f64| {
+            energy
+                * VelocityTransform::Arsinh(c)
+                    .feature((scale, energy), p)
+                    .kinetic[1]
+        };
         assert!((speed(1e-6) - 1e-6 * c / scale).abs() < 1e-18);
         assert!(speed(1e9) <= c && speed(1e9) > c * (1.0 - 1e-12));
         assert!(speed(-1e300) >= -c);
@@ -195,7 +200,10 @@ mod tests {
 
     #[test]
     fn the_mass_of_the_start_is_positive_at_all_speeds_in_both_charts() {
-        for seen in [Seen::Artanh(1.0), Seen::Arcsin(1.0)] {
+        for seen in [
+            VelocityTransform::Artanh(1.0),
+            VelocityTransform::Arcsin(1.0),
+        ] {
             for k in -400..=400 {
                 let v = (f64::from(k) / 50.0).tanh();
                 assert!(seen.feature((1.0, 1.0), v).kinetic[2] > 0.0, "{seen:?} {v}");

@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 
 use super::round::Round;
-use super::{Force, Known, Rollout, RolloutOptions, initial_phase, record};
+use super::{Force, Rollout, RolloutOptions, SampledAccelerations, initial_phase, record};
 use crate::dynamics::Model;
 use crate::integrate::{Ending, Rk4, fixed};
 use lagrangian_motion::State;
@@ -34,8 +34,10 @@ pub(super) fn run(
     }
     let mut singular = vec![0; starts.len()];
     let mut evaluations = 0;
-    let known: RefCell<Vec<Known>> = RefCell::default();
-    known.borrow_mut().resize_with(starts.len(), Known::default);
+    let known: RefCell<Vec<SampledAccelerations>> = RefCell::default();
+    known
+        .borrow_mut()
+        .resize_with(starts.len(), SampledAccelerations::default);
     let mut rates = |t: f64, x: &[f64], dx: &mut [f64]| {
         round.clear();
         x.chunks_exact(d).for_each(|x| round.add(x));

@@ -3,7 +3,7 @@
 
 /// The accelerations of the first samples, as far as an evaluation met every one of them.
 #[derive(Debug, Default)]
-pub(super) struct Known {
+pub(super) struct SampledAccelerations {
     /// The last sample (q, q̇), and whether its acceleration is still to come.
     state: Vec<f64>,
     due: bool,
@@ -13,7 +13,7 @@ pub(super) struct Known {
     force: Vec<f64>,
 }
 
-impl Known {
+impl SampledAccelerations {
     /// A sample was taken.
     pub(super) fn sampled(&mut self, state: &[f64]) {
         self.broken |= self.due;

@@ -3,7 +3,9 @@
 use rayon::prelude::*;
 
 use super::round::Round;
-use super::{Force, Known, Rollout, RolloutOptions, check, grouped, record, rollout};
+use super::{
+    Force, Rollout, RolloutOptions, SampledAccelerations, check, grouped, record, rollout,
+};
 use crate::dynamics::{Evaluator, Model};
 use crate::integrate::adaptive::Stepper;
 use crate::integrate::{Dop853, Dopri5, EmbeddedPair, Ending, Failure, Method};
@@ -90,8 +92,12 @@ fn run<P: EmbeddedPair>(
             },
         };
         lane.rollout.set_velocities(&mut *round.evaluator);
-        lane.rollout
-            .end(ending, &mut *round.evaluator, tau, &Known::default());
+        lane.rollout.end(
+            ending,
+            &mut *round.evaluator,
+            tau,
+            &SampledAccelerations::default(),
+        );
         lane.rollout
     };
     lanes.into_iter().map(end).collect()

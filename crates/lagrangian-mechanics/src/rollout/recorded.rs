@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Force, Rollout, RolloutOptions, Run, check};
+use super::{Force, Rollout, RolloutOptions, RolloutState, check};
 use crate::dynamics::Model;
 use crate::integrate::Ending;
 use lagrangian_motion::Signal;
@@ -28,7 +28,7 @@ pub fn rollout_recorded(
     let tau = recorded(recording, model.coordinates(), hold)?;
     let (n, t) = (model.coordinates().dof(), &recording.t);
     check(model, &recording.q[..n], &recording.qd[..n], t, options)?;
-    let mut run = Run::new(
+    let mut run = RolloutState::new(
         model,
         &recording.q[..n],
         &recording.qd[..n],

@@ -1,6 +1,6 @@
 //! The evaluations that several rollouts ask for at one time, as one batch.
 
-use super::{Force, Known};
+use super::{Force, SampledAccelerations};
 use crate::dynamics::{Evaluation, Evaluator, Model};
 
 /// A batch of states, a row each, and their rates.
@@ -90,7 +90,7 @@ impl<'a> Round<'a> {
     }
 
     /// Gives each row its acceleration, where that was evaluated.
-    pub(super) fn record_accelerations(&mut self, known: &mut [Known]) {
+    pub(super) fn record_accelerations(&mut self, known: &mut [SampledAccelerations]) {
         if self.evaluator.phase_flow().is_some() {
             return;
         }

@@ -1,10 +1,10 @@
 //! Rollouts with dry friction as a set of forces.
 
-use super::{Force, Known, Rollout, Run, record};
+use super::{Force, Rollout, RolloutState, SampledAccelerations, record};
 use crate::dynamics::Balance;
 use crate::integrate::{Control, Moreau, Solution, moreau};
 
-impl Run<'_> {
+impl RolloutState<'_> {
     /// Time stepping with dry friction, see [`Moreau`].
     pub(super) fn step_through(
         &mut self,
@@ -41,7 +41,7 @@ impl Run<'_> {
     }
 
     /// The accelerations of all samples where dry friction is a set of forces.
-    pub(super) fn accelerations(&mut self, tau: &Force<'_>) -> Known {
+    pub(super) fn accelerations(&mut self, tau: &Force<'_>) -> SampledAccelerations {
         let n = self.force.len();
         let Self {
             evaluator,
@@ -51,7 +51,7 @@ impl Run<'_> {
         } = self;
         let trajectory = &rollout.trajectory;
         let mut method = Moreau::new(n);
-        let mut known = Known::default();
+        let mut known = SampledAccelerations::default();
         let states = trajectory
             .q
             .chunks_exact(n)

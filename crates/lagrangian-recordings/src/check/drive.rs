@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::regression::{JointFit, JointFits, Rub, Stranger, Undriven};
+use super::regression::{ForeignRecording, FrictionTerm, JointFit, JointFits, Undriven};
 use super::swings::{Swings, swings};
 use super::{Item, range, swings_of_all};
 use crate::Recording;
@@ -213,14 +213,14 @@ fn unrecorded(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
 
 /// Whether a recording is not of the machine of the others.
 fn machines(fits: &JointFits) -> Option<Item> {
-    let certain = |s: &Stranger| {
+    let certain = |s: &ForeignRecording| {
         s.times > OTHER_MACHINE
             && s.times.ln() > OTHER_MACHINE_ERRORS * s.error
             && s.left > LEFT
             && s.others_agree
     };
-    let least_likely = |a: &&(String, Stranger), b: &&(String, Stranger)| {
-        let weight = |s: &Stranger| (certain(s), s.times);
+    let least_likely = |a: &&(String, ForeignRecording), b: &&(String, ForeignRecording)| {
+        let weight = |s: &ForeignRecording| (certain(s), s.times);
         let (a, b) = (weight(&a.1), weight(&b.1));
         a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
     };
@@ -241,8 +241,9 @@ fn machines(fits: &JointFits) -> Option<Item> {
 /// Forces that brake the velocity of another joint, or drive their own where friction should brake it.
 fn frictions(recordings: &[Recording], fits: &JointFits, errors: f64) -> Vec<Item> {
     let all: Vec<&str> = names(recordings).map(|(_, name)| name).collect();
-    let certain = |rub: &Rub, sign| rub.is_certain(sign, errors * FRICTION_ERRORS, FRICTION_PART);
-    let of_force = |(i, rubs): (usize, &Vec<Rub>)| {
+    let certain =
+        |rub: &FrictionTerm, sign| rub.is_certain(sign, errors * FRICTION_ERRORS, FRICTION_PART);
+    let of_force = |(i, rubs): (usize, &Vec<FrictionTerm>)| {
         let own = rubs[i];
         if certain(&own, -1.0) {
             let finding = format!(

@@ -5,7 +5,7 @@ use lagrangian_report::draw::short;
 use lagrangian_report::{Figure, Report, Table};
 
 use super::{Comparison, Difference, Finding, Measure, Row, RunSummary};
-use crate::hashed::brief_hash;
+use crate::hashing_reader::brief_hash;
 
 impl Measure {
     /// The signal, where errors are parts of its variance.

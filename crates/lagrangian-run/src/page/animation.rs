@@ -28,7 +28,7 @@ pub(super) fn of(page: &Page, followed: &Followed, links: Option<Links>) -> Opti
     Some(Animation {
         id: "motion".into(),
         title: format!("The motion '{}'", followed.truth.name),
-        caption: page.skin.words(&format!(
+        caption: page.frontend.words(&format!(
             "Predicted from the first state alone; the pale one is the recording. {what}"
         )),
         panels,

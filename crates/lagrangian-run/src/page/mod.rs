@@ -26,7 +26,7 @@ use crate::metrics::Metric;
 use crate::record::RunRecord;
 
 /// What differs between those who make runs, where a run speaks to people.
-pub trait Skin: Sync {
+pub trait Frontend: Sync {
     /// A text as it is shown: settings that stand in it in backticks are written as people give them.
     fn words(&self, text: &str) -> String;
 
@@ -37,7 +37,7 @@ pub trait Skin: Sync {
 /// What a page is made of.
 pub struct Page<'a> {
     /// Who shows it.
-    pub skin: &'a dyn Skin,
+    pub frontend: &'a dyn Frontend,
     /// Where it is kept.
     pub folder: &'a Path,
     /// Its `run.toml`.
@@ -99,7 +99,7 @@ impl Page<'_> {
             .of_selected(&self.record.tried)
             .of_checked(&self.evaluation.check);
         for reason in &mut assessment.reasons {
-            reason.remedy = self.skin.words(&reason.remedy);
+            reason.remedy = self.frontend.words(&reason.remedy);
         }
         let ensemble = self.ensemble.as_ref();
         let ensemble = ensemble.map(|own| bands::Shown::new(own, self.evaluation, options));
@@ -147,7 +147,7 @@ impl Page<'_> {
             maps: learned.maps,
             tables,
             settings: tables::settings(self.record),
-            commands: self.skin.commands(self.folder, self.record),
+            commands: self.frontend.commands(self.folder, self.record),
             ..Report::default()
         };
         report.add_figures("Predicted motion", motions);
@@ -293,7 +293,7 @@ impl Page<'_> {
             score.rollouts.len()
         )];
         if score.singular > 0 {
-            summary.push(self.skin.words(&format!(
+            summary.push(self.frontend.words(&format!(
                 "At {} states the learned mass matrix is singular: the convex form (`form` convex) has none.",
                 score.singular
             )));

@@ -2,12 +2,12 @@
 
 use lagrangian::score::{Assessment, Forward, RolloutScore, SignalError};
 use lagrangian::{Coordinate, Item, Model, Outcome, Score, Trajectory, Verdict};
-use lagrangian::{models::Parameter, score::CandidateResult, train::Choice};
+use lagrangian::{models::Parameter, score::CandidateResult, train::AutoSetting};
 use lagrangian_report::draw::short;
 use lagrangian_report::{Axis, Table};
 
 use super::Page;
-use crate::hashed::brief_hash;
+use crate::hashing_reader::brief_hash;
 use crate::record::RunRecord;
 use lagrangian_report::force_unit;
 
@@ -196,7 +196,7 @@ pub(super) fn settings(record: &RunRecord) -> Vec<(String, String)> {
 }
 
 /// A setting that was chosen from the data, with its reason.
-fn choice(choice: &Choice) -> (String, String) {
+fn choice(choice: &AutoSetting) -> (String, String) {
     let value = match &choice.value {
         serde_json::Value::String(text) => text.clone(),
         other => other.to_string(),

@@ -6,7 +6,8 @@ use std::path::Path;
 use lagrangian::{Format, Layout, RolloutOptions};
 use lagrangian_report::Command;
 use lagrangian_run::{
-    Data, Figures, Occupied, Place, REPORT, RunFolder, RunRecord, Skin, Specification, Tensorboard,
+    Data, ExistingRun, Figures, Frontend, REPORT, RunFolder, RunRecord, RunTarget, Specification,
+    Tensorboard,
 };
 use lagrangian_web::Session;
 use serde_json::json;
@@ -42,7 +43,7 @@ fn report(steps: usize) -> String {
 
 struct Words;
 
-impl Skin for Words {
+impl Frontend for Words {
     fn words(&self, text: &str) -> String {
         text.replace('`', "")
     }
@@ -73,10 +74,10 @@ fn of_a_folder(steps: usize) -> String {
         ..Specification::default()
     };
     let place = tempfile::tempdir().unwrap();
-    let folder = RunFolder::open(place.path(), Occupied::Refuse).unwrap();
-    let place = Place {
+    let folder = RunFolder::open(place.path(), ExistingRun::Refuse).unwrap();
+    let place = RunTarget {
         folder: &folder,
-        skin: &Words,
+        frontend: &Words,
         command: String::new(),
         settings: json!({}),
         tensorboard: Tensorboard::Omitted,

@@ -51,7 +51,7 @@ pub fn fit_ensemble(
         Budget::Seconds(_) => (0..members).map(member).collect(),
     };
     let visited = Visited::of(&dataset.coordinates, &dataset.train);
-    let whole = |(k, model): (usize, Learned)| (k, model.having_visited(visited.clone()));
+    let whole = |(k, model): (usize, Learned)| (k, model.with_visited(visited.clone()));
     let fitted: Vec<(usize, Learned)> = fitted?.into_iter().flatten().map(whole).collect();
     if fitted.len() < 2 {
         return Err(Error::setting(

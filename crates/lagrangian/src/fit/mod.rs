@@ -7,7 +7,7 @@ mod selection;
 mod settings;
 mod stepper;
 
-pub use choice::Chosen;
+pub use choice::ResolvedConfig;
 pub use selection::{Selection, select};
 pub use settings::{DampingName, OptimizerName, ROLLOUT_SETTINGS, SETTINGS, TrainingSettings};
 pub use stepper::{StepLoss, Stepper};
@@ -175,7 +175,7 @@ pub fn fit(
         }
     }
     let visited = Visited::of(&dataset.coordinates, &dataset.train);
-    fit.model = fit.model.having_visited(visited);
+    fit.model = fit.model.with_visited(visited);
     Ok(fit)
 }
 

@@ -3,16 +3,16 @@
 use nets::Instant;
 use serde_json::json;
 
-use super::choice::{Chosen, foreign, present};
+use super::choice::{ResolvedConfig, foreign, present};
 use crate::dataset::Dataset;
 use crate::fit::{Fit, FitConfig, SECONDS, fit};
 use crate::models::Entry;
 use crate::score::{CandidateResult, torque_error};
 use crate::train::checkpoint::Checkpoint;
-use crate::train::known::Known;
+use crate::train::known::DataFacts;
 use crate::train::loss::Loss;
 use crate::train::observer::{Ending, Observer};
-use crate::train::request::{Choice, Request};
+use crate::train::request::{AutoSetting, Request};
 use crate::train::task::Budget;
 use lagrangian_mechanics::rigid::MAX_JOINTS;
 use lagrangian_motion::samples::Samples;
@@ -32,7 +32,7 @@ pub struct Selection {
     /// The fit that is kept.
     pub fit: Fit,
     /// Its settings, with those that were chosen.
-    pub chosen: Chosen,
+    pub chosen: ResolvedConfig,
     /// All fits, in their order; one alone is not compared.
     pub contestants: Vec<CandidateResult>,
 }
@@ -47,8 +47,8 @@ impl FitConfig {
         dataset: &Dataset,
         estimates: &[Estimate],
         request: &Request,
-    ) -> Result<Vec<Chosen>> {
-        let known = Known::of(dataset, estimates);
+    ) -> Result<Vec<ResolvedConfig>> {
+        let known = DataFacts::of(dataset, estimates);
         let requests = request.candidates(dataset)?;
         requests.iter().map(|r| r.choose(&known)).collect()
     }
@@ -143,12 +143,12 @@ impl Request {
 /// As [`fit`](fn@super::fit), where none of them can be fitted.
 pub fn select(
     dataset: &Dataset,
-    candidates: Vec<Chosen>,
+    candidates: Vec<ResolvedConfig>,
     resume: Option<&Checkpoint>,
     observer: &mut dyn Observer,
 ) -> Result<Selection> {
     let several = candidates.len() > 1;
-    let mut best: Option<(f64, Fit, Chosen)> = None;
+    let mut best: Option<(f64, Fit, ResolvedConfig)> = None;
     let mut failure = None;
     let mut contestants = Vec::new();
     for chosen in candidates {
@@ -194,7 +194,7 @@ pub fn select(
         let family = chosen.config.family.name();
         chosen
             .choices
-            .insert(0, Choice::new("model", family, reason(&contestants)));
+            .insert(0, AutoSetting::new("model", family, reason(&contestants)));
     }
     Ok(Selection {
         fit,

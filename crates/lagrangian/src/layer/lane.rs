@@ -4,7 +4,7 @@ use crate::train::Work;
 use crate::train::rollout::flow::{Flow, Point, Sizes};
 use crate::train::rollout::linear::{add_transposed, invert};
 use crate::train::rollout::rk4;
-use crate::train::rollout::step::{Moving, Span};
+use crate::train::rollout::step::{Span, StepContext};
 use lagrangian_motion::solve::dot;
 use nets::{Gradient, Net};
 
@@ -153,7 +153,7 @@ impl Lane {
             point.x.copy_from_slice(&self.x);
             return flow.linearised(&mut self.works[0], &self.tau, point, &mut self.failed);
         }
-        rk4::step(Moving {
+        rk4::step(StepContext {
             flow,
             works: &mut self.works,
             points: &mut self.points,

@@ -11,7 +11,7 @@ use super::setup::Setup;
 use super::{FAMILIES, Learned};
 use crate::dataset::{Dataset, Momenta};
 use crate::saved::{self, SavedModel};
-use crate::train::{Choice, Known, Learner, Loss, Observer, Request, TrainingTask};
+use crate::train::{AutoSetting, DataFacts, Learner, Loss, Observer, Request, TrainingTask};
 use lagrangian_mechanics::integrate::Method;
 use lagrangian_motion::settings::{Kind, Setting};
 use lagrangian_motion::{Error, Result};
@@ -275,7 +275,7 @@ pub struct Entry {
     ///
     /// # Errors
     /// [`Error::Setting`] for settings that exclude each other.
-    pub choose: fn(&Known, &Request) -> Result<Vec<Choice>>,
+    pub choose: fn(&DataFacts, &Request) -> Result<Vec<AutoSetting>>,
     /// Reads a configuration from its JSON object.
     pub read: fn(Value) -> serde_json::Result<Box<dyn Family>>,
     /// The names under which its models are saved.
@@ -347,7 +347,7 @@ impl Entry {
 }
 
 /// The choices of a family that chooses nothing from the data.
-pub(crate) fn no_choice(_: &Known, _: &Request) -> Result<Vec<Choice>> {
+pub(crate) fn no_choice(_: &DataFacts, _: &Request) -> Result<Vec<AutoSetting>> {
     Ok(Vec::new())
 }
 

@@ -67,7 +67,7 @@ pub trait FittedModel: Model + Any + Debug {
 
     /// The same motion with the Lagrangian on the heap, for the sum with a nominal model; `None` for a model that cannot be
     /// combined with one.
-    fn on_heap(&self) -> Option<Mechanical<Box<dyn LearnedLagrangian>>> {
+    fn boxed_motion(&self) -> Option<Mechanical<Box<dyn LearnedLagrangian>>> {
         None
     }
 
@@ -293,7 +293,7 @@ impl<L: LearnedLagrangian + Clone> FittedModel for Mechanical<L> {
         Some(self.clone().with(|_| Ok(lagrangian)).ok()?.into())
     }
 
-    fn on_heap(&self) -> Option<Mechanical<Box<dyn LearnedLagrangian>>> {
+    fn boxed_motion(&self) -> Option<Mechanical<Box<dyn LearnedLagrangian>>> {
         let heap = |lagrangian: L| Ok(LearnedLagrangian::boxed(&lagrangian));
         self.clone().with(heap).ok()
     }
@@ -409,7 +409,7 @@ impl Learned {
     }
 
     /// The same model with the states that its data visited, beyond which a correction of a nominal model fades.
-    pub(crate) fn having_visited(self, visited: Option<Visited>) -> Self {
+    pub(crate) fn with_visited(self, visited: Option<Visited>) -> Self {
         let within = visited
             .as_ref()
             .and_then(|visited| self.model.within(visited));
@@ -550,7 +550,7 @@ impl Learned {
         if let Some(visited) = &saved.header.visited {
             visited.check(&saved.header.coordinates)?;
         }
-        Ok(Self::without_visited(saved)?.having_visited(saved.header.visited.clone()))
+        Ok(Self::without_visited(saved)?.with_visited(saved.header.visited.clone()))
     }
 
     fn without_visited(saved: &SavedModel) -> Result<Self> {
@@ -560,7 +560,7 @@ impl Learned {
         };
         let mut rest = saved.clone();
         rest.header.family = family.into();
-        let rest = load(&rest)?.model.on_heap().ok_or_else(|| {
+        let rest = load(&rest)?.model.boxed_motion().ok_or_else(|| {
             saved::damaged(format!(
                 "'{family}' is no family that is combined with a nominal model"
             ))

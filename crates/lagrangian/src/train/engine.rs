@@ -115,7 +115,7 @@ impl<S: Problems> Engine for NaturalEngine<'_, S> {
 }
 
 /// One engine for a first part of the budget, then another, which takes over its memory.
-pub(super) struct InTurn<A, B> {
+pub(super) struct Sequential<A, B> {
     pub(super) first: Option<A>,
     pub(super) second: B,
     /// The part of the budget of the first.
@@ -132,7 +132,7 @@ pub(super) enum Schedules {
     Shared,
 }
 
-impl<A, B> InTurn<A, B> {
+impl<A, B> Sequential<A, B> {
     /// The part of the budget as the engine at work sees it.
     fn part(&self, part: f64) -> f64 {
         match self.schedules {
@@ -143,7 +143,7 @@ impl<A, B> InTurn<A, B> {
     }
 }
 
-impl<A: Engine, B: Engine> Engine for InTurn<A, B> {
+impl<A: Engine, B: Engine> Engine for Sequential<A, B> {
     fn step(&mut self, state: &mut Checkpoint, at: StepAt<'_>) -> Stepped {
         if at.part >= self.until
             && let Some(first) = self.first.take()

@@ -8,7 +8,7 @@ const NOISY: f64 = 0.005;
 
 /// The properties of data that choices depend on.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Known {
+pub struct DataFacts {
     /// The relative standard error of the accelerations, that of the worst coordinate.
     pub uncertainty: f64,
     /// Whether forces are recorded.
@@ -18,7 +18,7 @@ pub struct Known {
     pub filtered: bool,
 }
 
-impl Known {
+impl DataFacts {
     /// The properties of these data, from the estimates of their signals.
     #[must_use]
     pub fn of(dataset: &Dataset, estimates: &[Estimate]) -> Self {

@@ -250,7 +250,7 @@ pub(crate) enum At {
 }
 
 /// The properties of a learner.
-pub(crate) struct Facts<'a> {
+pub(crate) struct LearnerShape<'a> {
     /// The network.
     pub(crate) net: &'a Net,
     /// The number n of degrees of freedom.
@@ -276,7 +276,7 @@ pub(crate) struct Facts<'a> {
 
 /// A model family in training. The parameters are those of its network, then those of the forces beside it.
 pub(crate) trait Learner<T: Real>: Send + Sync {
-    fn facts(&self) -> Facts<'_>;
+    fn facts(&self) -> LearnerShape<'_>;
     /// Residual i of a sample depends on the parameters through Σ (component of yz) ⊗ (component of a) over these
     /// pairs of components.
     fn terms(&self) -> Terms;
@@ -349,7 +349,7 @@ impl<'a, T: Real> dyn Learner<T> + 'a {
     }
     /// The residuals of a sample that count, as those of parameters weigh nothing.
     pub(crate) fn counted(&self) -> usize {
-        let Facts {
+        let LearnerShape {
             residuals, weights, ..
         } = self.facts();
         let held = weights.iter().filter(|w| **w == 0.0).count();
@@ -358,7 +358,7 @@ impl<'a, T: Real> dyn Learner<T> + 'a {
     /// Carries the block forward and fills `linear`.
     pub(crate) fn residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>) {
         self.unweighted_residuals(packed, extra, work);
-        let Facts { loss, weights, .. } = self.facts();
+        let LearnerShape { loss, weights, .. } = self.facts();
         if loss.weighting == Weighting::Uniform {
             return;
         }

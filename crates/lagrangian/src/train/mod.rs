@@ -28,8 +28,8 @@ pub use adam::AdamConfig;
 pub use checkpoint::Checkpoint;
 pub(crate) use forces::{FORCE_NAMES, Forces};
 pub use forces::{FittedForces, ForceTerms, Input};
-pub use known::Known;
-pub(crate) use learner::{At, Facts, Learner, MAX_DOF, Work};
+pub use known::DataFacts;
+pub(crate) use learner::{At, Learner, LearnerShape, MAX_DOF, Work};
 pub use loss::{Loss, NamedLoss, Norm, Target, Weighting};
 pub use natural::{DampingRule, Natural, NaturalConfig, Part, StepSize, System};
 pub(crate) use nominal::remainder;
@@ -39,7 +39,7 @@ pub use problem::{
     Batch, Differentiable, GradientSize, LeastSquares, LossValue, ResidualSize, StepAt,
 };
 pub(crate) use request::LOSS;
-pub use request::{Choice, Request};
+pub use request::{AutoSetting, Request};
 pub use rollout::{Observe, RolloutLoss, Start};
 pub use schedule::cosine;
 pub use shape::{NetworkShape, Parts};

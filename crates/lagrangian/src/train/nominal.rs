@@ -60,7 +60,7 @@ const COMPARED: usize = 4000;
 
 /// Refuses forces that are a multiple of those of the nominal model: they are in another unit, as currents are, or have the wrong sign.
 pub(crate) fn check_unit(nominal: &RigidBodies, dataset: &Dataset) -> Result<()> {
-    let gains = telling_gains(nominal, dataset);
+    let gains = informative_gains(nominal, dataset);
     let wrong = |gain: f64| !(1.0 / FACTOR..=FACTOR).contains(&gain);
     let list: Vec<String> = gains
         .iter()
@@ -80,7 +80,7 @@ pub(crate) fn check_unit(nominal: &RigidBodies, dataset: &Dataset) -> Result<()>
 }
 
 /// The gains from the forces of the nominal model to the recorded ones, of the joints that tell them.
-fn telling_gains(nominal: &RigidBodies, dataset: &Dataset) -> Vec<(usize, f64)> {
+fn informative_gains(nominal: &RigidBodies, dataset: &Dataset) -> Vec<(usize, f64)> {
     if !dataset.forced || dataset.train.qdd.is_empty() {
         return Vec::new();
     }

@@ -10,12 +10,12 @@ use lagrangian_motion::settings::Values;
 /// A request for a fit, with the settings that a person gave.
 ///
 /// ```
-/// use lagrangian::train::{Known, Request};
+/// use lagrangian::train::{DataFacts, Request};
 /// use serde_json::json;
 ///
 /// let mut request = Request::of("lnn");
 /// request.settings.insert("width".into(), json!(32));
-/// let noisy = Known { uncertainty: 0.03, ..Known::default() };
+/// let noisy = DataFacts { uncertainty: 0.03, ..DataFacts::default() };
 /// let chosen = request.choose(&noisy)?;
 /// let form = chosen.choices.iter().find(|choice| choice.setting == "form");
 /// assert_eq!(form.map(|choice| choice.value.clone()), Some(json!("convex")));
@@ -42,7 +42,7 @@ pub struct Request {
 
 /// The choice of a setting that was not given.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Choice {
+pub struct AutoSetting {
     /// The name of the setting.
     pub setting: String,
     /// The chosen value.
@@ -51,7 +51,7 @@ pub struct Choice {
     pub reason: String,
 }
 
-impl Choice {
+impl AutoSetting {
     /// A choice with its reason.
     pub fn new(setting: &str, value: impl Into<Value>, reason: impl Into<String>) -> Self {
         Self {

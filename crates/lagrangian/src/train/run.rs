@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use super::checkpoint::Checkpoint;
 use super::clock::Clock;
-use super::engine::{AdamEngine, Engine, InTurn, NaturalEngine, Schedules, Stepped};
+use super::engine::{AdamEngine, Engine, NaturalEngine, Schedules, Sequential, Stepped};
 use super::learner::Learner;
 use super::loss::Loss;
 use super::natural::{DampingRule, NaturalConfig};
@@ -132,7 +132,7 @@ impl<'a> Run<'a> {
                 };
                 let first =
                     || NaturalEngine::new(NetworkProblems::new(learner, loss, batch), &natural);
-                let engine = InTurn {
+                let engine = Sequential {
                     first: (until > 0.0).then(first),
                     second: NaturalEngine::new(RolloutProblems::new(order, flow), &natural),
                     until,
@@ -146,7 +146,7 @@ impl<'a> Run<'a> {
                     config,
                 };
                 let problem = RolloutDescent::new(order, flow);
-                let engine = InTurn {
+                let engine = Sequential {
                     first: (until > 0.0).then(first),
                     second: AdamEngine { problem, config },
                     until,

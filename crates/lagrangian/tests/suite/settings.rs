@@ -11,7 +11,7 @@ use lagrangian::{
 };
 use lagrangian::{
     fit::{ROLLOUT_SETTINGS, SETTINGS},
-    train::{Known, Request},
+    train::{DataFacts, Request},
 };
 use serde_json::{Value, json};
 
@@ -272,7 +272,10 @@ fn numbers_outside_their_bounds_are_refused_with_the_bounds() {
                 }
             };
             values.insert(setting.name.into(), beyond);
-            let refused = request.choose(&Known::default()).unwrap_err().to_string();
+            let refused = request
+                .choose(&DataFacts::default())
+                .unwrap_err()
+                .to_string();
             let is_named = refused.contains(setting.name) && refused.contains(&bound);
             assert!(is_named, "{} {}: {refused}", entry.name, setting.name);
         }

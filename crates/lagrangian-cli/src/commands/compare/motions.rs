@@ -87,7 +87,7 @@ fn note_other_preparations(args: &CompareArgs, runs: &[LoadedRun]) {
         (own.smooth, own.low_pass, own.delay)
     };
     for run in runs.iter().filter(|run| of(run) != of(&runs[0])) {
-        tell!(
+        note!(
             "note: '{}' was fitted to signals of another low-pass or delay; all are measured on those of '{}' (--low-pass, --smooth and --delay choose others)",
             run.name,
             runs[0].name

@@ -15,7 +15,7 @@ use lagrangian::{
     random_states,
 };
 use lagrangian_run::{
-    Existing, FIGURES, MODEL, Metric, Occupied, REPORT, RunFolder, RunRecord, Tensorboard, Watch,
+    Existing, ExistingRun, FIGURES, MODEL, Metric, REPORT, RunFolder, RunRecord, Tensorboard, Watch,
 };
 use serde_json::json;
 
@@ -23,9 +23,9 @@ use super::OutputMode;
 use crate::cli::DemoArgs;
 use crate::command_line::command_line;
 use crate::failure::Advise;
+use crate::frontend::ProgressDisplay;
 use crate::interrupt;
 use crate::output;
-use crate::skin::Shown;
 
 use measure::{Measured, Measurements};
 
@@ -80,15 +80,15 @@ pub(super) fn run(args: &DemoArgs, mode: OutputMode) -> Result<ExitCode> {
         output::print_json(&figures)?;
     } else {
         let [lnn, mlp] = [&measurements.lnn, &measurements.mlp].map(|j| j.energy.mean);
-        tell!(
+        note!(
             "energy error at 100 s, mean of {} starts: {lnn:.5} % (plain network {mlp:.2} %)",
             args.starts
         );
         if page::is_quick(args) {
-            tell!("note: {}", page::QUICK);
+            note!("note: {}", page::QUICK);
         }
-        tell!("open {}", page.display());
-        tell!("your own data: `lagrangian check FILES`, then `lagrangian fit FILES --out run`");
+        note!("open {}", page.display());
+        note!("your own data: `lagrangian check FILES`, then `lagrangian fit FILES --out run`");
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -113,10 +113,10 @@ fn plain_network() -> FitConfig {
     }
 }
 
-fn occupied(args: &DemoArgs) -> Occupied {
+fn occupied(args: &DemoArgs) -> ExistingRun {
     match args.force {
-        true => Occupied::Restart,
-        false => Occupied::Refuse,
+        true => ExistingRun::Restart,
+        false => ExistingRun::Refuse,
     }
 }
 
@@ -136,7 +136,7 @@ fn train(
     let record = RunRecord::now(command_line(), args.seed, &config, Vec::new())?;
     folder.write_record(&record)?;
     let metrics = folder.metrics(0, Tensorboard::Written)?;
-    let mut shown = Shown::start(format!("fit {name}"), mode.quiet);
+    let mut shown = ProgressDisplay::start(format!("fit {name}"), mode.quiet);
     let mut watch = Watch::new(&folder, metrics, &mut shown);
     let fit = lagrangian::fit(data, &config, None, &mut watch)
         .advise("cannot fit", "give --samples and --seconds more")?;

@@ -47,7 +47,7 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<ExitCode> {
     let gains = all_gains(&args.control, robot, &reference)?;
     let needed = largest_torques(robot, &reference);
     if truth.is_none() {
-        tell!("note: the model itself is the robot, and right about it; --robot names another");
+        note!("note: the model itself is the robot, and right about it; --robot names another");
     }
     let contestants = contestants(&model, truth.as_deref(), args.control.controller, &gains);
     let mut runs = Vec::new();
@@ -103,7 +103,7 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     };
     let remedy = "see what `lagrangian check` says of the reference, pass it through a --low-pass, lower the gains, or raise --rate";
-    tell!("{}", failure::describe(&mistake(lost, remedy)));
+    note!("{}", failure::describe(&mistake(lost, remedy)));
     Ok(ExitCode::from(FAILED))
 }
 
@@ -122,7 +122,7 @@ fn reference(args: &TrackArgs, fitted: &Fitted) -> Result<Reference> {
     fitted::require_dof(&recordings, fitted.model.coordinates())?;
     let others = recordings.len() - 1;
     if others > 0 {
-        tell!("note: the first trajectory is followed; {others} others are omitted");
+        note!("note: the first trajectory is followed; {others} others are omitted");
     }
     let first = recordings.into_iter().take(1).collect();
     let (trajectories, _) = data::trajectories(first, &fitted.estimates(&args.estimate))?;
@@ -150,7 +150,7 @@ fn without_gaps(trajectory: Trajectory) -> Trajectory {
         part.t.first().unwrap_or(&0.0),
         part.t.last().unwrap_or(&0.0),
     );
-    tell!(
+    note!(
         "note: the reference has gaps in time, across which it is not followed: its longest piece without one, from {from} s to {to} s, is"
     );
     part
@@ -289,14 +289,14 @@ impl Run {
         let driven = &self.followed.driven;
         if let LoopOutcome::Diverged { t } = driven.outcome {
             let name = self.name;
-            tell!(
+            note!(
                 "note: with {name} the robot diverged after {t} s; lower the gains, or raise --rate"
             );
         }
         let lost = self.followed.without_model + driven.not_finite;
         if lost > 0 {
             let name = self.name;
-            tell!("note: with {name}, {lost} torques were not finite and are omitted");
+            note!("note: with {name}, {lost} torques were not finite and are omitted");
         }
     }
 

@@ -89,7 +89,7 @@ fn bodies(path: &Path, args: &TruthArgs, model: &Learned) -> Result<RigidBodies>
         return Ok(bodies);
     };
     let tip = bodies.tip().to_string();
-    tell!("note: the payload of {kg} kg is at the origin of link '{tip}'");
+    note!("note: the payload of {kg} kg is at the origin of link '{tip}'");
     Ok(bodies.with_payload(&tip, kg, [0.0; 3]).advise(
         format!("cannot put a payload on '{shown}'"),
         "give --payload as a mass, kg",

@@ -16,7 +16,7 @@ pub(super) const SMOOTHING: f64 = 0.05;
 const DEPENDENT: f64 = 1e-7;
 
 /// What is to be found, on which torques depend.
-pub(super) enum Unknown<'a> {
+pub(super) enum IdentificationTarget<'a> {
     /// The parameters of a robot.
     Robot(RobotUnknown<'a>),
     /// The coefficients of a law that is linear in positions, velocities and accelerations.
@@ -62,7 +62,7 @@ pub(super) fn information(robot: &RigidBodies, weights: &[f64], states: &Samples
     sums.quadratic(weights, &Friction::Coulomb(vec![0; robot.dof()]))
 }
 
-impl Unknown<'_> {
+impl IdentificationTarget<'_> {
     /// The number of combinations.
     pub(super) fn combinations(&self) -> usize {
         match self {

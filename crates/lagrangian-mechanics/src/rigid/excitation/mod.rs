@@ -18,7 +18,7 @@ use rand_chacha::ChaCha8Rng;
 
 pub use search::SearchProgress;
 
-use self::criterion::{RobotUnknown, SMOOTHING, Unknown, information, put_torques};
+use self::criterion::{IdentificationTarget, RobotUnknown, SMOOTHING, information, put_torques};
 use self::search::Problem;
 use self::series::{Timing, motion};
 use super::bodies::RigidBodies;
@@ -197,7 +197,7 @@ pub fn excite(
     let states = random_states(robot, &bounds, config.seed);
     let noise = noise(&states, &bounds, config);
     let weights: Vec<f64> = noise.iter().map(|s| 1.0 / s).collect();
-    let unknown = Unknown::Robot(RobotUnknown::new(robot, weights.clone(), &states));
+    let unknown = IdentificationTarget::Robot(RobotUnknown::new(robot, weights.clone(), &states));
     let mut found = search(unknown, &bounds, config, watch)?;
     put_torques(robot, &mut found.plan.signals);
     let samples = Samples::new(robot.dof(), found.plan.signals.clone());
@@ -223,7 +223,12 @@ pub fn excite_joints(
     }
     let names: Vec<String> = coordinates.0.iter().map(|c| c.name.clone()).collect();
     let bounds = bounds(&names, limits, config)?;
-    search(Unknown::Linear { bounds: &bounds }, &bounds, config, watch)
+    search(
+        IdentificationTarget::Linear { bounds: &bounds },
+        &bounds,
+        config,
+        watch,
+    )
 }
 
 fn bounds(
@@ -244,7 +249,7 @@ fn bounds(
 }
 
 fn search(
-    unknown: Unknown<'_>,
+    unknown: IdentificationTarget<'_>,
     bounds: &[Bounds],
     config: &ExcitationConfig,
     watch: &mut dyn FnMut(&SearchProgress) -> ControlFlow<()>,

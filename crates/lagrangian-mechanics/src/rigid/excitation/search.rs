@@ -10,7 +10,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use super::criterion::Unknown;
+use super::criterion::IdentificationTarget;
 use super::series::{Series, Table, Timing, motion};
 use crate::rigid::limits::Bounds;
 use lagrangian_motion::Signals;
@@ -75,7 +75,7 @@ fn thinned(states: Samples) -> Samples {
 
 /// What is searched.
 pub(super) struct Problem<'a> {
-    pub(super) unknown: Unknown<'a>,
+    pub(super) unknown: IdentificationTarget<'a>,
     pub(super) bounds: &'a [Bounds],
     pub(super) timing: Timing,
     fine: Table,
@@ -84,7 +84,7 @@ pub(super) struct Problem<'a> {
 
 /// A motion before it is made to fit its bounds.
 #[derive(Debug, Clone)]
-struct Genes {
+struct MotionParameters {
     centres: Vec<f64>,
     /// aₖ and bₖ of each joint.
     waves: Vec<Vec<[f64; 2]>>,
@@ -93,13 +93,17 @@ struct Genes {
 /// A possible motion.
 #[derive(Debug, Clone)]
 pub(super) struct Found {
-    genes: Genes,
+    genes: MotionParameters,
     pub(super) series: Vec<Series>,
     pub(super) score: f64,
 }
 
 impl<'a> Problem<'a> {
-    pub(super) fn new(unknown: Unknown<'a>, bounds: &'a [Bounds], timing: Timing) -> Self {
+    pub(super) fn new(
+        unknown: IdentificationTarget<'a>,
+        bounds: &'a [Bounds],
+        timing: Timing,
+    ) -> Self {
         Self {
             fine: Table::new(timing, &timing.times(FINE)),
             coarse: timing.times(COARSE),
@@ -121,7 +125,7 @@ impl<'a> Problem<'a> {
         let (mut rounds, mut tried) = (0, 0);
         loop {
             let fresh = CHANGES.min(starts.saturating_sub(tried));
-            let genes: Vec<Genes> = match &best {
+            let genes: Vec<MotionParameters> = match &best {
                 Some(best) if fresh == 0 => (0..CHANGES)
                     .map(|_| self.changed(&best.genes, step, &mut rng))
                     .collect(),
@@ -153,18 +157,23 @@ impl<'a> Problem<'a> {
         }
     }
 
-    fn random(&self, rng: &mut ChaCha8Rng) -> Genes {
+    fn random(&self, rng: &mut ChaCha8Rng) -> MotionParameters {
         let mut wave = |_| [normal(rng), normal(rng)];
         let harmonics = self.timing.harmonics;
         let waves = (0..self.bounds.len()).map(|_| (0..harmonics).map(&mut wave).collect());
-        Genes {
+        MotionParameters {
             waves: waves.collect(),
             centres: (0..self.bounds.len()).map(|_| rng.random()).collect(),
         }
     }
 
     /// Changes of one joint, or smaller ones of all.
-    fn changed(&self, genes: &Genes, step: f64, rng: &mut ChaCha8Rng) -> Genes {
+    fn changed(
+        &self,
+        genes: &MotionParameters,
+        step: f64,
+        rng: &mut ChaCha8Rng,
+    ) -> MotionParameters {
         let (mut genes, n) = (genes.clone(), self.bounds.len());
         let one = rng.random_range(0..2 * n);
         for i in (0..n).filter(|i| one >= n || *i == one) {
@@ -183,13 +192,13 @@ impl<'a> Problem<'a> {
     }
 
     /// The best of the motions that are possible; the first of equally good ones.
-    fn best(&self, genes: Vec<Genes>) -> Option<Found> {
+    fn best(&self, genes: Vec<MotionParameters>) -> Option<Found> {
         let found: Vec<Option<Found>> = genes.into_par_iter().map(|g| self.found(g)).collect();
         let found = found.into_iter().flatten().filter(|f| f.score.is_finite());
         found.reduce(|a, b| if b.score > a.score { b } else { a })
     }
 
-    fn found(&self, genes: Genes) -> Option<Found> {
+    fn found(&self, genes: MotionParameters) -> Option<Found> {
         let mut size = 1.0;
         for _ in 0..SHRINK.0 {
             let series = self.series(&genes, size);
@@ -213,7 +222,7 @@ impl<'a> Problem<'a> {
     }
 
     /// The largest motion of this form within the bounds, and `size` of it.
-    fn series(&self, genes: &Genes, size: f64) -> Vec<Series> {
+    fn series(&self, genes: &MotionParameters, size: f64) -> Vec<Series> {
         let joints = genes.waves.iter().zip(&genes.centres).zip(self.bounds);
         let joint = |((waves, centre), bounds): ((&Vec<[f64; 2]>, &f64), &Bounds)| {
             let unit = |k: usize| bounds.velocity / self.timing.frequency(k + 1);

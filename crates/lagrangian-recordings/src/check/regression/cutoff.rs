@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::super::time;
 use super::Filtered;
 use super::least_squares::Part;
-use super::terms::Rubbing;
+use super::terms::FrictionCoupling;
 use crate::Recording;
 use crate::local_polynomial::{median_step, segments};
 use lagrangian_motion::{Coordinate, Signal};
@@ -156,7 +156,7 @@ impl Candidate {
             hertz,
             joints: (0..n)
                 .into_par_iter()
-                .map(|i| stretches.parts(i, 1, Rubbing::Neighbours))
+                .map(|i| stretches.parts(i, 1, FrictionCoupling::Neighbours))
                 .collect(),
             speeds: stretches.speeds,
         })

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::least_squares::{Part, jackknife};
-use super::terms::{RUBBING, Rubbing, friction_at};
+use super::terms::{FrictionCoupling, RUBBING, friction_at};
 use super::{Filtered, Stretches};
 
 /// The ridge of the regression in units of the diagonal.
@@ -11,14 +11,14 @@ const RIDGE: f64 = 1e-4;
 
 /// The friction in the force of one coordinate that goes with the velocity of one coordinate.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::check) struct Rub {
+pub(in crate::check) struct FrictionTerm {
     /// Its size at the root mean square of the velocity, in parts of the deviation of the force; positive where the force overcomes it.
     pub(in crate::check) size: f64,
     /// Standard error of that.
     pub(in crate::check) error: f64,
 }
 
-impl Rub {
+impl FrictionTerm {
     /// Whether it is positive (or, with `sign` −1, negative) beyond so many standard errors, and at least this part of the force.
     pub(in crate::check) fn is_certain(self, sign: f64, errors: f64, part: f64) -> bool {
         sign * self.size > errors * self.error && sign * self.size > part
@@ -26,12 +26,12 @@ impl Rub {
 }
 
 /// The friction in each force by the velocity that it goes with, `[n][n]`; empty where the recordings are too short.
-pub(super) fn rubs(filtered: &Filtered<'_>) -> Vec<Vec<Rub>> {
+pub(super) fn rubs(filtered: &Filtered<'_>) -> Vec<Vec<FrictionTerm>> {
     let Some(stretches) = filtered.signals(0.0, &[0.0]) else {
         return Vec::new();
     };
     let n = stretches.speeds.len();
-    let all: Option<Vec<Vec<Rub>>> = (0..n)
+    let all: Option<Vec<Vec<FrictionTerm>>> = (0..n)
         .into_par_iter()
         .map(|i| of_force(&stretches, i))
         .collect();
@@ -39,9 +39,9 @@ pub(super) fn rubs(filtered: &Filtered<'_>) -> Vec<Vec<Rub>> {
 }
 
 /// The friction in the force of coordinate `i`, with errors from omitting one stretch after another.
-fn of_force(stretches: &Stretches<'_>, i: usize) -> Option<Vec<Rub>> {
-    let terms = stretches.terms(Rubbing::All);
-    let parts = stretches.parts(i, 1, Rubbing::All);
+fn of_force(stretches: &Stretches<'_>, i: usize) -> Option<Vec<FrictionTerm>> {
+    let terms = stretches.terms(FrictionCoupling::All);
+    let parts = stretches.parts(i, 1, FrictionCoupling::All);
     let mut all = Part::sum(&parts)?;
     let deviation = (all.variance() / all.rows()).sqrt();
     let sizes = |sums: &Part| -> Option<Vec<f64>> {
@@ -61,11 +61,11 @@ fn of_force(stretches: &Stretches<'_>, i: usize) -> Option<Vec<Rub>> {
         left.push(sizes(&all)?);
         all.plus(part, 1.0);
     }
-    let rub = |(j, size): (usize, f64)| Rub {
+    let rub = |(j, size): (usize, f64)| FrictionTerm {
         size,
         error: jackknife(left.iter().map(|l| l[j])),
     };
-    let rubs: Vec<Rub> = whole.into_iter().enumerate().map(rub).collect();
+    let rubs: Vec<FrictionTerm> = whole.into_iter().enumerate().map(rub).collect();
     rubs.iter()
         .all(|r| r.size.is_finite() && r.error.is_finite())
         .then_some(rubs)

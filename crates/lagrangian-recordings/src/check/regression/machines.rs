@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::Filtered;
 use super::least_squares::{Part, jackknife};
-use super::terms::Rubbing;
+use super::terms::FrictionCoupling;
 
 /// The ridge of the regression in units of the diagonal.
 const RIDGE: f64 = 1e-4;
@@ -15,7 +15,7 @@ const AGREE: f64 = 2.0;
 
 /// A recording that another law explains better than that of all recordings.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::check) struct Stranger {
+pub(in crate::check) struct ForeignRecording {
     /// Its place among the recordings that were compared.
     pub(in crate::check) recording: usize,
     /// How many times as large the squared error of its forces is by the law of all, geometric mean over stretches and joints.
@@ -30,12 +30,12 @@ pub(in crate::check) struct Stranger {
 }
 
 /// What each recording says of its machine, beside what all say; those with too little of it are left out.
-pub(super) fn strangers(filtered: &Filtered<'_>) -> Vec<Stranger> {
+pub(super) fn strangers(filtered: &Filtered<'_>) -> Vec<ForeignRecording> {
     let Some(stretches) = filtered.signals(0.0, &[0.0]) else {
         return Vec::new();
     };
     let n = stretches.speeds.len();
-    let of_joint = |i: usize| stretches.parts(i, 1, Rubbing::Neighbours);
+    let of_joint = |i: usize| stretches.parts(i, 1, FrictionCoupling::Neighbours);
     let joints: Vec<Vec<Part>> = (0..n).into_par_iter().map(of_joint).collect();
     let joints: Vec<Vec<&Part>> = joints.iter().map(|parts| parts.iter().collect()).collect();
     let owners: Vec<usize> = stretches.signals.iter().map(|s| s.source).collect();
@@ -47,7 +47,7 @@ pub(super) fn strangers(filtered: &Filtered<'_>) -> Vec<Stranger> {
         return Vec::new();
     }
     let all = compared(&joints, &owners, &able);
-    let with_others = |s: Stranger| {
+    let with_others = |s: ForeignRecording| {
         let others: Vec<usize> = able.iter().copied().filter(|r| *r != s.recording).collect();
         let strange = s.times > AGREE && others.len() > 1;
         let others = if strange {
@@ -55,7 +55,7 @@ pub(super) fn strangers(filtered: &Filtered<'_>) -> Vec<Stranger> {
         } else {
             Vec::new()
         };
-        Stranger {
+        ForeignRecording {
             others_agree: !others.is_empty() && others.iter().all(|o| o.times < AGREE),
             ..s
         }
@@ -64,13 +64,18 @@ pub(super) fn strangers(filtered: &Filtered<'_>) -> Vec<Stranger> {
 }
 
 /// Each of these recordings beside all.
-fn compared(joints: &[Vec<&Part>], owners: &[usize], able: &[usize]) -> Vec<Stranger> {
+fn compared(joints: &[Vec<&Part>], owners: &[usize], able: &[usize]) -> Vec<ForeignRecording> {
     let own = able.into_par_iter();
     own.filter_map(|r| stranger(joints, owners, *r)).collect()
 }
 
 /// Each of these recordings beside all but one.
-fn without(joints: &[Vec<&Part>], owners: &[usize], left: usize, able: &[usize]) -> Vec<Stranger> {
+fn without(
+    joints: &[Vec<&Part>],
+    owners: &[usize],
+    left: usize,
+    able: &[usize],
+) -> Vec<ForeignRecording> {
     let kept = |parts: &Vec<&'_ Part>| -> Vec<usize> {
         (0..parts.len()).filter(|s| owners[*s] != left).collect()
     };
@@ -81,7 +86,7 @@ fn without(joints: &[Vec<&Part>], owners: &[usize], left: usize, able: &[usize])
 }
 
 /// How much worse the law of all recordings predicts the stretches of recording `r` than the law of its other stretches.
-fn stranger(joints: &[Vec<&Part>], owners: &[usize], r: usize) -> Option<Stranger> {
+fn stranger(joints: &[Vec<&Part>], owners: &[usize], r: usize) -> Option<ForeignRecording> {
     let stretches: Vec<usize> = (0..owners.len()).filter(|s| owners[*s] == r).collect();
     let mut ratios = vec![0.0; stretches.len()];
     let (mut compared, mut left) = (0.0, 0.0);
@@ -107,7 +112,7 @@ fn stranger(joints: &[Vec<&Part>], owners: &[usize], r: usize) -> Option<Strange
         others.map(|(_, x)| x).sum::<f64>() / (ratios.len() - 1) as f64
     };
     let whole = ratios.iter().sum::<f64>() / ratios.len() as f64;
-    Some(Stranger {
+    Some(ForeignRecording {
         recording: r,
         times: whole.exp(),
         error: jackknife((0..ratios.len()).map(mean)),

@@ -23,13 +23,13 @@ use super::{CheckOptions, time};
 use crate::Recording;
 use crate::local_polynomial::median_step;
 pub(in crate::check) use cutoff::Cutoff;
-pub(in crate::check) use friction::Rub;
+pub(in crate::check) use friction::FrictionTerm;
 use lagrangian_motion::Coordinates;
 pub(in crate::check) use least_squares::jackknife;
 use least_squares::{Part, estimate};
-pub(in crate::check) use machines::Stranger;
+pub(in crate::check) use machines::ForeignRecording;
 use source::{Signals, Source, force_noise, stretches, uncertainty};
-use terms::{Rubbing, Terms};
+use terms::{FrictionCoupling, Terms};
 pub(in crate::check) use undriven::Undriven;
 
 /// Delays are looked for up to this time, and so many times as far where none is found …
@@ -81,11 +81,11 @@ pub(in crate::check) struct JointFits {
     /// The part of the error of a regression that is left where coordinates are read as degrees.
     pub(in crate::check) as_degrees: Option<f64>,
     /// How the force of each coordinate brakes each velocity, `[n][n]`; empty where nothing is known.
-    pub(in crate::check) rubs: Vec<Vec<Rub>>,
+    pub(in crate::check) rubs: Vec<Vec<FrictionTerm>>,
     /// The coordinates whose forces are 0 throughout, while others have some.
     pub(in crate::check) undriven: Vec<Undriven>,
     /// The names of the recordings that were compared, and what each says of its machine beside what all say.
-    pub(in crate::check) strangers: Vec<(String, Stranger)>,
+    pub(in crate::check) strangers: Vec<(String, ForeignRecording)>,
 }
 
 /// Fits all recordings with forces and usable time stamps, and looks for each delay `farther`, or only where it must; `None` where there is
@@ -134,8 +134,11 @@ pub(in crate::check) fn fit_joints(
     })
 }
 
-fn named(recordings: &[&Recording], strangers: Vec<Stranger>) -> Vec<(String, Stranger)> {
-    let name = |s: &Stranger| recordings[s.recording].name.clone();
+fn named(
+    recordings: &[&Recording],
+    strangers: Vec<ForeignRecording>,
+) -> Vec<(String, ForeignRecording)> {
+    let name = |s: &ForeignRecording| recordings[s.recording].name.clone();
     strangers.into_iter().map(|s| (name(&s), s)).collect()
 }
 
@@ -199,7 +202,7 @@ fn joints(filtered: &Filtered<'_>, shifts: usize, step: f64) -> Option<Vec<Optio
     let stretches = filtered.signals(shifts as f64 * step, &delays)?;
     let joint = |i: usize| {
         estimate(
-            &stretches.parts(i, delays.len(), Rubbing::Neighbours),
+            &stretches.parts(i, delays.len(), FrictionCoupling::Neighbours),
             shifts,
             step,
         )
@@ -260,12 +263,12 @@ struct Stretches<'a> {
 
 impl Stretches<'_> {
     /// The sums of joint `i` over each stretch.
-    fn parts(&self, i: usize, delays: usize, rubbing: Rubbing) -> Vec<Part> {
+    fn parts(&self, i: usize, delays: usize, rubbing: FrictionCoupling) -> Vec<Part> {
         let (terms, signals) = (self.terms(rubbing), self.signals.iter());
         signals.map(|s| Part::of(s, &terms, i, delays)).collect()
     }
 
-    fn terms(&self, rubbing: Rubbing) -> Terms<'_> {
+    fn terms(&self, rubbing: FrictionCoupling) -> Terms<'_> {
         Terms {
             coordinates: self.coordinates,
             speeds: &self.speeds,

@@ -12,12 +12,12 @@ pub(super) struct Terms<'a> {
     pub(super) coordinates: &'a Coordinates,
     pub(super) speeds: &'a [f64],
     /// Whose velocities a joint may rub with.
-    pub(super) rubbing: Rubbing,
+    pub(super) rubbing: FrictionCoupling,
 }
 
 /// The joints whose velocities the friction of one joint may depend on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Rubbing {
+pub(super) enum FrictionCoupling {
     /// Its neighbours and itself.
     Neighbours,
     /// All: to find the velocity that a force brakes.
@@ -68,7 +68,7 @@ impl Terms<'_> {
             }
         }
         out.push(1.0);
-        let rubs = |j: &usize| self.rubbing == Rubbing::All || near(*j);
+        let rubs = |j: &usize| self.rubbing == FrictionCoupling::All || near(*j);
         for j in (0..n).filter(rubs) {
             out.push(qd[j]);
             out.extend(FRICTION.map(|part| (qd[j] / (part * self.speeds[j])).tanh()));

@@ -11,7 +11,7 @@
 
 use super::least_squares::Part;
 use super::machines::error_of;
-use super::terms::Rubbing;
+use super::terms::FrictionCoupling;
 use super::{Filtered, Stretches};
 use lagrangian_motion::solve::ridge::{Ridge, scales};
 
@@ -42,7 +42,7 @@ pub(super) fn undriven(filtered: &Filtered<'_>) -> Vec<Undriven> {
     if driven.is_empty() || free.is_empty() {
         return Vec::new();
     }
-    let parts = |i: usize| stretches.parts(i, 1, Rubbing::Neighbours);
+    let parts = |i: usize| stretches.parts(i, 1, FrictionCoupling::Neighbours);
     let forces = driven.iter().filter_map(|i| of_force(&parts(*i)));
     let (sum, count) = forces.fold((0.0, 0.0), |(s, c), x| (s + x, c + 1.0));
     let of_coordinate = |i: usize| {

@@ -15,9 +15,9 @@ use crate::dataset::Dataset;
 use crate::fit::FitConfig;
 use crate::models::{Abilities, Entry, FAMILIES, Family};
 use crate::train::forces::{ForceTerms, Input};
-use crate::train::known::Known;
+use crate::train::known::DataFacts;
 use crate::train::loss::Loss;
-use crate::train::request::{Choice, LOSS, Request};
+use crate::train::request::{AutoSetting, LOSS, Request};
 use crate::train::rollout::RolloutLoss;
 use crate::train::task::{Budget, FORWARD, TrainingTask};
 use lagrangian_motion::settings::{Need, Setting, Values, is_absent};
@@ -26,11 +26,11 @@ use lagrangian_recordings::Estimate;
 
 /// All settings of a fit, with those that were chosen.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Chosen {
+pub struct ResolvedConfig {
     /// The settings.
     pub config: FitConfig,
     /// The choices of those that were not given.
-    pub choices: Vec<Choice>,
+    pub choices: Vec<AutoSetting>,
 }
 
 impl FitConfig {
@@ -42,8 +42,8 @@ impl FitConfig {
         dataset: &Dataset,
         estimates: &[Estimate],
         request: &Request,
-    ) -> Result<Chosen> {
-        request.choose(&Known::of(dataset, estimates))
+    ) -> Result<ResolvedConfig> {
+        request.choose(&DataFacts::of(dataset, estimates))
     }
 }
 
@@ -53,14 +53,14 @@ impl Request {
     /// # Errors
     /// As [`Request::choose`].
     pub fn family(&self) -> Result<Box<dyn Family>> {
-        Ok(self.complete(&Known::default())?.config.family)
+        Ok(self.complete(&DataFacts::default())?.config.family)
     }
 
     /// The loss of a fit to such data.
     ///
     /// # Errors
     /// As [`Request::choose`].
-    pub fn loss(&self, known: &Known) -> Result<Loss> {
+    pub fn loss(&self, known: &DataFacts) -> Result<Loss> {
         Ok(self.complete(known)?.config.loss)
     }
 
@@ -69,7 +69,7 @@ impl Request {
     /// # Errors
     /// [`Error::Setting`] for a setting that does not belong to the fit or changes nothing of it, [`Error::UnknownName`] for an
     /// unknown family.
-    pub fn choose(&self, known: &Known) -> Result<Chosen> {
+    pub fn choose(&self, known: &DataFacts) -> Result<ResolvedConfig> {
         let chosen = self.complete(known)?;
         self.refuse_idle(&chosen, known)?;
         Ok(chosen)
@@ -90,7 +90,7 @@ impl Request {
     }
 
     /// All settings of a fit to data with these properties, also where some change nothing.
-    pub(crate) fn complete(&self, known: &Known) -> Result<Chosen> {
+    pub(crate) fn complete(&self, known: &DataFacts) -> Result<ResolvedConfig> {
         let entry = self.entry()?;
         self.refuse_foreign(entry)?;
         refuse_misfits(&self.settings, entry.settings)?;
@@ -125,7 +125,7 @@ impl Request {
         let budget = training.budget(self.budget);
         let TrainingChoices { asked, choices, .. } = training;
         let solved = family.abilities().solved;
-        Ok(Chosen {
+        Ok(ResolvedConfig {
             config: FitConfig {
                 family,
                 training: TrainingTask {
@@ -160,7 +160,7 @@ impl Request {
     }
 
     /// Refuses settings that change nothing of the fit.
-    fn refuse_idle(&self, chosen: &Chosen, known: &Known) -> Result<()> {
+    fn refuse_idle(&self, chosen: &ResolvedConfig, known: &DataFacts) -> Result<()> {
         let mut given = present(&self.settings);
         given.extend(present(&self.training));
         let value = |name: &str| {
@@ -245,7 +245,7 @@ fn setting_error(error: &serde_json::Error) -> Error {
 }
 
 /// The loss that was given, or that the family chose, or the one that fits every recording.
-fn loss(training: &TrainingSettings, choices: &mut Vec<Choice>) -> Result<Loss> {
+fn loss(training: &TrainingSettings, choices: &mut Vec<AutoSetting>) -> Result<Loss> {
     if let Some(loss) = training.loss {
         return Ok(loss);
     }
@@ -254,7 +254,7 @@ fn loss(training: &TrainingSettings, choices: &mut Vec<Choice>) -> Result<Loss> 
         return name.parse();
     }
     let reason = "accelerations are known of every recording, measured or estimated";
-    choices.push(Choice::new(LOSS, Loss::ACCELERATION.name(), reason));
+    choices.push(AutoSetting::new(LOSS, Loss::ACCELERATION.name(), reason));
     Ok(Loss::ACCELERATION)
 }
 

@@ -2,13 +2,13 @@
 
 use serde_json::Value;
 
-use super::Known;
+use super::DataFacts;
 use crate::fit::SECONDS;
 use crate::fit::settings::{DampingName, OptimizerName, TrainingSettings};
 use crate::train::adam::AdamConfig;
 use crate::train::loss::Loss;
 use crate::train::natural::NaturalConfig;
-use crate::train::request::Choice;
+use crate::train::request::AutoSetting;
 use crate::train::task::{Budget, Optimizer};
 use lagrangian_motion::{Error, Result};
 
@@ -18,13 +18,13 @@ pub(super) struct TrainingChoices {
     pub(super) loss: Loss,
     /// Whether the length of the fit is a time, not a number of steps.
     pub(super) timed: bool,
-    pub(super) known: Known,
-    pub(super) choices: Vec<Choice>,
+    pub(super) known: DataFacts,
+    pub(super) choices: Vec<AutoSetting>,
 }
 
 impl TrainingChoices {
     fn choose(&mut self, setting: &str, value: impl Into<Value>, reason: impl Into<String>) {
-        self.choices.push(Choice::new(setting, value, reason));
+        self.choices.push(AutoSetting::new(setting, value, reason));
     }
 
     /// The optimiser. The natural gradient solves each batch with its noise, while Adam averages over many batches; the noise

@@ -13,7 +13,7 @@ use crate::models::setup::Setup;
 use crate::models::vin;
 use crate::saved::WEIGHTS;
 use crate::saved::{self, SavedModel};
-use crate::train::{Choice, Known, LOSS, Loss, Request, TrainingTask};
+use crate::train::{AutoSetting, DataFacts, LOSS, Loss, Request, TrainingTask};
 use lagrangian_motion::settings::{Kind, Setting, named};
 use lagrangian_motion::{Error, Result};
 use nets::simd::Real;
@@ -72,21 +72,23 @@ const SETTINGS: &[Setting] = &[
 const NARROW: usize = 16;
 
 /// The width that noise asks for.
-pub(crate) fn narrow(known: &Known) -> Option<Choice> {
+pub(crate) fn narrow(known: &DataFacts) -> Option<AutoSetting> {
     let reason = format!(
         "{}: a narrow mass matrix extrapolates better beyond them",
         known.certainty()
     );
-    known.noisy().then(|| Choice::new("width", NARROW, reason))
+    known
+        .noisy()
+        .then(|| AutoSetting::new("width", NARROW, reason))
 }
 
 /// A torque loss needs accelerations as certain as the torques, or both after the same low-pass: where a machine swings nearly
 /// freely, their noise shrinks inertia and gravity alike.
-fn choose(known: &Known, _: &Request) -> Result<Vec<Choice>> {
+fn choose(known: &DataFacts, _: &Request) -> Result<Vec<AutoSetting>> {
     let reason =
         "torques are recorded, and accelerations as certain as they: no inverse of M is needed";
     let torque = known.forced && !known.uncertain();
-    let loss = torque.then(|| Choice::new(LOSS, Loss::TORQUE.name(), reason));
+    let loss = torque.then(|| AutoSetting::new(LOSS, Loss::TORQUE.name(), reason));
     Ok(narrow(known).into_iter().chain(loss).collect())
 }
 

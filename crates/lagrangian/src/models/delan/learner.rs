@@ -3,7 +3,7 @@
 
 use super::{Block, DelanShape, Scratch};
 use crate::models::NetworkShape;
-use crate::train::{At, Facts, Forces, Learner, Loss, Work};
+use crate::train::{At, Forces, Learner, LearnerShape, Loss, Work};
 use lagrangian_mechanics::rigid::RigidBodies;
 use lagrangian_motion::solve::Regularity;
 use nets::simd::Real;
@@ -25,8 +25,8 @@ pub(crate) struct DelanLearner<'a> {
 }
 
 impl<T: Real> Learner<T> for DelanLearner<'_> {
-    fn facts(&self) -> Facts<'_> {
-        Facts {
+    fn facts(&self) -> LearnerShape<'_> {
+        LearnerShape {
             net: &self.shape.net,
             dof: self.shape.dof(),
             directions: self.outputs(),

@@ -5,7 +5,7 @@ use super::{HnnNet, HnnShape, Unit};
 use crate::dataset::Momenta;
 use crate::models::NetworkShape;
 use crate::models::delan::{Outputs, Scratch};
-use crate::train::{At, Facts, Forces, Learner, Loss, Work};
+use crate::train::{At, Forces, Learner, LearnerShape, Loss, Work};
 use lagrangian_motion::Signals;
 use nets::simd::Real;
 use nets::{Gradient, Packed, Terms};
@@ -27,8 +27,8 @@ pub(crate) struct HnnLearner<'a> {
 }
 
 impl<T: Real> Learner<T> for HnnLearner<'_> {
-    fn facts(&self) -> Facts<'_> {
-        Facts {
+    fn facts(&self) -> LearnerShape<'_> {
+        LearnerShape {
             net: self.shape.net(),
             dof: self.shape.dof(),
             directions: 2 * self.shape.dof(),

@@ -16,7 +16,7 @@ use crate::models::lnn::{Lnn, LnnConfig};
 use crate::models::network::{Network, NetworkShape, Parts};
 use crate::models::{delan::DelanShape, lnn::LnnShape};
 use lagrangian_mechanics::hamiltonian::{Hamiltonian, HamiltonianJets};
-use lagrangian_mechanics::lagrangian::{Features, Scaling, Seen};
+use lagrangian_mechanics::lagrangian::{Features, Scaling, VelocityTransform};
 use lagrangian_motion::{Coordinates, Error, Result};
 use nets::simd::Real;
 use nets::{Activation, Build, Net, Pass};
@@ -196,7 +196,9 @@ impl NetworkShape for HnnShape {
         let net = match config.structure {
             HnnStructure::Free => {
                 let mut shape = LnnShape::new(coordinates, lnn, scaling)?;
-                shape.seen = config.speed_limit.map_or(Seen::Scaled, Seen::Arsinh);
+                shape.seen = config
+                    .speed_limit
+                    .map_or(VelocityTransform::Scaled, VelocityTransform::Arsinh);
                 HnnNet::Free(shape)
             }
             HnnStructure::Mass => {

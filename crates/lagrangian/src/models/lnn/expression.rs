@@ -2,7 +2,7 @@
 
 use super::{Form, Lnn};
 use lagrangian_mechanics::expression::{Function, Value, network};
-use lagrangian_mechanics::lagrangian::Seen;
+use lagrangian_mechanics::lagrangian::VelocityTransform;
 
 impl Lnn {
     /// L of (q, q̇).
@@ -15,13 +15,13 @@ impl Lnn {
         };
         let own = qd * inverse(&scaling.qd_scale);
         let v = match shape.seen {
-            Seen::Scaled => own,
-            Seen::Artanh(c) => (qd * number(c.recip())).map(Function::Artanh),
-            Seen::Arcsin(c) => (qd * number(c.recip())).map(Function::Arcsin),
-            Seen::Arsinh(_) => own.map(Function::Arsinh),
+            VelocityTransform::Scaled => own,
+            VelocityTransform::Artanh(c) => (qd * number(c.recip())).map(Function::Artanh),
+            VelocityTransform::Arcsin(c) => (qd * number(c.recip())).map(Function::Arcsin),
+            VelocityTransform::Arsinh(_) => own.map(Function::Arsinh),
         };
         let kinetic = match shape.seen {
-            Seen::Arsinh(c) => {
+            VelocityTransform::Arsinh(c) => {
                 let squares = own * own;
                 let root = (squares + number(1.0)).sqrt();
                 // √(1 + π²) − 1 = π²/(√(1 + π²) + 1), exact for small π.

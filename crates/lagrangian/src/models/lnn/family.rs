@@ -13,7 +13,7 @@ use crate::models::learned::{Description, Learned, LearnedLagrangian, Stored, no
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::saved::{self, SavedModel};
-use crate::train::{Choice, Known, Loss, Request, TrainingTask};
+use crate::train::{AutoSetting, DataFacts, Loss, Request, TrainingTask};
 use lagrangian_motion::settings::{Kind, Setting, named};
 use lagrangian_motion::{Error, Result};
 use nets::simd::Real;
@@ -68,19 +68,19 @@ const SETTINGS: &[Setting] = &[
 ];
 
 /// Beyond noisy data only a convex Lagrangian stays physical; on exact data a free one is more accurate (ADR 0005).
-fn choose(known: &Known, request: &Request) -> Result<Vec<Choice>> {
+fn choose(known: &DataFacts, request: &Request) -> Result<Vec<AutoSetting>> {
     let given = &request.settings;
     let form = if request.nominal.is_some() {
         let reason = "with a nominal model the network must be able to take inertia away";
-        Choice::new("form", "free", reason)
+        AutoSetting::new("form", "free", reason)
     } else if known.noisy() {
         let reason = format!(
             "{}: beyond noisy data only a convex Lagrangian stays physical",
             known.certainty()
         );
-        Choice::new("form", "convex", reason)
+        AutoSetting::new("form", "convex", reason)
     } else {
-        Choice::new("form", "free", "it is the more accurate one on exact data")
+        AutoSetting::new("form", "free", "it is the more accurate one on exact data")
     };
     let free = given.get("form").unwrap_or(&form.value) == "free";
     let width = given.get("width").and_then(Value::as_u64).unwrap_or(0);
@@ -99,7 +99,7 @@ fn choose(known: &Known, request: &Request) -> Result<Vec<Choice>> {
     if request.nominal.is_some() && free {
         let reason =
             "with a nominal model the network begins at zero, without a mass matrix of its own";
-        choices.push(Choice::new("kinetic", 0.0, reason));
+        choices.push(AutoSetting::new("kinetic", 0.0, reason));
     }
     Ok(choices)
 }
@@ -211,13 +211,13 @@ mod tests {
 
     #[test]
     fn a_width_that_the_chosen_form_cannot_have_is_refused_with_what_to_give() {
-        let noisy = Known {
+        let noisy = DataFacts {
             uncertainty: 0.03,
-            ..Known::default()
+            ..DataFacts::default()
         };
         let mut request = Request::of(NAME);
         request.settings.insert("width".into(), 24.into());
-        assert!(request.choose(&Known::default()).is_ok());
+        assert!(request.choose(&DataFacts::default()).is_ok());
         let error = request.choose(&noisy).unwrap_err().to_string();
         assert!(
             error.contains("`width` 24") && error.contains("`width` 32") && error.contains("noisy"),
@@ -226,7 +226,7 @@ mod tests {
         request.settings.insert("form".into(), "free".into());
         assert!(request.choose(&noisy).is_ok());
         request.settings.insert("form".into(), "convex".into());
-        assert!(request.choose(&Known::default()).is_err());
+        assert!(request.choose(&DataFacts::default()).is_err());
         request.settings.insert("width".into(), 32.into());
         assert!(request.choose(&noisy).is_ok());
     }

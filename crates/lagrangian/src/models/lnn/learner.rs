@@ -3,7 +3,7 @@
 
 use super::LnnShape;
 use crate::models::NetworkShape;
-use crate::train::{At, Facts, Forces, Learner, Loss, Work};
+use crate::train::{At, Forces, Learner, LearnerShape, Loss, Work};
 use lagrangian_mechanics::rigid::RigidBodies;
 use lagrangian_motion::solve::Regularity;
 use nets::simd::Real;
@@ -22,8 +22,8 @@ pub(crate) struct LnnLearner<'a> {
 }
 
 impl<T: Real> Learner<T> for LnnLearner<'_> {
-    fn facts(&self) -> Facts<'_> {
-        Facts {
+    fn facts(&self) -> LearnerShape<'_> {
+        LearnerShape {
             net: &self.shape.net,
             dof: self.shape.dof(),
             directions: self.shape.dof(),

@@ -14,7 +14,7 @@ use crate::models::network::{Network, NetworkShape, Parts, check_coordinates, ch
 use crate::models::passes::Passes;
 use lagrangian_mechanics::expression::{Expressed, Moving};
 use lagrangian_mechanics::lagrangian::scaled::{Features, Scaling};
-use lagrangian_mechanics::lagrangian::seen::{Seen, SpeedChart, VelocityFeature};
+use lagrangian_mechanics::lagrangian::seen::{SpeedChart, VelocityFeature, VelocityTransform};
 use lagrangian_mechanics::lagrangian::{Curvature, Jet, Jets, Lagrangian};
 use lagrangian_motion::{Coordinates, Error, Result};
 use nets::simd::Real;
@@ -166,7 +166,7 @@ pub struct LnnShape {
     pub(crate) scaling: Scaling,
     pub(crate) net: Net,
     /// The features of the velocities.
-    pub(crate) seen: Seen,
+    pub(crate) seen: VelocityTransform,
     /// 1 / s of each coordinate and velocity: a division costs as much as all else that is done with one.
     pub(crate) inverse: [Vec<f64>; 2],
 }
@@ -216,7 +216,7 @@ impl NetworkShape for LnnShape {
         scaling.validate(coordinates.dof())?;
         check_coordinates(&coordinates)?;
         let net = config.net(&coordinates);
-        let seen = Seen::of_velocity(config.speed_limit, config.speed_chart);
+        let seen = VelocityTransform::of_velocity(config.speed_limit, config.speed_chart);
         Ok(Self {
             inverse: [&scaling.q_scale, &scaling.qd_scale]
                 .map(|scale| scale.iter().map(|s| s.recip()).collect()),
@@ -326,7 +326,7 @@ impl LnnShape {
     #[inline]
     pub(crate) fn velocity(&self, i: usize, v: f64) -> VelocityFeature {
         match self.seen {
-            Seen::Scaled => VelocityFeature::scaled(self.inverse[1][i], v),
+            VelocityTransform::Scaled => VelocityFeature::scaled(self.inverse[1][i], v),
             seen => seen.feature((self.scaling.qd_scale[i], self.scaling.energy), v),
         }
     }

@@ -2,7 +2,7 @@
 
 use super::{Direction, MlpShape};
 use crate::models::NetworkShape;
-use crate::train::{Facts, Learner, Loss, Work};
+use crate::train::{Learner, LearnerShape, Loss, Work};
 use nets::simd::Real;
 use nets::{Gradient, Packed, Terms};
 
@@ -17,8 +17,8 @@ pub(crate) struct MlpLearner<'a> {
 }
 
 impl<T: Real> Learner<T> for MlpLearner<'_> {
-    fn facts(&self) -> Facts<'_> {
-        Facts {
+    fn facts(&self) -> LearnerShape<'_> {
+        LearnerShape {
             net: &self.shape.net,
             dof: self.shape.dof(),
             // The sensitivities of the outputs stand in the first components.

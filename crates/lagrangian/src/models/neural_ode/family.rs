@@ -11,7 +11,7 @@ use crate::models::mlp::{Mlp, MlpShape};
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::saved::SavedModel;
-use crate::train::{Choice, Known, LOSS, Loss, Request, TrainingTask};
+use crate::train::{AutoSetting, DataFacts, LOSS, Loss, Request, TrainingTask};
 use lagrangian_mechanics::expression::{self, Equations};
 use lagrangian_motion::Result;
 use lagrangian_motion::settings::{Kind, Setting, named};
@@ -47,9 +47,9 @@ const SETTINGS: &[Setting] = &[
     .or("second"),
 ];
 
-fn choose(_: &Known, _: &Request) -> Result<Vec<Choice>> {
+fn choose(_: &DataFacts, _: &Request) -> Result<Vec<AutoSetting>> {
     let reason = "the family is trained through its integrator";
-    Ok(vec![Choice::new(LOSS, Loss::ROLLOUT.name(), reason)])
+    Ok(vec![AutoSetting::new(LOSS, Loss::ROLLOUT.name(), reason)])
 }
 
 impl Family for NeuralOdeConfig {

@@ -14,7 +14,7 @@ use serde_json::Value;
 use super::family::{self, Abilities, Entry, Family, Plan};
 use super::settings as shared;
 use crate::dataset::Dataset;
-use crate::train::{Choice, Known, Loss, Request, TrainingTask};
+use crate::train::{AutoSetting, DataFacts, Loss, Request, TrainingTask};
 use lagrangian_mechanics::rigid::RobotConfig;
 use lagrangian_motion::settings::{Kind, Setting};
 use lagrangian_motion::{Error, Result};
@@ -51,11 +51,11 @@ const SETTINGS: &[Setting] = &[
 pub(crate) const NAME: &str = "rigid";
 
 /// Machines whose forces are recorded have friction.
-fn choose(_: &Known, request: &Request) -> Result<Vec<Choice>> {
+fn choose(_: &DataFacts, request: &Request) -> Result<Vec<AutoSetting>> {
     let Some(forces) = request.settings.get("forces").and_then(Value::as_array) else {
         let reason =
             "forces are recorded, and real machines have friction (`dissipation`=false for none)";
-        return Ok(vec![Choice::new("dissipation", true, reason)]);
+        return Ok(vec![AutoSetting::new("dissipation", true, reason)]);
     };
     let friction = ["viscous", "coulomb"];
     match forces.len() == 2 && friction.iter().all(|name| forces.contains(&(*name).into())) {

@@ -115,11 +115,11 @@ impl Watch<'_> {
         if let Ok(mut held) = self.observer.lock() {
             (held.1, held.2) = (what.into(), share);
         }
-        self.goes_on();
+        self.should_continue();
     }
 
     /// Asks the observer whether the fit goes on.
-    fn goes_on(&self) -> bool {
+    fn should_continue(&self) -> bool {
         if let Ok(mut held) = self.observer.lock() {
             let (observer, what, share) = &mut *held;
             if observer.stage(what, *share).is_break() {
@@ -145,7 +145,7 @@ impl ServoConfig {
         let chosen = self.choose(&motions, n, &watch);
         let layout = self.layout(n, chosen.friction);
         let fitted = |motions: &[&Recorded]| {
-            let fits = search::fit(layout, motions, chosen.stages, &|| watch.goes_on());
+            let fits = search::fit(layout, motions, chosen.stages, &|| watch.should_continue());
             fits.last().cloned().unwrap_or_default()
         };
         let error = |parameters: &[f64], motions: &[&Recorded]| {
@@ -158,7 +158,7 @@ impl ServoConfig {
         let held: Vec<&Recorded> = held.iter().collect();
         let validation = (!held.is_empty()).then(|| error(&parameters, &held));
         let mut used = all;
-        if validation.is_some() && watch.goes_on() {
+        if validation.is_some() && watch.should_continue() {
             watch.stage("fitting the servo to all motions", 0.95);
             used.extend(held);
             parameters = fitted(&used);
@@ -188,13 +188,13 @@ impl ServoConfig {
             .map_or(Friction::ALL.to_vec(), |own| vec![own]);
         let mut tried = Vec::new();
         for (k, friction) in frictions.iter().enumerate() {
-            if folds.len() < 2 || !watch.goes_on() {
+            if folds.len() < 2 || !watch.should_continue() {
                 break;
             }
             let what = format!("holding out motions, friction {}", friction.name());
             watch.stage(&what, 0.9 * k as f64 / frictions.len() as f64);
             let layout = self.layout(n, *friction);
-            let go_on = || watch.goes_on();
+            let go_on = || watch.should_continue();
             tried.extend(search::held_out(
                 layout,
                 motions,

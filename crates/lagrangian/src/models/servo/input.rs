@@ -26,7 +26,7 @@ impl Input {
             on: known(&signals.enabled, k, 1.0) != 0.0,
         };
         let mut commands: Vec<Command> = signals.goal.iter().enumerate().map(command).collect();
-        keep_on_where_it_only_passes_zero(&mut commands, n);
+        bridge_single_zeros(&mut commands, n);
         Self { commands, n }
     }
 
@@ -37,7 +37,7 @@ impl Input {
 }
 
 /// A single sample that is off between two that are on is a measured load that passes 0: the drive stays on.
-fn keep_on_where_it_only_passes_zero(commands: &mut [Command], n: usize) {
+fn bridge_single_zeros(commands: &mut [Command], n: usize) {
     let on: Vec<bool> = commands.iter().map(|c| c.on).collect();
     for k in n..commands.len().saturating_sub(n) {
         commands[k].on |= on[k - n] && on[k + n];

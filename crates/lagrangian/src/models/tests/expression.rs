@@ -313,7 +313,7 @@ fn a_correction_of_a_robot_fades_in_the_expression_as_in_the_model() {
     let visited = lagrangian_mechanics::Visited::of(&coordinates, &samples);
     let model = Learned::with_nominal(robot, rest)
         .unwrap()
-        .having_visited(visited);
+        .with_visited(visited);
     check_mechanics("nominal", &model, &mechanics(&model));
 }
 

@@ -7,7 +7,7 @@ use super::delan::{DelanConfig, Inertia, Trunks, family as delan};
 use super::family::{self, Abilities, Entry, Family, Plan};
 use super::settings as shared;
 use crate::dataset::Dataset;
-use crate::train::{Choice, Known, LOSS, Loss, Request, TrainingTask};
+use crate::train::{AutoSetting, DataFacts, LOSS, Loss, Request, TrainingTask};
 use lagrangian_motion::Result;
 use lagrangian_motion::settings::Setting;
 use nets::Activation;
@@ -37,9 +37,9 @@ const SETTINGS: &[Setting] = &[
     shared::VECTOR_POTENTIAL,
 ];
 
-fn choose(known: &Known, _: &Request) -> Result<Vec<Choice>> {
+fn choose(known: &DataFacts, _: &Request) -> Result<Vec<AutoSetting>> {
     let reason = "the family learns from positions alone";
-    let loss = Choice::new(LOSS, Loss::POSITIONS.name(), reason);
+    let loss = AutoSetting::new(LOSS, Loss::POSITIONS.name(), reason);
     Ok(delan::narrow(known).into_iter().chain([loss]).collect())
 }
 

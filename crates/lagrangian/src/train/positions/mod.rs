@@ -13,7 +13,7 @@
 //! implicit function theorem ∂r/∂θ = −w (∂B/∂a)⁻¹ ∂B/∂θ at â: a Lagrangian that is small everywhere gains nothing.
 
 use super::forces::{Drive, Forces};
-use super::learner::{Facts, Learner, Work};
+use super::learner::{Learner, LearnerShape, Work};
 use super::loss::Loss;
 use super::shape::NetworkShape;
 use lagrangian_mechanics::integrate::Rule;
@@ -97,9 +97,9 @@ pub(crate) struct PositionsLearner<'a, F> {
 pub(crate) const CHORDS: usize = 2;
 
 impl<T: Real, F: PointFamily<T>> Learner<T> for PositionsLearner<'_, F> {
-    fn facts(&self) -> Facts<'_> {
+    fn facts(&self) -> LearnerShape<'_> {
         let n = self.family.dof();
-        Facts {
+        LearnerShape {
             net: self.family.net(),
             dof: n,
             directions: n,

@@ -2,11 +2,11 @@
 
 use super::flow::Point;
 use super::linear::add_transposed;
-use super::step::{MAX_STATE, Moving};
+use super::step::{MAX_STATE, StepContext};
 
 /// v½ = v + h/2 a(q, v½), q ← q + h v½, v ← v½ + h/2 a(q, v½) (equation 99); the method of
 /// [`StormerVerlet`](crate::integrate::StormerVerlet).
-pub(super) fn step(mut moving: Moving<'_>) {
+pub(super) fn step(mut moving: StepContext<'_>) {
     let (n, d) = (moving.flow.sizes.n, moving.flow.sizes.state());
     moving.solve(n);
     let (first, second) = moving.points.split_at_mut(1);

@@ -2,10 +2,10 @@
 
 use super::flow::Point;
 use super::linear::add_transposed;
-use super::step::{MAX_STATE, Moving};
+use super::step::{MAX_STATE, StepContext};
 
 /// x̄ = x + h/2 f(x̄), x ← 2 x̄ − x (equation 98).
-pub(super) fn step(mut moving: Moving<'_>) {
+pub(super) fn step(mut moving: StepContext<'_>) {
     moving.solve(0);
     let pairs = moving.x.iter_mut().zip(&moving.points[0].x);
     pairs.for_each(|(x, middle)| *x = 2.0 * middle - *x);

@@ -2,7 +2,7 @@
 
 use super::flow::Point;
 use super::linear::{invert, product};
-use super::step::{MAX_STATE, Moving, Span};
+use super::step::{MAX_STATE, Span, StepContext};
 
 /// Iterations at most.
 const ITERATIONS: usize = 30;
@@ -13,7 +13,7 @@ const SOLVED: f64 = 1e-14;
 /// Where rounding keeps it from that, this is enough.
 const NEARLY_SOLVED: f64 = 1e-9;
 
-impl Moving<'_> {
+impl StepContext<'_> {
     /// Solves the equation of the first evaluation for the components of the state from `first` on; the others stay.
     pub(super) fn solve(&mut self, first: usize) {
         self.points[0].x.copy_from_slice(self.x);

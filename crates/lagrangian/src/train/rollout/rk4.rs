@@ -2,7 +2,7 @@
 
 use super::flow::Point;
 use super::linear::add_transposed;
-use super::step::{MAX_STATE, Moving};
+use super::step::{MAX_STATE, StepContext};
 
 /// Where each stage stands, and its weight (equation 97).
 pub(crate) const STAGES: [(f64, f64); 4] = [
@@ -13,7 +13,7 @@ pub(crate) const STAGES: [(f64, f64); 4] = [
 ];
 
 /// x ← x + h Σ b f(stage).
-pub(crate) fn step(mut moving: Moving<'_>) {
+pub(crate) fn step(mut moving: StepContext<'_>) {
     let d = moving.flow.sizes.state();
     for (stage, (a, _)) in STAGES.iter().enumerate() {
         let (before, rest) = moving.points.split_at_mut(stage);

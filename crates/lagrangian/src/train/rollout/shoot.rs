@@ -3,7 +3,7 @@
 use super::config::{RolloutLoss, SEGMENTS};
 use super::flow::{Flow, Point, Sizes};
 use super::segments::{Recorded, Rows};
-use super::step::{Moving, Span, back, evaluations, step};
+use super::step::{Span, StepContext, back, evaluations, step};
 use crate::train::learner::{Learner, Work};
 use crate::train::problem::LossValue;
 
@@ -133,7 +133,7 @@ impl Block {
             tau: &self.tau,
             first: number * each,
         };
-        let moving = Moving {
+        let moving = StepContext {
             flow,
             works: &mut self.works,
             points: &mut self.points[number * each..][..each],

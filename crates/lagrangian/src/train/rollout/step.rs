@@ -20,7 +20,7 @@ pub(crate) struct Span<'a> {
 }
 
 /// A step of a block of segments: what it needs, and the state x `[samples, 2n]` that it moves.
-pub(crate) struct Moving<'a> {
+pub(crate) struct StepContext<'a> {
     pub(crate) flow: &'a Flow<'a>,
     /// The work of every evaluation of the block, or one for all.
     pub(crate) works: &'a mut [Work<f64>],
@@ -31,7 +31,7 @@ pub(crate) struct Moving<'a> {
     pub(crate) failed: &'a mut [bool],
 }
 
-impl Moving<'_> {
+impl StepContext<'_> {
     /// Evaluates and linearises the flow at the state of evaluation `stage`.
     pub(crate) fn linearise(&mut self, stage: usize) {
         let count = self.works.len();
@@ -52,7 +52,7 @@ pub(crate) fn evaluations(method: Method) -> usize {
 }
 
 /// Moves the state of a block by a step.
-pub(crate) fn step(method: Method, moving: Moving<'_>) {
+pub(crate) fn step(method: Method, moving: StepContext<'_>) {
     match method {
         Method::ImplicitMidpoint => midpoint::step(moving),
         Method::StormerVerlet => leapfrog::step(moving),

@@ -10,7 +10,7 @@ const CMAKE: &str = include_str!("../templates/CMakeLists.txt");
 
 /// The files that are written beside the model.
 #[derive(Debug, Clone, Copy)]
-pub struct Surroundings<'a> {
+pub struct SupportFiles<'a> {
     /// The functions of the model.
     pub interface: &'a Interface,
     /// The name of the functional mock-up unit beside them.
@@ -19,7 +19,7 @@ pub struct Surroundings<'a> {
     pub stack: [usize; 2],
 }
 
-impl Surroundings<'_> {
+impl SupportFiles<'_> {
     /// `NAME_example.c`, `NAME_selftest.c`, `CMakeLists.txt` and `README.md`.
     ///
     /// # Errors

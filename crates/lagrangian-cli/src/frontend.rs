@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use lagrangian::{Observer, Progress};
 use lagrangian_report::Command;
-use lagrangian_run::{MODEL, RunRecord, Skin};
+use lagrangian_run::{Frontend, MODEL, RunRecord};
 
 use crate::failure::with_flags;
 use crate::interrupt;
@@ -15,7 +15,7 @@ use crate::progress;
 /// The command, where a run speaks to people.
 pub(crate) struct Flags;
 
-impl Skin for Flags {
+impl Frontend for Flags {
     fn words(&self, text: &str) -> String {
         with_flags(text)
     }
@@ -38,12 +38,12 @@ impl Skin for Flags {
 }
 
 /// Shows a fit, and ends it at Ctrl-C.
-pub(crate) struct Shown {
+pub(crate) struct ProgressDisplay {
     bar: progress::Progress,
     first_step: Option<(usize, Instant)>,
 }
 
-impl Shown {
+impl ProgressDisplay {
     /// A fit that begins; `quiet` shows nothing of it.
     pub(crate) fn start(label: impl Into<String>, quiet: bool) -> Self {
         Self {
@@ -58,7 +58,7 @@ impl Shown {
     }
 }
 
-impl Observer for Shown {
+impl Observer for ProgressDisplay {
     fn progress(&mut self, progress: &Progress) -> ControlFlow<()> {
         let begun = (progress.step, Instant::now());
         let (step, start) = *self.first_step.get_or_insert(begun);

@@ -16,9 +16,9 @@ pub fn remove_unfinished() {
 
 /// Paths that are not what they are to be until this is dropped.
 #[derive(Debug)]
-pub(crate) struct Unfinished(Vec<PathBuf>);
+pub(crate) struct PartialFiles(Vec<PathBuf>);
 
-impl Unfinished {
+impl PartialFiles {
     pub(crate) fn of(paths: impl IntoIterator<Item = PathBuf>) -> Self {
         let paths: Vec<PathBuf> = paths.into_iter().collect();
         let mut all = ALL.lock().unwrap_or_else(PoisonError::into_inner);
@@ -27,7 +27,7 @@ impl Unfinished {
     }
 }
 
-impl Drop for Unfinished {
+impl Drop for PartialFiles {
     fn drop(&mut self) {
         let mut all = ALL.lock().unwrap_or_else(PoisonError::into_inner);
         all.retain(|path| !self.0.contains(path));

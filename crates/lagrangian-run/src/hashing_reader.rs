@@ -41,7 +41,7 @@ pub fn brief_hash(sha256: &str) -> String {
 
 /// A file that is read by the reader of its format. Text is hashed as it streams by; of an archive, which is read where
 /// its directory leads, the rest follows at the end.
-pub struct Hashed {
+pub struct HashingReader {
     file: File,
     position: u64,
     hash: Arc<Mutex<Prefix>>,
@@ -72,7 +72,7 @@ pub struct Hashing {
     hash: Arc<Mutex<Prefix>>,
 }
 
-impl Hashed {
+impl HashingReader {
     /// Opens a file for its reader, and for its hash.
     ///
     /// # Errors
@@ -93,7 +93,7 @@ impl Hashed {
     }
 }
 
-impl Read for Hashed {
+impl Read for HashingReader {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let count = self.file.read(buffer)?;
         // OK because a prefix is whole after every call.
@@ -104,7 +104,7 @@ impl Read for Hashed {
     }
 }
 
-impl Seek for Hashed {
+impl Seek for HashingReader {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         self.position = self.file.seek(to)?;
         Ok(self.position)
@@ -147,21 +147,21 @@ mod tests {
     // FIPS 180-2, appendix B.1.
     const ABC: &str = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
 
-    fn abc(read: impl FnOnce(&mut Hashed)) -> FileHash {
+    fn abc(read: impl FnOnce(&mut HashingReader)) -> FileHash {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("abc");
         std::fs::write(&path, "abc").unwrap();
-        let (mut reader, hashing) = Hashed::open(&path).unwrap();
+        let (mut reader, hashing) = HashingReader::open(&path).unwrap();
         read(&mut reader);
         hashing.finish().unwrap()
     }
 
     #[test]
     fn a_file_has_its_hash_however_it_is_read() {
-        let whole = |reader: &mut Hashed| {
+        let whole = |reader: &mut HashingReader| {
             io::copy(reader, &mut io::sink()).unwrap();
         };
-        let jumping = |reader: &mut Hashed| {
+        let jumping = |reader: &mut HashingReader| {
             let mut byte = [0];
             for place in [2, 0, 0, 1] {
                 reader.seek(SeekFrom::Start(place)).unwrap();
