@@ -57,7 +57,7 @@ pub enum Kind {
     Number(Range),
     /// Several numbers in this range.
     Numbers(Range),
-    /// A robot as [`RobotConfig`](crate::rigid::RobotConfig).
+    /// A robot as `RobotConfig`.
     Robot,
 }
 

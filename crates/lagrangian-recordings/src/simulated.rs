@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Simulated {
-    /// The name of the system, as in [`analytic::systems`](crate::analytic::systems), or of the robot.
+    /// The name of the system, as in `analytic::systems`, or of the robot.
     pub name: String,
     /// Viscous friction on every coordinate, N·m·s/rad or N·s/m.
     #[serde(default)]
@@ -16,7 +16,7 @@ pub struct Simulated {
     /// The parameters that differ from those of the table of systems.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub parameters: BTreeMap<String, f64>,
-    /// Of a robot: what dynamics needs of its URDF, as [`RigidBodies::urdf`](crate::rigid::RigidBodies::urdf) has it.
+    /// Of a robot: what dynamics needs of its URDF, as `RigidBodies::urdf` has it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub urdf: Option<String>,
     /// Of a robot: the joints that moved, in the order of the coordinates.

@@ -39,7 +39,7 @@
 //!              └────────────────── a rollout is a Trajectory too ────────────────────┘
 //! ```
 //!
-//! [`Format::read`] reads files, [`check()`] examines them, [`Dataset`] divides and scales them, [`fit`] trains a model
+//! [`Format::read`] reads files, [`check()`] examines them, [`Dataset`] divides and scales them, [`fit()`] trains a model
 //! of a [`Family`], [`SavedModel`] stores it, [`rollout()`] predicts and [`score()`] compares. Test data come from an
 //! analytic Lagrangian ([`analytic`]) that is rolled out: there is no separate simulator. What most programs need is
 //! at the root of the library; each module holds the rest of its subject.

@@ -84,7 +84,7 @@ pub trait Driven {
     /// Simulates a recording from its first state, by its goals alone, at its times.
     ///
     /// # Errors
-    /// As [`Trajectory::validate`]; [`crate::Error::Shape`] for another number of coordinates, [`crate::Error::Setting`] where
+    /// As [`Trajectory::validate`]; [`lagrangian_motion::Error::Shape`] for another number of coordinates, [`lagrangian_motion::Error::Setting`] where
     /// the recording has no goals.
     fn follow(&self, recording: &Trajectory) -> Result<Rollout>;
 }

@@ -27,7 +27,7 @@ impl RigidBodies {
     /// remains for the link that moves is a body, otherwise a part of it.
     ///
     /// # Errors
-    /// [`crate::Error::Robot`] where the text is not URDF, is that of a robot with other kinematics, or a body cannot exist.
+    /// [`lagrangian_motion::Error::Robot`] where the text is not URDF, is that of a robot with other kinematics, or a body cannot exist.
     ///
     /// ```
     /// use lagrangian_mechanics::rigid::{self, RigidBodies};

@@ -54,7 +54,7 @@ impl<'a> LinkLoad<'a> {
     /// A load on the link of this name.
     ///
     /// # Errors
-    /// [`Error::UnknownName`](crate::Error::UnknownName) for a link that is not there.
+    /// [`Error::UnknownName`](lagrangian_motion::Error::UnknownName) for a link that is not there.
     pub fn new(robot: &'a RigidBodies, link: &str) -> Result<Self> {
         let place = robot.place(link)?;
         let unit = |k: usize| {

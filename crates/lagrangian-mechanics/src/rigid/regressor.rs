@@ -7,7 +7,7 @@ use super::spatial::Inertia;
 /// Inertial parameters of a body.
 pub const PER_BODY: usize = 10;
 
-/// Their names, in the order of [`Inertia::parameters`].
+/// Their names, in the order of `Inertia::parameters`.
 pub const NAMES: [&str; PER_BODY] = [
     "mass",
     "mass_x",

@@ -20,7 +20,7 @@ impl RobotConfig {
     /// A robot from URDF, of which only what dynamics needs is kept.
     ///
     /// # Errors
-    /// [`crate::Error::Robot`] where it cannot be read.
+    /// [`lagrangian_motion::Error::Robot`] where it cannot be read.
     pub fn new(urdf: &str, joints: Vec<String>) -> Result<Self> {
         let urdf = Description::read(urdf)?.text();
         Ok(Self { urdf, joints })
@@ -31,7 +31,7 @@ impl RobotConfig {
     /// Where the data name joints of the robot, they are taken by name; otherwise by their order.
     ///
     /// # Errors
-    /// As [`RigidBodies::with_joints`] and [`RigidBodies::with_coordinates`]; [`crate::Error::Robot`] where the data
+    /// As [`RigidBodies::with_joints`] and [`RigidBodies::with_coordinates`]; [`lagrangian_motion::Error::Robot`] where the data
     /// name the joints in another order than `joints`.
     pub fn bodies(&self, coordinates: &Coordinates) -> Result<RigidBodies> {
         let names: Vec<String> = coordinates.0.iter().map(|c| c.name.clone()).collect();

@@ -74,7 +74,7 @@ impl RigidBodies {
     /// The chain of these screws with generic links.
     ///
     /// # Errors
-    /// [`Error::Robot`](crate::Error::Robot) for more than [`super::MAX_JOINTS`] joints, or an axis of length 0.
+    /// [`Error::Robot`](lagrangian_motion::Error::Robot) for more than [`super::MAX_JOINTS`] joints, or an axis of length 0.
     pub fn of_screws(screws: &[Screw], coordinates: &Coordinates) -> Result<Self> {
         Self::of_description(description(screws, coordinates), &[])
     }

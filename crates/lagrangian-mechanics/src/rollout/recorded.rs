@@ -12,7 +12,7 @@ use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
 ///
 /// The integrator starts afresh at each sample, so that it never steps across a jump of the forces: every method
 /// keeps its order, and with [`Hold::Previous`] the motion is that under a digital controller exactly. A model with drives
-/// follows the goals of a recording without forces, see [`crate::mechanics::Driven`].
+/// follows the goals of a recording without forces, see [`crate::Driven`].
 ///
 /// # Errors
 /// As [`super::rollout`], [`Trajectory::validate`] and [`recorded`].

@@ -24,13 +24,13 @@ use lagrangian_motion::settings::Values;
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Request {
     /// The name of the family; `None` for the first of the table, or for several that are tried,
-    /// see [`FitConfig::candidates`].
+    /// see [`FitConfig::candidates`](crate::FitConfig::candidates).
     pub family: Option<String>,
     /// The settings of the family.
     pub settings: Values,
-    /// The settings of the training, see [`SETTINGS`].
+    /// The settings of the training, see [`SETTINGS`](crate::fit::SETTINGS).
     pub training: Values,
-    /// The settings of the rollout loss, see [`ROLLOUT_SETTINGS`].
+    /// The settings of the rollout loss, see [`ROLLOUT_SETTINGS`](crate::fit::ROLLOUT_SETTINGS).
     pub rollout: Values,
     /// The length of the fit; `None` for a minute.
     pub budget: Option<Budget>,
