@@ -48,7 +48,8 @@
 //!
 //! ```
 //! use lagrangian::rollout::{energy_error, free, times};
-//! use lagrangian::{Budget, Dataset, FitConfig, LnnConfig, RolloutOptions, analytic, fit, rollout, split};
+//! use lagrangian::{Budget, Dataset, FitConfig, LnnConfig, RolloutOptions, TrainingTask};
+//! use lagrangian::{analytic, fit, rollout, split};
 //!
 //! // Ten motions of a pendulum; recordings come from files instead (`Format::read`).
 //! let pendulum = analytic::by_name("pendulum", &[("length", 0.5)])?;
@@ -62,7 +63,9 @@
 //! let data = Dataset::new(pendulum.coordinates().clone(), &train, &validation)?;
 //!
 //! // A Lagrangian, learned from them.
-//! let config = FitConfig { family: Box::new(LnnConfig { width: 16, ..LnnConfig::default() }), training: TrainingTask { budget: Budget::Steps(200), batch: 64, ..TrainingTask::default() } };
+//! let network = LnnConfig { width: 16, ..LnnConfig::default() };
+//! let task = TrainingTask { budget: Budget::Steps(200), batch: 64, ..TrainingTask::default() };
+//! let config = FitConfig::new(network, task);
 //! let learned = fit(&data, &config, None, &mut ())?.model;
 //!
 //! // A hundred seconds of its motion keep the true energy, from a start that it has not seen.

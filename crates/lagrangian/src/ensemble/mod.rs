@@ -6,11 +6,13 @@
 //!
 //! ```
 //! use lagrangian::ensemble::fit_ensemble;
-//! use lagrangian::{Budget, FitConfig, LnnConfig, analytic, random_states};
+//! use lagrangian::{Budget, FitConfig, LnnConfig, TrainingTask, analytic, random_states};
 //!
 //! let pendulum = analytic::by_name("pendulum", &[])?;
 //! let data = random_states(&*pendulum, 400, 50, 0)?;
-//! let config = FitConfig { family: Box::new(LnnConfig { width: 8, ..LnnConfig::default() }), training: TrainingTask { budget: Budget::Steps(30), batch: 64, ..TrainingTask::default() } };
+//! let network = LnnConfig { width: 8, ..LnnConfig::default() };
+//! let task = TrainingTask { budget: Budget::Steps(30), batch: 64, ..TrainingTask::default() };
+//! let config = FitConfig::new(network, task);
 //! let ensemble = fit_ensemble(&data, &config, 4, &mut ())?;
 //! let acceleration = ensemble.accelerations(&[0.5], &[1.0], &[0.0])?;
 //! let (low, high) = acceleration.band(0.8)?;
