@@ -9,7 +9,7 @@ use super::{Failure, cargo};
 pub(super) const USAGE: &str = "\
 sanitize [--where-possible]
 
-  sanitize  the unit tests of `nets` under AddressSanitizer, in target/sanitizer; fails where the toolchain lacks it
+  sanitize  the unit tests of `lagrangian-nets` under AddressSanitizer, in target/sanitizer; fails where the toolchain lacks it
            --where-possible  says what is missing and succeeds";
 
 /// Without optimisation no access is removed before the sanitizer sees it, and the build takes seconds.
@@ -46,7 +46,7 @@ fn test(host: &str) -> Result<(), String> {
     let root = crate::root();
     let status = cargo()
         .current_dir(&root)
-        .args(["test", "--package", "nets", "--lib", "--target", host])
+        .args(["test", "--package", "lagrangian-nets", "--lib", "--target", host])
         .args(PROFILE)
         // The option is unstable, but the runtime comes with the stable toolchain.
         .env("RUSTC_BOOTSTRAP", "1")

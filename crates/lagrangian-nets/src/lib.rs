@@ -51,8 +51,8 @@
 //! The value, gradient and second derivatives of y = tanh(x₀ + 2 x₁).
 //!
 //! ```
-//! use nets::component::{VALUE, tangent};
-//! use nets::{Activation, Build, Packed, Pass, Source};
+//! use lagrangian_nets::component::{VALUE, tangent};
+//! use lagrangian_nets::{Activation, Build, Packed, Pass, Source};
 //!
 //! let mut build = Build::new(2, 0);
 //! let hidden = build.dense(1, &[Source::Features], Some(Activation::Tanh));
@@ -76,7 +76,7 @@
 //! assert!(close(pass.feature_gradient(0, 1), 2.0 * (1.0 - y * y)));
 //! let mixed = pass.second_derivative(0, 1, Some(0), 2); // ∂²y/∂x₁∂x₀
 //! assert!(close(mixed, -4.0 * y * (1.0 - y * y)));
-//! # Ok::<(), nets::Error>(())
+//! # Ok::<(), lagrangian_nets::Error>(())
 //! ```
 
 #![deny(unsafe_code)]
