@@ -1,4 +1,4 @@
-//! Finds the columns that a [`Layout`] means among the headers of a file.
+//! Resolution of the columns of a [`Layout`] among the headers of a file.
 
 use serde::Serialize;
 
@@ -10,38 +10,38 @@ use lagrangian_motion::error::{brief, shortened};
 use lagrangian_motion::{Coordinate, Coordinates, Signal, Signals, Topology};
 use lagrangian_motion::{Error, Result, shown};
 
-/// The names of the columns that were used.
+/// Names of the columns that were used.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Columns {
-    /// Column that tells trajectories apart.
+    /// Column that separates trajectories.
     pub trajectory: Option<String>,
     /// Column of time.
     pub t: String,
-    /// Columns of each signal, `[n]`, or none; an empty name where a coordinate has no column: a parameter does not
+    /// Columns of each signal, `[n]`, or empty; an empty name marks a coordinate without a column: a parameter does not
     /// move, and no force acts on the coordinate.
     pub signals: Signals<Vec<String>>,
     /// Columns of the file that were not used.
     pub ignored: Vec<String>,
-    /// Where a bag begins to name other joints.
+    /// The first change of the joints that a bag names.
     pub renamed: Option<Renamed>,
 }
 
-/// Where the messages of a bag begin to name other joints than the first ones did.
+/// The first message of a bag that names other joints than the first messages did.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Renamed {
     /// The number of the message; the first of its topic is 1.
     pub message: usize,
-    /// The joints that are used, and that it lacks.
+    /// Joints that are used, but missing from the message.
     pub missing: Vec<String>,
-    /// The joints that it has and that are not used.
+    /// Joints of the message that are not used.
     pub instead: Vec<String>,
-    /// How many messages are omitted, as they lack a joint that is used …
+    /// Number of messages that are omitted because they lack a joint that is used …
     pub omitted: usize,
-    /// … of how many in the topic.
+    /// … and the number of all messages in the topic.
     pub messages: usize,
 }
 
-/// The columns of one file: their names, where they stand, and the coordinates that they declare.
+/// The columns of one file: names, positions, and the coordinates that they declare.
 #[derive(Debug, Clone)]
 pub(super) struct Resolved {
     pub(super) columns: Columns,
@@ -50,13 +50,13 @@ pub(super) struct Resolved {
     pub(super) trajectory: Option<usize>,
     /// Positions of t and of the signals, in their order.
     pub(super) numbers: Vec<usize>,
-    /// What the numbers are multiplied with, t first; empty where all factors are 1.
+    /// Factors of the numbers, t first; empty where all are 1.
     pub(super) factors: Vec<f64>,
-    /// Seconds between rows, where there is no column of time.
+    /// Seconds between rows, for a file without a column of time.
     pub(super) interval: Option<f64>,
     /// Coordinates that are angles of two points, whose columns follow those of the signals.
     pub(super) points: Vec<Points>,
-    /// What was decided of the columns, in sentences.
+    /// Decisions about the columns, in sentences.
     pub(super) notes: Vec<String>,
     pub(super) every: usize,
     pub(super) sample: Option<Sampling>,
@@ -89,7 +89,7 @@ pub(super) fn resolve(headers: &[String], layout: &Layout) -> Result<Resolved> {
     let mut notes = Vec::new();
     let t = layout.t.clone().unwrap_or_else(|| finder.time(&mut notes));
     let interval = layout.interval().filter(|_| !finder.has(&t));
-    // Where rows are counted, another column stands in the place of that of time.
+    // Where rows are counted, another column takes the place of the column of time.
     let time = interval.map_or_else(|| finder.position(&t, "t"), |_| Ok(usize::MAX));
     let mut numbers = vec![time?];
     let default = || finder.has("trajectory").then(|| "trajectory".to_owned());
@@ -207,7 +207,7 @@ impl Finder<'_> {
         self.headers.iter().any(|h| h == name)
     }
 
-    /// The column of time that is not named: `t`, else the only one that looks like time and states its unit.
+    /// The column of time when none is named: `t`, else the only one that looks like time and states its unit.
     fn time(&self, notes: &mut Vec<String>) -> String {
         let sure = programs::sure_time(self.headers).filter(|_| !self.has("t"));
         if let Some(name) = &sure {
@@ -216,7 +216,7 @@ impl Finder<'_> {
         sure.unwrap_or_else(|| "t".into())
     }
 
-    /// The places of the points of angles, whose columns are added to `numbers`: x where the angle will stand, the others at the end.
+    /// Indices of the points of angles, whose columns are added to `numbers`: x at the index of the angle, the others at the end.
     fn points(&self, angles: &[(usize, &Polar)], numbers: &mut Vec<usize>) -> Result<Vec<Points>> {
         for (k, (place, polar)) in angles.iter().enumerate() {
             numbers.insert(place + k, self.position(&polar.point[0], "polar")?);
@@ -280,7 +280,7 @@ impl Finder<'_> {
         }
     }
 
-    /// A remedy, and which columns look like the ones that are needed.
+    /// A remedy, with the columns that look like the required ones.
     fn advised(&self, remedy: impl Into<String>) -> String {
         const LONGEST: usize = 800;
         let advice = programs::advice(self.headers).map(|advice| format!("; {advice}"));
@@ -328,8 +328,8 @@ impl Finder<'_> {
         Ok(signals)
     }
 
-    /// The columns of what drives are told: as many as coordinates, or one for all of them. By default only goals are looked
-    /// for, and what belongs to them where there are some.
+    /// The columns of drive commands: as many as coordinates, or one for all of them. By default only goals are searched,
+    /// and their gains and supply if goals are found.
     fn commands(&self, layout: &Layout, signal: Signal, n: usize) -> Result<Vec<String>> {
         let (named, name) = (layout.columns.get(signal), signal.name());
         let goals = !layout.columns.goal.is_empty() || self.numbered("goal").len() == n;
@@ -445,7 +445,7 @@ impl Finder<'_> {
         Err(self.error(finding, remedy))
     }
 
-    /// The columns of the momenta; by default only where there is one for each coordinate, since `p` may be a pressure.
+    /// The columns of the momenta; by default only if there is one for each coordinate, since `p` may be a pressure.
     fn momenta(&self, named: &[String], moving: &[bool]) -> Result<Vec<String>> {
         let count = moving.iter().filter(|m| **m).count();
         let found = self.numbered("p").len();
@@ -455,7 +455,7 @@ impl Finder<'_> {
         self.rates(named, "p", moving)
     }
 
-    /// The column of the force on each coordinate: as many as `q`, or fewer that say which they act on.
+    /// The column of the force on each coordinate: as many as `q`, or fewer that name the coordinates they act on.
     fn forces(&self, layout: &Layout, q: &[String]) -> Result<Vec<String>> {
         let (n, by_default) = (q.len(), layout.columns.tau.is_empty());
         let standard = |i: usize| format!("tau{}", i + 1);
@@ -517,7 +517,7 @@ impl Finder<'_> {
         names.iter().map(position).collect()
     }
 
-    /// The coordinates whose names, or whose numbers, the columns bear: `elbow_torque` of `elbow`, `u2` of `q2`.
+    /// Coordinates whose names or numbers appear in the names of the columns: `elbow_torque` of `elbow`, `u2` of `q2`.
     fn named_like(&self, found: &[String], q: &[String]) -> Result<Vec<usize>> {
         let number = |name: &str| -> Option<usize> {
             let letters = name.trim_end_matches(|c: char| c.is_ascii_digit());
@@ -542,7 +542,7 @@ impl Finder<'_> {
         })
     }
 
-    /// `q1, q2, …` as far as they go.
+    /// The consecutive columns `q1, q2, …`.
     fn numbered(&self, prefix: &str) -> Vec<String> {
         let names = (1..).map(|i| format!("{prefix}{i}"));
         names.take_while(|name| self.has(name)).collect()

@@ -1,4 +1,4 @@
-//! What a file is to hold, whatever its format.
+//! Contents of a file to write, independent of its format.
 
 use std::collections::HashSet;
 
@@ -17,14 +17,14 @@ pub(super) struct Contents<'a> {
 /// One signal of all rows.
 pub(super) struct Array<'a> {
     pub(super) name: String,
-    /// The number of its columns, `name1 …`; none for a single column `name`.
+    /// Number of its columns, `name1 …`; `None` for a single column `name`.
     pub(super) columns: Option<usize>,
     /// Its values for each trajectory, `[rows, columns]`.
     pub(super) values: Vec<&'a [f64]>,
 }
 
 impl<'a> Contents<'a> {
-    /// Time and signals of motions, whose coordinates and known signals must agree.
+    /// Time and signals of motions, whose coordinates and known signals must be equal.
     pub(super) fn of_motions(motions: &'a [Trajectory]) -> Result<Self> {
         let known = motions.iter().find(|t| !t.is_empty());
         let Some(first) = known.or(motions.first()) else {
@@ -89,7 +89,7 @@ impl<'a> Contents<'a> {
         })
     }
 
-    /// Whether a column `trajectory` tells several trajectories apart.
+    /// Whether a column `trajectory` separates several trajectories.
     pub(super) fn is_of_several(&self) -> bool {
         self.trajectories.len() > 1
     }
@@ -124,15 +124,15 @@ impl Array<'_> {
     }
 }
 
-/// The names of trajectories, numbered where two have the same, since a name separates them in a file; without zero bytes, which
-/// no text has.
+/// Names of trajectories, numbered where two are equal, since a name separates them in a file; without zero bytes, which
+/// text must not contain.
 fn unique_names(trajectories: &[Trajectory]) -> Vec<String> {
     let mut used = HashSet::new();
     let unique = |t: &Trajectory| {
         let name = t.name.replace('\0', "\u{fffd}");
         let numbered = (2..).map(|i| format!("{name}#{i}"));
         let mut names = std::iter::once(name.clone()).chain(numbered);
-        // OK because the names never end: one of them is new.
+        // OK because there are infinitely many candidates: one of them is new.
         names
             .find(|name| used.insert(name.clone()))
             .unwrap_or_default()

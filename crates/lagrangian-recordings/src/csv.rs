@@ -15,23 +15,23 @@ use lagrangian_motion::{Error, Result};
 
 pub use super::programs::{coordinates, time};
 
-/// The longest row that is read, bytes: what is no table cannot fill the memory.
+/// Longest row that is read, bytes: input that is not a table cannot fill the memory.
 const MAX_ROW: usize = 1 << 22;
 
 /// Bytes that the reader takes at a time.
 const CHUNK: usize = 1 << 16;
 
-/// Reads the recordings of a text table: CSV, and what other programs write of that kind.
+/// Reads the recordings of a text table: CSV, and similar exports of other programs.
 ///
 /// Columns are separated by commas, semicolons or tabs, whichever the header uses most, or by blanks; numbers have decimal points, or
-/// commas where none separates columns; the text is UTF-8, UTF-16 or Latin-1; titles, comments and units around the header are
-/// understood. What was passed over or changed is in [`Readings::notes`].
+/// commas if columns are not separated by them; the text is UTF-8, UTF-16 or Latin-1; titles, comments and units around the header
+/// are understood. Skipped or changed parts are listed in [`Readings::notes`].
 ///
 /// Empty cells, `nan` and `inf` are kept as values that are not finite, so that `check` can show them; rows without any value of a signal at
 /// the beginning and the end are omitted.
 ///
 /// # Errors
-/// [`Error::Columns`], [`Error::Cell`] with its line, [`Error::Malformed`] for lines of another length or bytes that are no
+/// [`Error::Columns`], [`Error::Cell`] with its line, [`Error::Malformed`] for lines of another length or bytes that are not
 /// text, [`Error::TooShort`] if there is no row.
 pub fn read(source: impl Read, name: &str, layout: &Layout) -> Result<Readings> {
     let unread = Cell::new(0);
@@ -52,21 +52,21 @@ pub fn read(source: impl Read, name: &str, layout: &Layout) -> Result<Readings> 
     text.recordings(name, layout).map_err(shown)
 }
 
-/// The first look at a text table.
+/// A preview of a text table.
 #[derive(Debug, Clone, Default)]
 pub struct Look {
     /// The names of its columns.
     pub headers: Vec<String>,
     /// Its first rows.
     pub rows: Vec<Vec<String>>,
-    /// What was passed over or changed, in sentences.
+    /// Skipped or changed parts, in sentences.
     pub notes: Vec<String>,
 }
 
-/// Looks at the columns and the first `rows` of a text table.
+/// Reads the header and the first `rows` rows of a text table.
 ///
 /// # Errors
-/// As [`read`], for what is no text.
+/// As [`read`], for input that is not text.
 pub fn look(source: impl Read, rows: usize) -> Result<Look> {
     let unread = Cell::new(0);
     let Text {
@@ -93,7 +93,7 @@ const COMMAS: &str = "the numbers have decimal commas, which were read as points
 
 type Source<'a> = BufReader<Box<dyn Read + 'a>>;
 
-/// A text that is open, with its dialect.
+/// An open text, with its dialect.
 struct Text<'a> {
     source: Source<'a>,
     unread: &'a Cell<usize>,
@@ -137,7 +137,7 @@ impl<'a> Text<'a> {
         })
     }
 
-    /// The reader of its rows, and the names of its columns; none where it is empty.
+    /// The reader of its rows, and the names of its columns; `None` for an empty text.
     fn reader(
         source: Source<'a>,
         dialect: &Dialect,
@@ -189,7 +189,7 @@ impl<'a> Text<'a> {
         };
         while reader.read_record(&mut record).map_err(malformed)? {
             unread.set(0);
-            // The record's own position stands before the blank lines that were skipped.
+            // The position of the record precedes the blank lines that were skipped.
             let start = record.position().map_or(0, csv::Position::line);
             let line = start.max(reader.position().line().saturating_sub(1));
             cells.line = line + dialect.skip as u64;
@@ -207,22 +207,22 @@ impl<'a> Text<'a> {
     }
 }
 
-/// What is known of a text from its first bytes, with plain line ends; a letter that is cut at the end is lost.
+/// The text of the first bytes, with plain line ends; a letter that is cut at the end is lost.
 fn known(start: &[u8], encoding: Encoding) -> String {
     let unread = Cell::new(0);
     let mut plain = PlainLines::new(Decoded::new(start, encoding), false, &unread);
     let (mut part, mut text) = (vec![0; CHUNK], Vec::new());
-    // What is no text is found again when the rows are read.
+    // Bytes that are not text are reported when the rows are read.
     while let Ok(count @ 1..) = plain.read(&mut part) {
         text.extend_from_slice(&part[..count]);
     }
     String::from_utf8_lossy(&text).into_owned()
 }
 
-/// Lines of a file that a message shows.
+/// Number of lines of a file that a message shows.
 const SHOWN: usize = 3;
 
-/// The first lines of a file and what was recognised of it, for the end of a message.
+/// The first lines of a file and its recognised features, for the end of a message.
 fn beginning(text: &str, notes: &[String]) -> String {
     let lines = text.lines().filter(|line| !line.trim().is_empty());
     let shown = lines
@@ -233,16 +233,16 @@ fn beginning(text: &str, notes: &[String]) -> String {
     format!("{notes}\nthe file begins with{}", shown.collect::<String>())
 }
 
-/// Rows without those at the beginning and the end that have no value of any signal.
+/// Rows, without those at the beginning and the end that have no value of any signal.
 struct Filled {
     rows: Rows,
-    /// Rows without a value since the last one that has some.
+    /// Rows without a value since the last row with one.
     waiting: Vec<(Option<String>, Vec<f64>)>,
     began: bool,
     omitted: usize,
 }
 
-/// The most rows without a value that wait for one with some.
+/// Largest number of rows without a value that are held until one with a value.
 const MOST_WAITING: usize = 1 << 12;
 
 impl Filled {
@@ -294,7 +294,7 @@ impl Filled {
     }
 }
 
-/// What begins with these bytes, and is no text of a table: what to do with it.
+/// Advice for a file that begins with these bytes and is not a text table.
 fn other_format(start: &[u8]) -> Option<&'static str> {
     let known: [(&[u8], &str); 6] = [
         (
@@ -327,7 +327,7 @@ fn not_csv(reason: impl Into<String>) -> Error {
     Error::malformed("CSV", reason.into())
 }
 
-/// Columns without a name get one that says where they are.
+/// Gives columns without a name one that states their position.
 fn name_unnamed(headers: &mut [String]) {
     for (number, header) in (1..).zip(headers) {
         if header.is_empty() {
@@ -336,7 +336,7 @@ fn name_unnamed(headers: &mut [String]) {
     }
 }
 
-/// What stands between the digits of numbers.
+/// The decimal mark of numbers.
 #[derive(Clone, Copy, PartialEq)]
 enum Mark {
     Unknown,
@@ -353,7 +353,7 @@ struct Cells<'a> {
 }
 
 impl Cells<'_> {
-    /// Refuses a row of another length than the header, but for a comment at its end.
+    /// Refuses a row of another length than the header, except for a comment at its end.
     fn check_length(&self, record: &csv::StringRecord, comments: bool) -> Result<()> {
         let (len, expected, line) = (record.len(), self.headers.len(), self.line);
         if len == expected || comments && len + 1 == expected {
@@ -416,9 +416,9 @@ impl Cells<'_> {
 struct PlainLines<'a, R> {
     source: R,
     blanks: bool,
-    /// Whether the last byte was a carriage return, whose line end is still to be written.
+    /// Whether the last byte was a carriage return, with its line end still to be written.
     returned: bool,
-    /// Whether blanks came after the beginning of a line, whose tab is still to be written.
+    /// Whether blanks followed the beginning of a line, with their tab still to be written.
     gap: bool,
     /// Whether a line has begun.
     began: bool,
@@ -447,7 +447,7 @@ impl<R: Read> Read for PlainLines<'_, R> {
                 "a row of more than 4 MB: is it a CSV file, and is each quote closed?",
             ));
         }
-        // A line end that is due needs a place of its own.
+        // A pending line end needs one byte of the buffer.
         let Some(room) = buffer.len().checked_sub(1) else {
             return Ok(0);
         };
@@ -463,7 +463,7 @@ impl<R: Read> Read for PlainLines<'_, R> {
 }
 
 impl<R> PlainLines<'_, R> {
-    /// Whether a byte is one of the blanks that separate columns, or that stand around a line.
+    /// Whether a byte is one of the blanks that separate columns, or that surround a line.
     fn is_gap(&mut self, byte: u8) -> bool {
         let blank = matches!(byte, b' ' | b'\t');
         self.gap = self.began && (blank || self.gap) && byte != b'\n';
@@ -471,7 +471,7 @@ impl<R> PlainLines<'_, R> {
         blank
     }
 
-    /// Moves `count` bytes from the second place to the first, with plain line ends; returns how many they become.
+    /// Moves `count` bytes from the second byte to the first, with plain line ends; returns the new length.
     fn plain(&mut self, buffer: &mut [u8], count: usize) -> usize {
         let mut kept = 0;
         for i in 1..=count {
@@ -517,9 +517,9 @@ fn malformed(error: csv::Error) -> Error {
     }
 }
 
-/// Writes trajectories with the default header names; the shortest digits that read back to the same bits.
+/// Writes trajectories with the default header names; numbers have the shortest digits that read back to the same bits.
 ///
-/// A column `trajectory` is written where there are several.
+/// A column `trajectory` is written if there are several.
 ///
 /// # Errors
 /// [`Error::Io`]; [`Error::Shape`] if their degrees of freedom or signals differ.

@@ -7,11 +7,11 @@ use lagrangian_motion::{Error, Result};
 impl Recording {
     /// Shifts the forces against the motion: τᵢ(t) becomes τᵢ(t − δᵢ) (theory.md, equation 60).
     ///
-    /// A positive δ, s, says that the motion answers the recorded force so much later (a command on its way to the
-    /// drive); a negative one that the force was recorded too late (a filtered current). One value for all
-    /// coordinates, or one for each. Between samples the force is interpolated linearly; samples at the ends for
-    /// which it was not recorded are omitted, and those for which it lies in a gap of time. A recording without forces,
-    /// or whose time does not increase, stays as it is.
+    /// A positive δ, s, means that the motion lags the recorded force by δ (a command on its way to the drive);
+    /// a negative one, that the force was recorded too late (a filtered current). One value applies to all
+    /// coordinates, or there is one for each. Between samples the force is interpolated linearly; samples for which it lies
+    /// beyond the ends of the record or in a gap of time are omitted. A recording without forces,
+    /// or whose time does not increase, is returned unchanged.
     ///
     /// # Errors
     /// [`Error::Shape`] for another number of delays than 1 or n; [`Error::Argument`] for one that is not finite;
@@ -65,7 +65,7 @@ impl Recording {
         Ok(self)
     }
 
-    /// Omits all samples but `rows`.
+    /// Keeps only the samples `rows`.
     fn keep(&mut self, rows: &[usize]) {
         let (n, len) = (self.dof(), self.len());
         self.t = rows.iter().map(|&k| self.t[k]).collect();
@@ -92,7 +92,7 @@ fn one_each(delays: &[f64], n: usize) -> Result<Vec<f64>> {
     }
 }
 
-/// A step that is so many times the median one is a gap: no force is interpolated across it.
+/// A step longer than this many median steps is a gap: no force is interpolated across it.
 const GAP: f64 = 5.0;
 
 /// The time stamps before and after a time within `t`.

@@ -1,4 +1,4 @@
-//! Velocities and accelerations estimated from what was measured, with the window chosen from the data.
+//! Velocities and accelerations estimated from the measured signals, with windows chosen from the data.
 
 use std::ops::Range;
 
@@ -15,26 +15,26 @@ use lagrangian_motion::{Signal, Signals, Trajectory};
 /// Fewer consecutive samples than this cannot be differentiated twice.
 pub(crate) const SHORTEST: usize = 6;
 
-/// How missing velocities and accelerations are estimated.
+/// Options of the estimates of missing velocities and accelerations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EstimateOptions {
     /// Estimate accelerations where they were not measured.
     pub accelerations: bool,
-    /// Estimate the rates of momenta with them, where momenta are known; Hamiltonian networks alone read them.
+    /// Also estimate the rates of momenta, where momenta are known; only Hamiltonian networks use them.
     pub momenta: bool,
-    /// Also replace measured q and q̇ by their local polynomial.
+    /// Also replace measured q and q̇ by their local polynomials.
     pub smooth: bool,
-    /// Pass all signals, τ too, through a low-pass without phase with this cut-off, Hz: the same band of frequencies of
-    /// motion and forces. q̇ and q̈ are derivatives of q, or of a measured q̇ that is less noisy. Half a period of the cut-off is omitted at each end.
+    /// Cut-off of a low-pass without phase for all signals, τ too, Hz: motion and forces keep the same band of frequencies.
+    /// q̇ and q̈ are derivatives of q, or of a measured q̇ that is less noisy. Half a period of the cut-off is omitted at each end.
     ///
     /// Where a small torque is the difference of a large inertial and a large gravity term, the noise of q̈ makes a
-    /// fit shrink both; so it does where play and vibrations shake the encoders but not the drive.
+    /// fit shrink both; play and vibrations that move the encoders but not the drive have the same effect.
     pub low_pass: Option<f64>,
     /// Use this window, in samples, instead of choosing one from the data.
     pub window: Option<usize>,
     /// The longest window that may be chosen, in samples.
     pub longest_window: usize,
-    /// No window crosses a step in time that is so many times the median step.
+    /// No window crosses a step in time longer than this many median steps.
     pub gap: f64,
 }
 
@@ -78,7 +78,7 @@ impl EstimateOptions {
     }
 }
 
-/// What an estimate was made from.
+/// Source of an estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Source {
@@ -92,7 +92,7 @@ pub enum Source {
     Tau,
 }
 
-/// How one signal was estimated, for the user to read.
+/// Report of the estimate of one signal.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Estimate {
     /// The trajectory.
@@ -101,7 +101,7 @@ pub struct Estimate {
     pub signal: &'static str,
     /// Name of the coordinate.
     pub coordinate: String,
-    /// What it was made from.
+    /// The signal that it was made from.
     pub source: Source,
     /// Length of the window, samples.
     pub window: usize,
@@ -109,12 +109,12 @@ pub struct Estimate {
     pub seconds: f64,
     /// Standard deviation of the noise found in the source, in the source's unit.
     pub noise: f64,
-    /// Estimated standard error of the signal (noise and bias) in its unit, root mean square over all samples but
+    /// Estimated standard error of the signal (noise and bias) in its unit, root mean square over all samples except
     /// the half windows at the ends and beside gaps.
     pub standard_error: f64,
-    /// The same in those half windows, where it is larger, and itself less certain.
+    /// Standard error in those half windows, where it is larger, and itself less certain.
     pub standard_error_ends: f64,
-    /// Samples that were omitted because too few are between two gaps.
+    /// Number of samples that were omitted because too few are between two gaps.
     pub left_out: usize,
 }
 
@@ -124,7 +124,7 @@ struct DerivativeSource {
     signals: &'static [Signal],
 }
 
-/// The ways to all signals by a low-pass.
+/// Possible sources of each signal through a low-pass.
 const WAYS: [DerivativeSource; 4] = [
     DerivativeSource {
         source: Source::Q,
@@ -205,7 +205,7 @@ impl Fitted {
         Err(recording.sample(at / n, column, finding, Recording::REPAIR))
     }
 
-    /// The rates of the momenta, and these too where they are smoothed.
+    /// Estimates the rates of the momenta, and the momenta too where they are smoothed.
     fn momenta(&mut self, recording: &Recording, smooth: bool, options: &EstimateOptions) {
         if recording.p.is_empty() || !options.momenta {
             return;
@@ -219,7 +219,7 @@ impl Fitted {
         }
     }
 
-    /// All signals by the same low-pass; samples near the ends are omitted.
+    /// Estimates all signals by the same low-pass; samples near the ends are omitted.
     fn low_pass(
         mut self,
         recording: &Recording,
@@ -278,7 +278,7 @@ impl Fitted {
         self.finite(recording)
     }
 
-    /// Filters one measured signal, and takes its derivatives for those signals that are not known better, coordinate by
+    /// Filters one measured signal, and uses its derivatives for signals without a better estimate, coordinate by
     /// coordinate.
     fn pass(&mut self, recording: &Recording, filters: &[LowPass], way: &DerivativeSource) {
         let Some(measured) = recording.values(way.signals[0]) else {
@@ -413,7 +413,7 @@ impl Fitted {
     }
 }
 
-/// Writes the derivative at every sample of `segment` to its place in `values` `[len, n]`.
+/// Writes the derivative at every sample of `segment` to its index in `values` `[len, n]`.
 fn apply(series: Series<'_>, choice: Choice, segment: &Range<usize>, values: &mut [f64]) {
     let Series { n, coordinate, .. } = series;
     let rows = &mut values[segment.start * n..segment.end * n];
@@ -429,13 +429,13 @@ fn apply(series: Series<'_>, choice: Choice, segment: &Range<usize>, values: &mu
         });
 }
 
-/// The window in which the acceleration of one coordinate of q is known best.
+/// The window with the smallest error of the acceleration of one coordinate of q.
 pub(crate) fn acceleration_window(series: Series<'_>, segments: &[Range<usize>]) -> Choice {
     let options = EstimateOptions::default();
     choose(series, segments, Filter::of_order(2), &options)
 }
 
-/// The derivative of one coordinate of q, with its window chosen, for a `check` of measured velocities.
+/// The derivative of one coordinate of q in the chosen window, for a `check` of measured velocities.
 pub(crate) fn velocity(series: Series<'_>, segments: &[Range<usize>]) -> (Vec<f64>, Choice) {
     let options = EstimateOptions::default();
     let choice = choose(series, segments, Filter::of_order(1), &options);

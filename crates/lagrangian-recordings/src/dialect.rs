@@ -1,39 +1,39 @@
-//! How a text lays out its table: what separates the columns, where the table begins, and what the columns are called.
+//! Dialects of text tables: column separator, first line of the table, and names of the columns.
 //!
-//! A first line with as many cells as the second is the header. Other programs write more: titles and comments before the
-//! header, the point mass that columns belong to in a line above it (Tracker), short names and units below it (Logger Pro),
+//! A first line with as many cells as the second is the header. Other programs add to it: titles and comments before the
+//! header, the point mass of the columns in a line above it (Tracker), short names and units below it (Logger Pro),
 //! two headers of keys (`LabVIEW`), or numbers alone (MATLAB).
 
 use lagrangian_motion::counted;
 use lagrangian_motion::error::shortened;
 
-/// Lines that may stand before a table.
+/// Largest number of lines before a table.
 const MOST_LINES: usize = 400;
-/// The most lines between the names of columns and their numbers.
+/// Largest number of lines between the names of columns and their numbers.
 const MOST_BELOW: usize = 3;
-/// What ends each of the two headers of a `LabVIEW` file.
+/// End of each of the two headers of a `LabVIEW` file.
 const END: &str = "***End_of_Header***";
-/// What begins a comment.
+/// Characters that begin a comment.
 const COMMENT: [char; 2] = ['#', '%'];
 
 /// The layout of a text table.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Dialect {
-    /// What separates the columns.
+    /// The separator of the columns.
     pub(super) separator: u8,
     /// Whether runs of blanks and tabs separate the columns; they are read as a tab.
     pub(super) blanks: bool,
-    /// Lines before the header, or before the numbers where `headers` are known.
+    /// Number of lines before the header, or before the numbers where `headers` are known.
     pub(super) skip: usize,
-    /// The names of the columns, where they are not those of the header line.
+    /// Names of the columns, if they differ from the header line.
     pub(super) headers: Option<Vec<String>>,
-    /// Whether rows may lack their last cell, a comment.
+    /// Whether rows may omit their last cell, a comment.
     pub(super) comments: bool,
-    /// What was passed over or changed, in sentences.
+    /// Skipped or changed parts, in sentences.
     pub(super) notes: Vec<String>,
 }
 
-/// The lines of a text and what separates their cells.
+/// The lines of a text and the separator of their cells.
 #[derive(Clone, Copy)]
 struct Lines<'a> {
     all: &'a [&'a str],
@@ -41,7 +41,7 @@ struct Lines<'a> {
 }
 
 impl Dialect {
-    /// The dialect of a text with plain line ends that begins with `start`.
+    /// The dialect of a text with plain line ends that starts with `start`.
     pub(super) fn of(start: &str) -> Self {
         let all: Vec<&str> = start.lines().take(MOST_LINES).collect();
         let separator = delimiter(start.as_bytes());
@@ -142,8 +142,8 @@ impl Lines<'_> {
         second.is_some_and(|second| count(0) > 1 && count(0) == count(second))
     }
 
-    /// Where the lines begin that end the text and have the same number of cells, more than one; of these the first must be a
-    /// line of names, or of numbers that a comment names, or the first of all, and another one must hold numbers.
+    /// The first of the trailing lines with the same number of cells, more than one. It must be a line of names, a line of numbers
+    /// that a comment names, or the first line of the text; another of these lines must hold numbers.
     fn begin(&self) -> Option<usize> {
         let filled: Vec<usize> = (0..self.all.len()).filter(|&k| !self.is_blank(k)).collect();
         // The last line may be cut.
@@ -159,7 +159,7 @@ impl Lines<'_> {
         (last > 1 && names && data).then_some(begin)
     }
 
-    /// The names in a comment, if there are `count`.
+    /// The names in a comment, if there are `count` of them.
     fn commented(&self, k: usize, count: usize) -> Option<Vec<String>> {
         let names = self.all[k].strip_prefix(COMMENT)?;
         Some(cells(names.trim(), self.separator)).filter(|cells| cells.len() == count)
@@ -226,7 +226,7 @@ impl Lines<'_> {
         })
     }
 
-    /// Adds the units that stand below the names to them; returns the first line of numbers.
+    /// Appends the units below the names to them; returns the first line of numbers.
     fn add_units(&self, at: usize, names: &mut [String]) -> Option<usize> {
         let first = self.after(at)?;
         let mut data = first;
@@ -256,7 +256,7 @@ impl Lines<'_> {
     }
 }
 
-/// Columns with the names of the point masses that they belong to, where there are several.
+/// Prefixes columns with the names of their point masses, if there are several.
 fn of_masses(masses: &[String], names: Vec<String>, notes: &mut Vec<String>) -> Vec<String> {
     let count = masses.iter().filter(|mass| !mass.is_empty()).count();
     if count == 1 {
@@ -283,12 +283,12 @@ fn with_unit(name: String, unit: &str) -> String {
     }
 }
 
-/// What separates the columns of a CSV text: a comma, a semicolon or a tab, whichever stands most often between the names of its header.
-/// What stands in quotes separates nothing.
+/// The separator of a CSV text: the comma, semicolon or tab that is most frequent between the names of its header.
+/// Quoted text separates nothing.
 fn delimiter(start: &[u8]) -> u8 {
-    // The last of equals is taken, so the comma stands last.
+    // `max` returns the last of equals, so the comma comes last.
     let mut counts = [(b'\t', 0), (b';', 0), (b',', 0)];
-    // A quote opens where a name begins, and after one that closed: two of them stand for one.
+    // A quote opens at the start of a name, or after one that closed: two of them represent one.
     let (mut quoted, mut opens) = (false, true);
     for &byte in start {
         match byte {
@@ -306,12 +306,12 @@ fn delimiter(start: &[u8]) -> u8 {
     most.map_or(b',', |(separator, _)| separator)
 }
 
-/// The cells of a line, separated where no quote is open; a blank stands for runs of blanks and tabs.
+/// Cells of a line, separated outside of quotes; a blank as separator means runs of blanks and tabs.
 pub(super) fn cells(line: &str, separator: u8) -> Vec<String> {
     if separator == b' ' {
         return line.split_whitespace().map(String::from).collect();
     }
-    // A quote opens where a cell begins, and after one that closed: two of them stand for one.
+    // A quote opens at the start of a cell, or after one that closed: two of them represent one.
     let (mut quoted, mut opens) = (false, true);
     let between = |letter: char| {
         if letter == '"' {

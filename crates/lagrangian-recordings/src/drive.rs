@@ -1,11 +1,11 @@
-//! What is known of position-controlled drives beside the columns of a file: gains and voltages that are numbers, or stand in the
+//! Properties of position-controlled drives that are not columns of a file: gains and voltages given as numbers, or in the
 //! name of the file.
 
 use super::Recording;
 use lagrangian_motion::{Error, Result};
 use lagrangian_motion::{Signal, Signals};
 
-/// A value of a whole recording.
+/// A constant value for a whole recording.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Constant {
     /// A number.
@@ -14,7 +14,7 @@ pub enum Constant {
     InName(String),
 }
 
-/// What is known of drives beside columns.
+/// Properties of drives that are not columns.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct DriveLayout {
     /// The gain kₚ of all joints.
@@ -23,12 +23,12 @@ pub struct DriveLayout {
     pub kd: Option<Constant>,
     /// The supply voltage of all joints, V.
     pub supply: Option<Constant>,
-    /// Whether gains are in N·m/rad and N·m·s/rad: then τ = kₚ (goal − q) − kᵈ q̇, and the recording has torques like any other.
+    /// Whether gains are in N·m/rad and N·m·s/rad: then τ = kₚ (goal − q) − kᵈ q̇, and the recording gets torques like any other.
     pub si: bool,
 }
 
 impl Constant {
-    /// The number or pattern that a text is; `None` for the name of a column.
+    /// The number or pattern that a text represents; `None` for the name of a column.
     #[must_use]
     pub fn of_text(text: &str) -> Option<Self> {
         if text.contains("{}") {
@@ -55,7 +55,7 @@ impl Constant {
     }
 }
 
-/// The number that stands for the braces of `pattern` somewhere in `name`.
+/// The number at the braces of `pattern` somewhere in `name`.
 fn at_braces(pattern: &str, name: &str) -> Option<f64> {
     let (before, after) = pattern.split_once("{}")?;
     let places = name.match_indices(before).map(|(at, _)| at + before.len());
@@ -64,7 +64,7 @@ fn at_braces(pattern: &str, name: &str) -> Option<f64> {
         .next()
 }
 
-/// The number at the beginning of `text` that `after` follows.
+/// The number at the beginning of `text`, up to `after`.
 fn number_before(text: &str, after: &str) -> Option<f64> {
     let digits = |c: char| c.is_ascii_digit() || c == '.';
     let end = text.find(|c: char| !digits(c)).unwrap_or(text.len());
@@ -74,7 +74,7 @@ fn number_before(text: &str, after: &str) -> Option<f64> {
 }
 
 impl DriveLayout {
-    /// What is known of a signal; `None` where it has columns or is not known.
+    /// The constant of a signal; `None` if it has columns or is unknown.
     #[must_use]
     pub fn constant(&self, signal: Signal) -> Option<&Constant> {
         match signal {
@@ -99,7 +99,7 @@ impl DriveLayout {
         Ok(())
     }
 
-    /// Fills from `beside` what neither a constant nor columns say here.
+    /// Fills from `beside` the values that neither a constant nor columns give here.
     pub(super) fn or(self, beside: Self, own: &Signals<Vec<String>>) -> Self {
         let pick = |mine: Option<Constant>, other: Option<Constant>, columns: &[String]| {
             mine.or(other.filter(|_| columns.is_empty()))
@@ -112,8 +112,8 @@ impl DriveLayout {
         }
     }
 
-    /// Completes what a file says of its drives: constants become columns of equal values, a column for all joints one for each;
-    /// gains in SI units become torques.
+    /// Completes the properties of the drives of a file: constants become columns of equal values, one column for all joints becomes
+    /// one for each, and gains in SI units become torques.
     pub(super) fn complete(&self, file: &str, recording: &mut Recording) -> Result<()> {
         if recording.goal.is_empty() {
             return Ok(());
@@ -149,7 +149,7 @@ fn check(signal: Signal, value: f64) -> Result<()> {
 }
 
 impl Recording {
-    /// Gives the one column of a signal to all joints.
+    /// Copies the one column of a signal to all joints.
     fn spread(&mut self, signal: Signal) {
         let n = self.dof();
         let names = self.columns.signals.get(signal);
@@ -161,7 +161,7 @@ impl Recording {
         }
     }
 
-    /// Refuses gains and voltages below 0; what is not finite is refused with all other signals.
+    /// Refuses gains and voltages below 0; values that are not finite are refused with all other signals.
     fn check_commands(&self, signal: Signal) -> Result<()> {
         if !matches!(signal, Signal::Kp | Signal::Kd | Signal::Supply) {
             return Ok(());

@@ -1,8 +1,8 @@
-//! The encodings of text: UTF-8, and what spreadsheets write beside it.
+//! Text encodings: UTF-8, and others that spreadsheets write.
 
 use std::io::{self, Read};
 
-/// How the letters of a file are encoded.
+/// The encoding of the letters of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Encoding {
     /// UTF-8.
@@ -15,11 +15,11 @@ pub(super) enum Encoding {
     Utf16Big,
 }
 
-/// Bytes that are decoded at a time.
+/// Number of bytes that are decoded at a time.
 const CHUNK: usize = 1 << 13;
 
 impl Encoding {
-    /// The encoding of a file that begins with these bytes, and the length of its byte order mark.
+    /// The encoding of a file that starts with these bytes, and the length of its byte order mark.
     pub(super) fn of(start: &[u8]) -> (Self, usize) {
         match start {
             [0xff, 0xfe, ..] => (Self::Utf16Little, 2),
@@ -35,7 +35,7 @@ impl Encoding {
         }
     }
 
-    /// Its name, where it is not UTF-8.
+    /// Name of the encoding, unless it is UTF-8.
     pub(super) fn other(self) -> Option<&'static str> {
         match self {
             Self::Utf8 => None,
@@ -44,7 +44,7 @@ impl Encoding {
         }
     }
 
-    /// Decodes all complete letters of `raw`, which keeps the rest.
+    /// Decodes all complete letters of `raw` and leaves the rest there.
     fn decode(self, raw: &mut Vec<u8>) -> io::Result<String> {
         let number = match self {
             Self::Utf8 | Self::Latin1 => return Ok(raw.drain(..).map(char::from).collect()),
@@ -52,7 +52,7 @@ impl Encoding {
             Self::Utf16Big => u16::from_be_bytes,
         };
         let mut units: Vec<u16> = raw.as_chunks().0.iter().map(|pair| number(*pair)).collect();
-        // The first half of a letter waits for the second.
+        // The first half of a letter stays until the second arrives.
         units.pop_if(|unit| (0xd800..0xdc00).contains(unit));
         raw.drain(..2 * units.len());
         String::from_utf16(&units).map_err(|_| not_text())
@@ -65,7 +65,7 @@ pub(super) struct Decoded<R> {
     encoding: Encoding,
     raw: Vec<u8>,
     text: Vec<u8>,
-    /// Bytes of `text` that were read.
+    /// Number of bytes of `text` that were read.
     taken: usize,
 }
 
@@ -80,7 +80,7 @@ impl<R: Read> Decoded<R> {
         }
     }
 
-    /// Decodes the next part; whether there was one.
+    /// Decodes the next part; returns whether there was one.
     fn refill(&mut self) -> io::Result<bool> {
         self.text.clear();
         self.taken = 0;

@@ -38,10 +38,10 @@ impl Format {
         (Self::Mcap, "mcap"),
     ];
 
-    /// The format of files with this extension (`txt`, `tsv`, `dat` and `lvm` are text too).
+    /// The format of files with this extension (`txt`, `tsv`, `dat` and `lvm` are text as well).
     ///
     /// # Errors
-    /// [`Error::Format`] listing the known ones.
+    /// [`Error::Format`], which lists the known ones.
     pub fn from_extension(extension: &str) -> Result<Self> {
         let lower = extension.trim_start_matches('.').to_ascii_lowercase();
         if matches!(lower.as_str(), "txt" | "tsv" | "dat" | "lvm") {
@@ -57,13 +57,13 @@ impl Format {
             })
     }
 
-    /// Whether [`Format::write`] writes it.
+    /// Whether [`Format::write`] supports the format.
     #[must_use]
     pub fn is_written(self) -> bool {
         !matches!(self, Self::Db3 | Self::Mcap)
     }
 
-    /// Reads all recordings of a file; `name` is given to a recording that has no `trajectory` column.
+    /// Reads all recordings of a file; `name` is the name of a recording without a `trajectory` column.
     ///
     /// # Errors
     /// See [`super::csv::read`]; [`Error::Topic`] for bags; [`Error::Format`] where this build omits the format.
@@ -84,7 +84,7 @@ impl Format {
         Ok(readings)
     }
 
-    /// Writes trajectories so that [`Format::read`] with the default layout finds the same bits.
+    /// Writes trajectories so that [`Format::read`] with the default layout returns the same bits.
     ///
     /// Angles are not marked in the file: [`Layout::written`] declares them.
     ///
@@ -115,7 +115,7 @@ impl Format {
     }
 }
 
-/// What to do with a file of an unknown extension.
+/// Advice for a file of an unknown extension.
 fn instead_of(extension: &str) -> String {
     match extension {
         "bag" => "it is a bag of ROS 1: convert it with `rosbags-convert --src a.bag --dst a` and give the folder".into(),
@@ -136,7 +136,7 @@ fn only_read(extension: &str) -> Error {
     }
 }
 
-/// Why a build without `feature` reads no files with this extension.
+/// The error of a build without `feature`, which reads no files with this extension.
 #[cfg(not(all(feature = "parquet", feature = "ros")))]
 fn omitted(extension: &str, what: &str, feature: &str) -> Error {
     Error::Format {
@@ -147,7 +147,7 @@ fn omitted(extension: &str, what: &str, feature: &str) -> Error {
     }
 }
 
-/// NPZ in a browser, where what reads zip archives would ask for random numbers.
+/// NPZ in a browser, where the reader of zip archives would request random numbers.
 #[cfg(target_family = "wasm")]
 mod npz {
     use super::{Contents, Error, Layout, Readings, Result};

@@ -1,4 +1,4 @@
-//! Which columns of a file mean what: named by the user, or by the default header names.
+//! Assignment of columns to signals: named by the user, or by the default header names.
 
 use std::collections::BTreeMap;
 
@@ -9,52 +9,52 @@ use super::{Links, Polar, Sampling, Simulated};
 use lagrangian_motion::{Coordinates, Signal, Signals, Topology};
 use lagrangian_motion::{Error, Result};
 
-/// Which columns of a file hold which signal, and which coordinates are angles.
+/// Assignment of the columns of a file to signals, and of coordinates to angles.
 ///
-/// Signals without names are expected under `trajectory`, `t`, `q1 … qn`, `qd1 … qdn`, `qdd1 … qddn`,
+/// The default names of signals are `trajectory`, `t`, `q1 … qn`, `qd1 … qdn`, `qdd1 … qddn`,
 /// `p1 … pn` and `tau1 … taun`.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Layout {
-    /// Column that tells trajectories apart.
+    /// Column that separates trajectories.
     pub trajectory: Option<String>,
-    /// Topic of a bag; a bag with one topic of joint states needs none.
+    /// Topic of a bag; optional for a bag with one topic of joint states.
     pub topic: Option<String>,
-    /// Column of time, s or what its name states; or the number of seconds between rows, where there is none.
+    /// Column of time, in seconds unless its name states a unit; or the number of seconds between rows, without a column.
     pub t: Option<String>,
     /// Columns of each signal: those of `q` give the coordinates their names, the others follow their order. Momenta
     /// are in SI units.
     pub columns: Signals<Vec<String>>,
-    /// Coordinates that the forces act on, in the order of their columns, where these are fewer than the coordinates; the forces on
-    /// the others are 0. Empty: all of them, or those whose names the columns bear.
+    /// Coordinates that the forces act on, in the order of their columns, where there are fewer columns than coordinates; the forces on
+    /// the others are 0. Empty: all coordinates, or those that appear in the names of the columns.
     pub actuated: Vec<String>,
     /// Names of the coordinates that are angles; `["all"]` for every one.
     pub angles: Vec<String>,
-    /// Coordinates that are angles of two points; those that are not in `q` are further coordinates after it.
+    /// Coordinates that are angles of two points; those that are not in `q` are appended to it.
     pub polar: Vec<Polar>,
     /// Names of the coordinates that never move: masses, lengths, strengths of fields. Those that are not in `q`
-    /// are further coordinates after it; they need no columns of velocities, accelerations and forces.
+    /// are appended to it; they need no columns of velocities, accelerations and forces.
     pub parameters: Vec<String>,
     /// Angles, and their velocities and accelerations, are in degrees. Never guessed.
     pub degrees: bool,
     /// Units of coordinates that are not angles.
     pub units: BTreeMap<String, String>,
-    /// What is known of position-controlled drives beside the columns of `goal`, `kp`, `kd`, `supply` and `enabled`.
+    /// Properties of position-controlled drives that are not in the columns of `goal`, `kp`, `kd`, `supply` and `enabled`.
     pub drive: DriveLayout,
     /// Keep every Nth row of each trajectory (0 and 1 keep all).
     pub every: usize,
-    /// The known system that made the motions, where one did.
+    /// The known system that generated the motions, if they were simulated.
     pub system: Option<Simulated>,
-    /// Where the links of a chain of angles measure them, for the drawing of motions.
+    /// Reference of the angles of the links of a chain, for drawings of motions.
     pub links: Option<Links>,
-    /// Of a file with more rows than this, keep a sample; [`super::thin`] removes recordings of which nothing was kept.
-    /// No file beside the data says so.
+    /// Keep a sample of a file with more rows than this; [`super::thin`] removes recordings without a kept row.
+    /// The layout file beside the data has no such key.
     pub sample: Option<Sampling>,
 }
 
 /// The key of gains in SI units.
 const SI: &str = "si";
 
-/// A [`Layout`] as a TOML file beside the data holds it.
+/// A [`Layout`] as stored in a TOML file beside the data.
 #[derive(Debug, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 struct LayoutFile {
@@ -83,10 +83,10 @@ struct LayoutFile {
     system: Option<Simulated>,
 }
 
-/// The columns by the names of the settings: `trajectory`, `t`, and those of the signals.
+/// Columns by the names of the settings: `trajectory`, `t`, and those of the signals.
 type ColumnsTable = BTreeMap<String, OneOrMany>;
 
-/// The table of the drives: columns, numbers or patterns by the names of the signals.
+/// Table of the drives: columns, numbers or patterns by the names of the signals.
 type DriveTable = BTreeMap<String, ColumnSpec>;
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -130,7 +130,7 @@ fn list(names: &[String]) -> Option<OneOrMany> {
 }
 
 impl Layout {
-    /// Reads the small TOML file that may accompany the data.
+    /// Reads the small TOML file that may be stored beside the data.
     ///
     /// ```
     /// let layout = lagrangian_recordings::Layout::from_toml(r#"
@@ -185,14 +185,14 @@ impl Layout {
         }
     }
 
-    /// The seconds between rows, where a number stands for the column of time.
+    /// The seconds between rows, where a number replaces the column of time.
     pub(super) fn interval(&self) -> Option<f64> {
         let number = self.t.as_ref()?.parse::<f64>().ok()?;
         Some(number).filter(|seconds| seconds.is_finite() && *seconds > 0.0)
     }
 
-    /// Whether a column of this name would be read, with or without a number after it, if it could be: it is named, or is the
-    /// default of what is not named. Momenta have no default here, since `p` may be a pressure.
+    /// Whether the layout would read a column of this name, with or without a number after it: it is named, or is the
+    /// default for a signal without names. Momenta have no default here, since `p` may be a pressure.
     #[cfg_attr(
         target_family = "wasm",
         expect(dead_code, reason = "serves formats that a browser does not read")
@@ -211,7 +211,7 @@ impl Layout {
             || self.columns.iter().any(is_asked)
     }
 
-    /// Refuses names that name nothing, and no rows.
+    /// Refuses empty names, and a layout that keeps no rows.
     fn refuse_empty(&self, every: Option<usize>) -> Result<()> {
         if every == Some(0) {
             return Err(Error::Layout("every = 0 keeps no row: 1 keeps all".into()));
@@ -259,10 +259,10 @@ impl Layout {
         }
     }
 
-    /// Takes what a person said of a signal of drives: columns, or one text that is a number or a pattern.
+    /// Sets a signal of drives from the words of a user: columns, or one text that is a number or a pattern.
     ///
     /// # Errors
-    /// [`Error::Layout`] for a number or a pattern where only columns can be.
+    /// [`Error::Layout`] for a number or a pattern where only columns are allowed.
     pub fn tell(&mut self, signal: Signal, words: Vec<String>) -> Result<()> {
         let constant = match &words[..] {
             [word] => Constant::of_text(word),
@@ -342,7 +342,7 @@ impl Layout {
         layout
     }
 
-    /// Fills what is not set here from `beside` (arguments take precedence over the file beside the data).
+    /// Fills the unset fields from `beside` (arguments take precedence over the file beside the data).
     #[must_use]
     pub fn or(mut self, beside: Self) -> Self {
         self.trajectory = self.trajectory.or(beside.trajectory);

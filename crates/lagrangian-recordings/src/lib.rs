@@ -1,5 +1,5 @@
-//! Recordings of motions: the files that they are in, what can be estimated of signals that were not measured, and
-//! whether the data are what they seem to be.
+//! Recordings of motions: file formats, estimates of signals that were not measured, and checks of the
+//! quality of the data.
 //!
 //! ```text
 //! file ─► Format ─► Layout ─► Recording ─► Estimate ─► Trajectory

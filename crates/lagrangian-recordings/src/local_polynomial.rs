@@ -11,10 +11,10 @@ use super::EstimateOptions;
 /// Highest degree of the polynomial.
 pub(crate) const HIGHEST_DEGREE: usize = 4;
 const SIZE: usize = HIGHEST_DEGREE + 1;
-/// A pivot below this part of its diagonal says that the time stamps cannot carry the degree.
+/// A pivot below this part of its diagonal means that the time stamps do not determine the degree.
 const SMALLEST_PIVOT: f64 = 1e-9;
 
-/// What is fitted: the derivative of order k from polynomials of a degree.
+/// A derivative of order k from polynomials of a degree.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Filter {
     pub(crate) order: usize,
@@ -128,7 +128,7 @@ impl Series<'_> {
         let filter = Filter { order: 0, degree };
         let mut a = Vec::with_capacity(t.len());
         let mut sum = 0.0;
-        // Residuals at a few places of the window stand for all of them.
+        // Residuals at a few positions represent all of the window.
         let places = [t.len() / 4, t.len() / 2, (3 * t.len()) / 4];
         let mut expected = 0.0;
         for place in places {
@@ -141,7 +141,7 @@ impl Series<'_> {
     }
 }
 
-/// The `window` samples around `k`, shifted so as to stay inside `segment`, fewer where this is shorter.
+/// The `window` samples around `k`, shifted to stay inside `segment`; fewer in a shorter segment.
 pub(crate) fn around(k: usize, window: usize, segment: &Range<usize>) -> Range<usize> {
     let window = window.min(segment.len());
     let start = k
@@ -150,7 +150,7 @@ pub(crate) fn around(k: usize, window: usize, segment: &Range<usize>) -> Range<u
     start..start + window
 }
 
-/// The samples of the longest piece between gaps: steps of more than five times the median one, as of [`EstimateOptions`].
+/// Indices of the longest piece between gaps: steps of more than five median steps, as in [`EstimateOptions`].
 #[must_use]
 pub fn longest_piece(t: &[f64]) -> Range<usize> {
     let pieces = segments(t, EstimateOptions::default().gap);
@@ -183,7 +183,7 @@ pub fn median_step(t: &[f64]) -> f64 {
     median(&mut steps)
 }
 
-/// Median (it reorders the values); 0 of none.
+/// Median (it reorders the values); 0 of an empty slice.
 pub fn median(values: &mut [f64]) -> f64 {
     if values.is_empty() {
         return 0.0;

@@ -1,4 +1,4 @@
-//! A low-pass without phase: a Butterworth filter of fourth order, once forward and once back in time, so that signals keep
+//! A low-pass without phase: a fourth-order Butterworth filter, once forward and once back in time, so that signals keep
 //! their times and motion and forces keep the same band of frequencies.
 //!
 //! |H(f)|² of both passes is 1 / (1 + (tan πfh / tan πf꜀h)⁸)², with the cut-off f꜀ and the step h. Uneven time stamps are
@@ -8,11 +8,11 @@ use std::f64::consts::{PI, TAU};
 
 use super::local_polynomial::median_step;
 
-/// The highest cut-off, in parts of the sampling rate: above it the derivatives of the filtered signal are not accurate.
+/// The highest cut-off, as a fraction of the sampling rate: above it the derivatives of the filtered signal are inaccurate.
 pub const HIGHEST: f64 = 0.35;
 /// Weights of central differences of eighth order for the first derivative, from the centre outwards.
 const FIRST: [f64; 5] = [0.0, 4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0];
-/// The same for the second derivative.
+/// Weights of central differences for the second derivative.
 const SECOND: [f64; 5] = [
     -205.0 / 72.0,
     8.0 / 5.0,
@@ -22,7 +22,7 @@ const SECOND: [f64; 5] = [
 ];
 /// Time stamps within this part of a step are on the grid.
 const EVEN: f64 = 1e-3;
-/// Stamps that are nearer to each other than this part of a step are interpolated linearly, as a cubic would amplify noise.
+/// Stamps nearer to each other than this part of a step are interpolated linearly, because a cubic would amplify noise.
 const CLOSE: f64 = 0.3;
 
 /// A low-pass for the samples of one piece of a recording.
@@ -55,7 +55,7 @@ struct Section {
 }
 
 impl Section {
-    /// The two sections of a Butterworth filter of fourth order, by the bilinear transform.
+    /// The two sections of a fourth-order Butterworth filter, by the bilinear transform.
     fn both(cutoff: f64, step: f64) -> [Self; 2] {
         [PI / 8.0, 3.0 * PI / 8.0].map(|angle: f64| {
             let frequency = TAU * cutoff * step;
@@ -82,11 +82,11 @@ impl Section {
 }
 
 impl LowPass {
-    /// A filter with this cut-off, Hz, for samples at increasing times `t`, s, of which there are two or more.
+    /// A filter with this cut-off, Hz, for samples at two or more increasing times `t`, s.
     pub fn new(cutoff: f64, t: &[f64]) -> Self {
         let (begin, end) = (t[0], t[t.len() - 1]);
         let steps = ((end - begin) / median_step(t)).round().max(1.0);
-        // Not many more points than samples: a piece has no gaps.
+        // The factor bounds the number of points: a piece has no gaps.
         let points = (steps as usize + 1).min(8 * t.len());
         let step = (end - begin) / (points - 1).max(1) as f64;
         let on_grid = |(k, t): (usize, &f64)| (t - begin - k as f64 * step).abs() < EVEN * step;
@@ -104,7 +104,7 @@ impl LowPass {
         self.cutoff
     }
 
-    /// The number of samples at either end that are not to be used: there the signal beyond the end is a guess.
+    /// Number of samples at either end that must not be used: there the filter depends on the extrapolated signal.
     pub(crate) fn margin(cutoff: f64, step: f64) -> usize {
         ((0.5 / (cutoff * step)).ceil() as usize).max(FIRST.len())
     }
@@ -138,7 +138,7 @@ impl LowPass {
         }
     }
 
-    /// Forward and back, the signal being continued at both ends by its reflection through them.
+    /// Filters forward and back; the signal is continued at both ends by its point reflection.
     fn smooth(&self, y: Vec<f64>) -> Vec<f64> {
         let pad = ((3.0 / (self.cutoff * self.step)).ceil() as usize).min(y.len() - 1);
         let (first, last) = (y[0], y[y.len() - 1]);
@@ -147,7 +147,7 @@ impl LowPass {
         let mut all: Vec<f64> = head.chain(y.iter().copied()).chain(tail).collect();
         let sections = Section::both(self.cutoff, self.step);
         for _ in 0..2 {
-            // A filter at rest passes what is 0 at first.
+            // A filter at rest passes a signal that starts at 0 without a transient.
             let base = all[0];
             all.iter_mut().for_each(|x| *x -= base);
             sections.iter().for_each(|s| s.apply(&mut all));
@@ -157,7 +157,7 @@ impl LowPass {
         all[pad..pad + y.len()].to_vec()
     }
 
-    /// The value of the samples at point `k` of the grid.
+    /// The signal, interpolated at point `k` of the grid.
     fn at_point(&self, y: &[f64], k: usize) -> f64 {
         let at = self.t[0] + k as f64 * self.step;
         let after = self
@@ -173,7 +173,7 @@ impl LowPass {
         }
     }
 
-    /// The value of the grid at time `t`.
+    /// The grid, interpolated at time `t`.
     fn at_time(&self, y: &[f64], t: f64) -> f64 {
         let place = (t - self.t[0]) / self.step;
         let first = (place as usize)
@@ -185,7 +185,7 @@ impl LowPass {
     }
 }
 
-/// The polynomial through all points, at `at`.
+/// The value at `at` of the polynomial through all points.
 fn lagrange(t: &[f64], y: &[f64], at: f64) -> f64 {
     let weight = |k: usize| {
         let others = t.iter().enumerate().filter(|(j, _)| *j != k);
@@ -194,8 +194,8 @@ fn lagrange(t: &[f64], y: &[f64], at: f64) -> f64 {
     y.iter().enumerate().map(|(k, y)| weight(k) * y).sum()
 }
 
-/// Central differences over `scale`; those of an odd derivative have `mirror` −1. Points too near to the ends take the value
-/// of the nearest one that is not.
+/// Central differences over `scale`; `mirror` is −1 for an odd derivative. Points too near to the ends take the value
+/// of the nearest other point.
 fn difference(y: &[f64], weights: &[f64; 5], mirror: f64, scale: f64) -> Vec<f64> {
     let reach = weights.len() - 1;
     if y.len() <= 2 * reach {

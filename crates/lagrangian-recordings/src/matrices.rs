@@ -8,10 +8,10 @@ pub(super) fn numbered(name: &str, width: usize) -> Vec<String> {
 }
 
 impl Layout {
-    /// The layout in which the names of matrices have become those of their columns.
+    /// The layout with the names of matrices replaced by those of their columns.
     ///
     /// # Errors
-    /// What is wrong, for a matrix in the place of a single column.
+    /// A message, for a matrix where a single column is required.
     pub(super) fn spread(&self, matrices: &[(&str, usize)]) -> Result<Self, String> {
         let mut layout = self.clone();
         let columns_of = |name: &str| {

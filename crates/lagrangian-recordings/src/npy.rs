@@ -6,21 +6,21 @@ use std::io::{Read, Write};
 
 use lagrangian_motion::{Error, Result};
 
-/// No header of a plain array comes near this.
+/// Longest header; no header of a plain array comes near this.
 const LONGEST_HEADER: usize = 1 << 16;
 /// Longest text of a trajectory's name, characters.
 const LONGEST_TEXT: usize = 1024;
 
-/// What one element is.
+/// Type of one element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     Float(usize),
     Int(usize),
     Uint(usize),
     Bool,
-    /// UCS-4 text of so many characters.
+    /// UCS-4 text of this many characters.
     Text(usize),
-    /// Byte text of so many bytes.
+    /// Byte text of this many bytes.
     Bytes(usize),
 }
 
@@ -40,7 +40,7 @@ pub(super) fn malformed(reason: impl Into<String>) -> Error {
 }
 
 impl Header {
-    /// Reads the header and leaves `source` at the first element.
+    /// Reads the header; `source` is then at the first element.
     pub(super) fn read(source: &mut impl Read) -> Result<Self> {
         let mut start = [0; 8];
         source.read_exact(&mut start)?;
@@ -111,7 +111,7 @@ impl Header {
         })
     }
 
-    /// Number of elements; none if it does not fit.
+    /// Number of elements; `None` on overflow.
     pub(super) fn elements(&self) -> Option<usize> {
         self.shape
             .iter()
@@ -123,12 +123,12 @@ impl Header {
         self.kind.size()
     }
 
-    /// Bytes of all elements; none if it does not fit.
+    /// Bytes of all elements; `None` on overflow.
     pub(super) fn bytes(&self) -> Option<usize> {
         self.elements()?.checked_mul(self.kind.size())
     }
 
-    /// Reads the next element as a number; none if it is text.
+    /// Reads the next element as a number; `None` for text.
     pub(super) fn number(&self, source: &mut impl Read) -> Result<Option<f64>> {
         let mut b = [0; 8];
         let size = match self.kind {
@@ -192,7 +192,7 @@ impl Header {
     }
 }
 
-/// A type that cannot be read, as a person calls it.
+/// A readable name of a type that cannot be read.
 fn described(descr: &str) -> String {
     let plain = descr.trim_start_matches(['<', '>', '|', '=']);
     match plain {

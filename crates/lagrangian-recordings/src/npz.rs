@@ -17,7 +17,7 @@ use lagrangian_motion::{Error, Result};
 
 /// An archive may unpack to this many bytes …
 pub(super) const UNPACKED: u64 = 1 << 30;
-/// … or to so many times its own size, where that is more. Measured motions pack two- to tenfold.
+/// … or to this many times its own size, where that is more. The ratio of measured motions is two to ten.
 pub(super) const PACKING: u64 = 100;
 
 /// One array of the archive.
@@ -27,14 +27,14 @@ struct Array {
     header: Header,
 }
 
-/// An entry that is no array of one or two axes of numbers or text.
+/// An entry that is not an array of one or two axes of numbers or text.
 struct Unread {
     /// Its name, without `.npy`.
     name: String,
     reason: String,
 }
 
-/// The most columns of an array: as many as any motion has signals.
+/// Largest number of columns of an array, more than any motion has.
 pub(super) const WIDEST: usize = 1 << 12;
 
 /// A column of an array.
@@ -45,7 +45,7 @@ struct Column<'a> {
 }
 
 impl Array {
-    /// Its columns with their names: `q` of shape `[len, 2]` has the columns `q1`, `q2`.
+    /// Columns with their names: `q` of shape `[len, 2]` has the columns `q1`, `q2`.
     fn columns(&self) -> impl Iterator<Item = (String, Column<'_>)> {
         let names = match self.width() {
             Some((name, width)) => numbered(name, width),
@@ -55,29 +55,29 @@ impl Array {
         names.into_iter().enumerate().map(column)
     }
 
-    /// Its name and the number of its columns, where it has two axes.
+    /// Name and number of columns, for an array of two axes.
     fn width(&self) -> Option<(&str, usize)> {
         self.header.shape.get(1).map(|width| (&*self.name, *width))
     }
 }
 
-/// A column as a stream of its own: of one array, the first value at `skip`, the next ones at every `stride`.
+/// An independent stream over a column of an array: the first value at `skip`, the next ones at every `stride`.
 struct Stream<R> {
     source: R,
     header: Header,
     stride: usize,
-    /// Elements to pass over before the next value.
+    /// Number of elements to skip before the next value.
     skip: usize,
-    /// Elements that have not been read.
+    /// Number of elements that have not been read.
     left: usize,
 }
 
-/// Reads the recordings of an archive. All arrays are read side by side, so that memory grows only with what is
-/// kept; a header that claims another size than the archive holds is refused. Entries that are not used are listed, with
-/// the reason where they could not be.
+/// Reads the recordings of an archive. All arrays are read side by side, so that memory grows only with the rows that are
+/// kept; a header that claims another size than the archive holds is refused. Unused entries are listed, with
+/// the reason if they could not be used.
 ///
 /// # Errors
-/// [`Error::Columns`]; [`Error::Malformed`] for anything that is not such an archive, for an array that the layout asks for
+/// [`Error::Columns`]; [`Error::Malformed`] for anything that is not such an archive, for an array that the layout requires
 /// and that cannot be read, and for bytes that contradict their checksum; [`Error::Shape`] for arrays of different
 /// lengths; [`Error::TooShort`] if there is no row.
 pub(super) fn read(source: impl Read + Seek, name: &str, layout: &Layout) -> Result<Readings> {
@@ -151,7 +151,7 @@ impl<R: Read> Stream<R> {
         })
     }
 
-    /// The next value; none if it is text.
+    /// The next value; `None` for text.
     fn number(&mut self) -> Result<Option<f64>> {
         self.pass_over()?;
         self.header.number(&mut self.source)
@@ -162,7 +162,7 @@ impl<R: Read> Stream<R> {
         self.header.text(&mut self.source)
     }
 
-    /// Moves to the next value, which is then taken as read.
+    /// Skips to the next value and counts it as read.
     fn pass_over(&mut self) -> Result<()> {
         for _ in 0..self.skip {
             self.header.number(&mut self.source)?;
@@ -193,7 +193,7 @@ fn zipped(error: ZipError) -> Error {
     }
 }
 
-/// The headers of all arrays of one or two axes, each of the size that the archive holds, and what else there is.
+/// The headers of all arrays of one or two axes, each checked against the size in the archive, and the other entries.
 fn list<R: Read + Seek>(shared: &Shared<R>) -> Result<(Vec<Array>, Vec<Unread>)> {
     let mut archive = ZipArchive::new(BufReader::new(shared.at(0))).map_err(zipped)?;
     let limit = UNPACKED.max(shared.size.saturating_mul(PACKING));
@@ -227,7 +227,7 @@ fn list<R: Read + Seek>(shared: &Shared<R>) -> Result<(Vec<Array>, Vec<Unread>)>
     Ok((arrays, unread))
 }
 
-/// Why an array cannot be read.
+/// The reason for an array that cannot be read.
 fn reason(error: Error) -> String {
     match error {
         Error::Malformed { reason, .. } => reason,
@@ -250,7 +250,7 @@ fn plain(header: Header) -> std::result::Result<Header, String> {
     }
 }
 
-/// The bytes of an array, which must be those of its entry of `size` bytes.
+/// The number of bytes of an array, which must equal the `size` of its entry.
 fn check_size(name: &str, header: &Header, size: u64) -> Result<u64> {
     let claimed = header.bytes().map(|bytes| bytes as u64);
     let all = claimed.and_then(|bytes| bytes.checked_add(header.length as u64));
@@ -263,7 +263,7 @@ fn check_size(name: &str, header: &Header, size: u64) -> Result<u64> {
     }
 }
 
-/// All used arrays have the same length, which it returns.
+/// Checks that all used arrays have the same length, and returns it.
 fn check_lengths(used: &[Column]) -> Result<usize> {
     let rows = |column: &Column| column.array.header.shape.first().copied().unwrap_or(0);
     let expected = used.first().map_or(0, rows);
@@ -275,7 +275,7 @@ fn check_lengths(used: &[Column]) -> Result<usize> {
     Ok(expected)
 }
 
-/// Writes all trajectories one after another: an array for each signal, and one of the names of the trajectories where
+/// Writes all trajectories one after another: an array for each signal, and one of the names of the trajectories if
 /// there are several.
 pub(super) fn write(sink: impl Write + Seek, contents: &Contents) -> Result<()> {
     let mut archive = ZipWriter::new(FusedWriter::new(sink));
@@ -324,8 +324,8 @@ fn write_names(sink: impl Write, trajectories: &[(String, usize)], rows: usize) 
     Ok(sink.flush()?)
 }
 
-/// A sink that reports its first failure and from then on pretends: a zip writer that is dropped tries to end its
-/// file, and would print or panic where that fails.
+/// A sink that reports its first failure and from then on claims success: a zip writer that is dropped tries to finish its
+/// file, and would print or panic on a failure.
 struct FusedWriter<W> {
     sink: W,
     failed: bool,
@@ -343,7 +343,7 @@ impl<W> FusedWriter<W> {
         }
     }
 
-    /// Moves to where `act` says, or to `pretended` once the sink has failed.
+    /// Moves to the position that `act` returns, or to `pretended` after a failure of the sink.
     fn advance(
         &mut self,
         pretended: u64,
@@ -364,7 +364,7 @@ impl<W: Write> Write for FusedWriter<W> {
         let before = self.position;
         let wanted = before + bytes.len() as u64;
         let after = self.advance(wanted, |sink| Ok(before + sink.write(bytes)? as u64))?;
-        // OK because no more was written than there are bytes.
+        // OK because the difference is at most the length of the buffer.
         Ok((after - before) as usize)
     }
 

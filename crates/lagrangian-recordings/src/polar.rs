@@ -6,7 +6,7 @@ use std::str::FromStr;
 use lagrangian_motion::error::shortened;
 use lagrangian_motion::{Error, Result};
 
-/// The angle θ = atan2(y − y₀, x − x₀) of a point from the x axis, as seen from another point, as a coordinate.
+/// A coordinate θ = atan2(y − y₀, x − x₀): the angle of a point from the x axis, about another point.
 ///
 /// ```
 /// let angle: lagrangian_recordings::Polar = "theta2=x2,y2@x1,y1".parse()?;
@@ -25,7 +25,7 @@ pub struct Polar {
 }
 
 impl Polar {
-    /// Whether a column of this name is one of its points'.
+    /// Whether a column of this name belongs to one of its points.
     #[cfg_attr(
         target_family = "wasm",
         expect(dead_code, reason = "serves formats that a browser does not read")
@@ -38,7 +38,7 @@ impl Polar {
 impl FromStr for Polar {
     type Err = Error;
 
-    /// Reads `name=x,y@x0,y0`; without `@x0,y0` it turns about the origin.
+    /// Reads `name=x,y@x0,y0`; without `@x0,y0` the point turns about the origin.
     fn from_str(text: &str) -> Result<Self> {
         let pair = |text: &str| -> Option<[String; 2]> {
             let (x, y) = text.split_once(',')?;
@@ -71,16 +71,16 @@ impl Display for Polar {
     }
 }
 
-/// Where the points of an angle stand among the numbers of a row.
+/// Indices of the points of an angle among the numbers of a row.
 #[derive(Debug, Clone)]
 pub(super) struct Points {
-    /// The place of the angle, which holds x before.
+    /// Index of the angle, which holds x before.
     pub(super) at: usize,
     pub(super) y: usize,
     pub(super) about: [Place; 2],
 }
 
-/// A column, by its place, or a number.
+/// A column, by its index, or a number.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Place {
     At(usize),
@@ -88,7 +88,7 @@ pub(super) enum Place {
 }
 
 impl Points {
-    /// The angle in a row that still holds x in its place.
+    /// The angle in a row that still holds x at its index.
     pub(super) fn angle(&self, values: &[f64]) -> f64 {
         let [x, y] = self.about.map(|place| match place {
             Place::At(k) => values[k],

@@ -1,16 +1,16 @@
-//! The names that other programs give to columns: what a person who names them is told to try.
+//! Names that other programs give to columns: suggestions for a user whose file has them.
 
 use super::unit::Stated;
 use lagrangian_motion::Signal;
 
-/// A program whose files are known by their columns.
+/// A program that is recognised by the columns of its files.
 struct Program {
     name: &'static str,
     /// The column of time, and its unit.
     time: (&'static str, &'static str),
-    /// Columns of q, q̇, q̈ and τ; `*` stands for the number of a joint, or before a `/` for its path.
+    /// Columns of q, q̇, q̈ and τ; `*` represents the number of a joint, or before a `/` its path.
     signals: [&'static str; 4],
-    /// The column that tells motions apart.
+    /// The column that separates motions.
     trajectory: &'static str,
 }
 
@@ -48,7 +48,7 @@ const PROGRAMS: [Program; 6] = [
 ];
 
 impl Program {
-    /// The one that wrote these columns.
+    /// The program that wrote these columns.
     fn of(headers: &[String]) -> Option<&'static Self> {
         PROGRAMS.iter().find(|program| {
             let time = headers.iter().any(|header| header == program.time.0);
@@ -57,7 +57,7 @@ impl Program {
     }
 }
 
-/// The columns of a pattern.
+/// The columns that match a pattern.
 fn like(headers: &[String], pattern: &str) -> Vec<String> {
     let (before, after) = pattern.split_once('*').unwrap_or((pattern, ""));
     let own = |header: &&String| {
@@ -72,13 +72,13 @@ fn like(headers: &[String], pattern: &str) -> Vec<String> {
     headers.iter().filter(own).cloned().collect()
 }
 
-/// The unit of a column of time that does not state it, where the program that wrote it is known.
+/// The unit of a column of time that does not state it, if the program that wrote it is known.
 pub(super) fn unit_of_time(headers: &[String], time: &str) -> Option<&'static str> {
     let program = Program::of(headers).filter(|program| program.time.0 == time)?;
     Some(program.time.1).filter(|unit| *unit != "s")
 }
 
-/// The settings that would name these columns, in backticks; none where nothing is recognised.
+/// The settings that would name these columns, in backticks; `None` for unknown columns.
 pub(super) fn advice(headers: &[String]) -> Option<String> {
     let setting = |name: &str, columns: &[String]| match columns {
         [] => String::new(),
@@ -106,7 +106,7 @@ pub(super) fn advice(headers: &[String]) -> Option<String> {
     (!q.is_empty()).then(|| format!("perhaps{named}"))
 }
 
-/// Names that a column of time has.
+/// Names of columns of time.
 const TIMES: [&str; 8] = [
     "t",
     "time",
@@ -117,10 +117,10 @@ const TIMES: [&str; 8] = [
     "__time",
     "timestamp",
 ];
-/// Beginnings of names that are no coordinates: rates, forces, and what tells motions apart.
+/// Prefixes of columns that are not coordinates: rates, forces, and columns that separate motions.
 const OTHERS: [&str; 8] = ["qd", "tau", "trajectory", "v", "a_", "dq", "step", "frame"];
 
-/// The name of a column without its unit and what it belongs to, in lower case.
+/// The name of a column without its unit and its prefix, in lower case.
 fn bare(header: &str) -> String {
     let name = Stated::of(header).bare;
     let own = name.rsplit_once(": ").map_or(name, |(_, own)| own);
@@ -147,8 +147,8 @@ pub(super) fn sure_time(headers: &[String]) -> Option<String> {
     all.next().filter(|_| all.next().is_none()).cloned()
 }
 
-/// The columns that look like coordinates: `q1 …`, else angles, else x and y, else the first after time. A column whose name states the unit
-/// of something else is none.
+/// The columns that look like coordinates: `q1 …`, else angles, else x and y, else the first after time. A column that states the unit
+/// of another quantity is excluded.
 #[must_use]
 pub fn coordinates(headers: &[String]) -> Vec<String> {
     let time = time(headers);
@@ -174,7 +174,7 @@ pub fn coordinates(headers: &[String]) -> Vec<String> {
     found.unwrap_or_else(|| rest.first().map(|h| (*h).clone()).into_iter().collect())
 }
 
-/// Whether the name of a column is that of an angle.
+/// Whether the name of a column denotes an angle.
 fn is_angle(header: &str) -> bool {
     let unit = Stated::of(header).unit;
     unit.is_some_and(|unit| unit.is_of_position() && unit.si() == "rad")

@@ -1,4 +1,4 @@
-//! What a file holds, before anything is estimated.
+//! The contents of a file before any estimate.
 
 use std::ops::{Deref, DerefMut};
 
@@ -7,24 +7,24 @@ use super::{Columns, Sampled};
 use lagrangian_motion::{Coordinates, Signal, Signals, Trajectory};
 use lagrangian_motion::{Error, Result};
 
-/// One motion as a file holds it: velocities and accelerations may be missing, values may be NaN.
+/// One motion as stored in a file: velocities and accelerations may be missing, values may be NaN.
 ///
 /// Its [`Signals`] can be used as if they were its own fields: `recording.q` is `recording.signals.q`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
     /// The value of the `trajectory` column, or the name of the file.
     pub name: String,
-    /// The coordinates that were declared.
+    /// The declared coordinates.
     pub coordinates: Coordinates,
     /// Time stamps, s, `[len]`.
     pub t: Vec<f64>,
-    /// What was measured, `[len, n]` each; q always is.
+    /// The measured signals, `[len, n]` each; q is always present.
     pub signals: Signals,
     /// The names of its columns.
     pub columns: Columns,
-    /// How many jumps of each wrapped angle were unwrapped, `[n]`.
+    /// Number of unwrapped jumps of each wrapped angle, `[n]`.
     pub unwrapped: Vec<usize>,
-    /// What is known of the whole recording, where only a sample of it may have been kept.
+    /// Facts about the whole recording, of which only a sample may have been kept.
     pub sampled: Option<Sampled>,
 }
 
@@ -42,14 +42,14 @@ impl DerefMut for Recording {
     }
 }
 
-/// What one file holds.
+/// Contents of one file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Readings {
-    /// Its motions, in the order in which they first appear.
+    /// Its motions, in the order of their first rows.
     pub recordings: Vec<Recording>,
     /// The columns that were used, and those that were ignored.
     pub columns: Columns,
-    /// What else the reader passed over or decided, in sentences.
+    /// Other skipped parts and decisions of the reader, in sentences.
     pub notes: Vec<String>,
 }
 
@@ -66,7 +66,7 @@ impl Recording {
         self.t.len()
     }
 
-    /// Whether it holds no sample.
+    /// Whether there are no samples.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.t.is_empty()
@@ -78,7 +78,7 @@ impl Recording {
         self.coordinates.dof()
     }
 
-    /// Checks that it can become a [`Trajectory`]: at least two samples, shapes, finite values, increasing time.
+    /// Checks the conditions for a [`Trajectory`]: at least two samples, shapes, finite values, increasing time.
     ///
     /// # Errors
     /// [`Error::TooShort`], [`Error::Shape`], or [`Error::Sample`] with row and column of the first bad value.
@@ -129,7 +129,7 @@ impl Recording {
         Ok(())
     }
 
-    /// What was estimated of parameters becomes what it is: their value, and nothing else.
+    /// Replaces the estimates of parameters by their constant values.
     fn hold(&self, trajectory: &mut Trajectory, estimates: &mut Vec<Estimate>) {
         let n = self.dof();
         for i in self.coordinates.parameters() {
@@ -187,7 +187,7 @@ impl Recording {
         Err(self.sample(k + 1, &self.columns.t, finding, Self::SORT))
     }
 
-    /// What is wrong where time `after` follows time `before`.
+    /// The message for a time `after` that follows time `before`.
     pub(super) fn not_increasing(before: f64, after: f64) -> String {
         let verb = match after < before {
             true => "goes back",
@@ -196,8 +196,8 @@ impl Recording {
         format!("time {verb}, {after} after {before}")
     }
 
-    /// Makes a trajectory of it; velocities, accelerations and rates of momenta that were not measured are estimated,
-    /// and the list says how.
+    /// Converts the recording to a trajectory; missing velocities, accelerations and rates of momenta are estimated,
+    /// as the returned list reports.
     ///
     /// # Errors
     /// As [`Recording::validate`]; [`Error::TooShort`] if there is too little to differentiate;

@@ -1,4 +1,4 @@
-//! Rows of a file, as they stream in, sorted into recordings.
+//! Streamed rows of a file, sorted into recordings.
 
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
@@ -10,13 +10,13 @@ use super::{Readings, Recording};
 use lagrangian_motion::Signals;
 use lagrangian_motion::{Error, Result, shown};
 
-/// More trajectories than this, each of hardly more than one row, are a wrong column.
+/// More trajectories than this, with hardly more than one row each, indicate a wrong column.
 const MANY_TRAJECTORIES: usize = 1000;
 
-/// The most trajectories of a file: each takes some kilobytes beside its rows.
+/// Largest number of trajectories of a file: each takes some kilobytes beside its rows.
 const MOST_TRAJECTORIES: usize = 1 << 18;
 
-/// Collects rows; the memory grows with the rows that are kept, never with what a header claims.
+/// Collects rows; the memory grows with the rows that are kept, not with the size that a header claims.
 pub(super) struct Rows {
     resolved: Resolved,
     file: String,
@@ -24,9 +24,9 @@ pub(super) struct Rows {
     by_name: HashMap<String, usize>,
     current: usize,
     rows: usize,
-    /// Rows that are held now.
+    /// Number of rows that are held now.
     held: usize,
-    /// Stretches of this number or a larger one are not kept.
+    /// Stretches with this number or a larger one are not kept.
     least: u64,
 }
 
@@ -34,14 +34,14 @@ pub(super) struct Rows {
 struct Partial {
     recording: Recording,
     rows: usize,
-    /// The angles of the row before, kept or not, as the file has them.
+    /// The angles of the previous row, kept or not, as stored in the file.
     last: Vec<f64>,
     turns: Vec<i32>,
     /// Rows of a stretch.
     length: usize,
-    /// Rows that `every` does not pass over.
+    /// Number of rows that `every` does not skip.
     counted: usize,
-    /// Time of the last of them, and the parameters of the first.
+    /// Time of the last of these rows, and the parameters of the first.
     before: f64,
     parameters: Vec<(usize, f64)>,
     low: Vec<f64>,
@@ -78,7 +78,7 @@ impl Partial {
         }
     }
 
-    /// Takes a row; whether it is kept. Stretches whose number is `least` or more are passed over.
+    /// Adds a row; returns whether it is kept. Stretches whose number is `least` or more are skipped.
     fn push(&mut self, values: &mut [f64], resolved: &Resolved, least: u64) -> bool {
         for (value, factor) in values.iter_mut().zip(&resolved.factors) {
             *value *= factor;
@@ -105,7 +105,7 @@ impl Partial {
         keep
     }
 
-    /// Whether the next row belongs to a stretch that is kept; begins a stretch where one begins.
+    /// Whether the next row belongs to a kept stretch; begins a stretch at its first row.
     fn is_kept(&mut self, resolved: &Resolved, least: u64) -> bool {
         let place = self.counted / self.length;
         let r = &mut self.recording;
@@ -130,7 +130,7 @@ impl Partial {
         true
     }
 
-    /// Notes what must be known of every row, kept or not.
+    /// Collects the facts of every row, kept or not.
     fn inspect(&mut self, values: &[f64], resolved: &Resolved) {
         self.counted += 1;
         let sampled = self.recording.sampled.as_mut();
@@ -167,7 +167,7 @@ impl Partial {
         let mut rest = values[1..].iter();
         let signals = r.signals.iter_mut().zip(r.columns.signals.iter());
         for ((_, signal), (_, names)) in signals {
-            // A parameter without a column has no velocity, and a coordinate without one no force.
+            // A parameter without a column has velocity 0, and a coordinate without one has force 0.
             signal.extend(names.iter().map(|name| match name.as_str() {
                 "" => 0.0,
                 _ => rest.next().copied().unwrap_or_default(),
@@ -186,7 +186,7 @@ impl Partial {
             let (r, place) = (&mut self.recording, self.counted / self.length);
             r.unwrapped[i] += 1;
             let last = r.sampled.as_mut().and_then(|s| s.stretches.last_mut());
-            // A stretch that begins with the next row begins with the turns so far.
+            // A stretch that begins with the next row starts from the current number of turns.
             if let Some(stretch) = last.filter(|s| s.place == place) {
                 let row = r.t.len() - stretch.at;
                 stretch.wraps.push(Wrap::at(row, i, self.turns[i]));
@@ -197,7 +197,7 @@ impl Partial {
         self.high[i] = self.high[i].max(q);
     }
 
-    /// Unwraps the angles whose values all lie within one turn: others were unwrapped when they were recorded.
+    /// Unwraps the angles whose values all lie within one turn: others were unwrapped during recording.
     fn finish(mut self, sampled: bool) -> Recording {
         let n = self.last.len();
         let within = |i: &usize| self.high[*i] - self.low[*i] <= TAU * 1.001;
@@ -231,14 +231,14 @@ fn unwrap(rows: ChunksExactMut<'_, f64>, i: usize, wraps: &[Wrap]) {
         while let Some(wrap) = wraps.next_if(|w| w.row <= k) {
             turns = wrap.turns;
         }
-        // Adding no turn would still make 0 of −0.
+        // Adding 0 turns would change −0 to 0.
         if turns != 0 {
             row[i] += TAU * f64::from(turns);
         }
     }
 }
 
-/// What is wrong with a row that follows time `before`: the place of the column among the numbers, a finding, a remedy.
+/// The fault in a row that follows time `before`: the index of the column among the numbers, a finding, a remedy.
 fn flaw(
     values: &[f64],
     before: f64,
@@ -272,7 +272,7 @@ impl Rows {
         }
     }
 
-    /// Takes one row: the numbers t and those of the signals (which it may change) of `trajectory`, if there are several.
+    /// Adds one row: the numbers t and those of the signals (which it may change) of `trajectory`, if there are several.
     pub(super) fn push(&mut self, trajectory: Option<&str>, values: &mut [f64]) -> Result<()> {
         let name = trajectory.unwrap_or(&self.file);
         self.rows += 1;
@@ -297,7 +297,7 @@ impl Rows {
         Ok(())
     }
 
-    /// Drops stretches until no more rows are held than are to be kept.
+    /// Drops stretches until the number of rows is within the limit.
     fn thin(&mut self) {
         let Some(sampling) = self.resolved.sample else {
             return;

@@ -1,9 +1,9 @@
 //! A sample of a log that is longer than what is kept: stretches of successive rows, drawn while the rows stream by.
 //!
-//! Every stretch has a random number that follows from the seed, its recording and its place. Those with the smallest
-//! are kept, as many as the limit allows: each has the same chance, whatever the length of the log, and one pass is
+//! Every stretch has a random number that follows from the seed, its recording and its index. Those with the smallest
+//! are kept, as many as the limit allows: all have the same chance, whatever the length of the log, and one pass is
 //! enough (bottom-k sampling: Cohen and Kaplan, PODC 2007). Rows of a stretch stay together, so that derivatives, delays
-//! and rollouts have their neighbours. Rows that are not kept are checked as well: a value that is not a number is an
+//! and rollouts have their neighbours. Rows that are not kept are checked as well: a NaN is an
 //! error in any row.
 
 use std::ops::Range;
@@ -12,51 +12,51 @@ use super::{Estimate, EstimateOptions, Recording};
 use lagrangian_motion::Trajectory;
 use lagrangian_motion::{Error, Result};
 
-/// A limit holds at least so many stretches, if they are no shorter than this.
+/// A limit holds at least this many stretches, if they are no shorter than this.
 const FEWEST: usize = 8;
 const SHORTEST: usize = 16;
-/// Rows that are held while reading, over the limit.
+/// Factor over the limit of the rows that are held while reading.
 const HELD: f64 = 1.25;
-/// Shorter pieces than this are not worth a trajectory.
+/// Shorter pieces than this do not become a trajectory.
 const SHORTEST_PIECE: usize = 8;
 
-/// How many rows of a log are kept, and which.
+/// Number and choice of the rows of a log that are kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sampling {
-    /// Rows that are kept, at most, of all recordings together; logs that are shorter are kept whole.
+    /// Largest number of rows that are kept, of all recordings together; shorter logs are kept whole.
     pub rows: usize,
-    /// Chooses the stretches.
+    /// Seed for the choice of the stretches.
     pub seed: u64,
-    /// Rows of a stretch, at most: short stretches cover more of a motion, long ones allow for windows and rollouts.
+    /// Largest number of rows of a stretch: short stretches cover more of a motion, long ones allow for windows and rollouts.
     pub stretch: usize,
 }
 
 impl Sampling {
-    /// For losses of single samples, of files that hold all signals.
+    /// Length for losses of single samples, with files that hold all signals.
     pub const SHORT: usize = 64;
-    /// Where derivatives are estimated, or motions are rolled out.
+    /// Length for estimates of derivatives, or rollouts of motions.
     pub const LONG: usize = 512;
-    /// Where windows or delays are given in seconds, whatever these are in rows.
+    /// Length for windows or delays in seconds, whose number of rows is unknown.
     pub const LONGEST: usize = 2048;
 
-    /// The same with stretches that are long enough for estimates.
+    /// The sampling with stretches that are long enough for estimates.
     pub(super) fn for_estimates(self) -> Self {
         let stretch = self.stretch.max(Self::LONG);
         Self { stretch, ..self }
     }
 
-    /// Rows of each stretch.
+    /// Number of rows of each stretch.
     #[must_use]
     pub fn length(&self) -> usize {
         self.stretch.min(self.rows / FEWEST).max(SHORTEST)
     }
 
-    /// Rows that may be held before stretches are dropped.
+    /// Number of rows that may be held before stretches are dropped.
     pub(super) fn held(&self) -> usize {
         (HELD * self.rows as f64) as usize
     }
 
-    /// The number of a stretch: the smallest are kept.
+    /// The random number of a stretch: the smallest are kept.
     pub(super) fn number(&self, recording: &str, stretch: usize) -> u64 {
         // FNV-1a of the name, then the finaliser of SplitMix64 (Steele, Lea, Flood 2014).
         let name = recording.bytes().fold(0xcbf2_9ce4_8422_2325, |h: u64, b| {
@@ -71,15 +71,15 @@ impl Sampling {
     }
 }
 
-/// What is known of a recording of which only a sample may have been kept.
+/// Facts about a whole recording of which only a sample may have been kept.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sampled {
-    /// Rows of the whole recording.
+    /// Number of rows of the whole recording.
     pub rows: usize,
     /// The longest step of time in the whole recording.
     pub longest_step: TimeStep,
     pub(super) stretches: Vec<Stretch>,
-    /// The first thing that is wrong with it, in a row that may not have been kept.
+    /// The first fault, in a row that may not have been kept.
     pub(super) flaw: Option<Flaw>,
 }
 
@@ -92,13 +92,13 @@ pub struct TimeStep {
     pub after: f64,
 }
 
-/// Where an angle has wrapped.
+/// A wrap of an angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Wrap {
-    /// The row of its stretch.
+    /// Row within its stretch.
     pub(super) row: usize,
     pub(super) coordinate: usize,
-    /// Turns from this row on.
+    /// Number of turns from this row on.
     pub(super) turns: i32,
 }
 
@@ -115,18 +115,18 @@ impl Wrap {
 /// Successive rows that were kept.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Stretch {
-    /// Its place among the stretches of the whole recording.
+    /// Index among the stretches of the whole recording.
     pub(super) place: usize,
-    /// Its first row in the whole recording.
+    /// First row in the whole recording.
     pub(super) row: usize,
-    /// Its first row in what was kept.
+    /// First row in the kept rows.
     pub(super) at: usize,
     pub(super) number: u64,
-    /// Where angles have wrapped, in the order of the rows.
+    /// Wraps of angles, in the order of the rows.
     pub(super) wraps: Vec<Wrap>,
 }
 
-/// Something wrong at a row of the whole recording.
+/// A fault at a row of the whole recording.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Flaw {
     pub(super) row: usize,
@@ -145,13 +145,13 @@ impl Sampled {
         }
     }
 
-    /// Rows of each stretch, in what was kept, of `len` rows.
+    /// Ranges of the stretches in the kept `len` rows.
     pub(super) fn ranges(&self, len: usize) -> impl Iterator<Item = Range<usize>> + '_ {
         let ends = self.stretches.iter().skip(1).map(|s| s.at).chain([len]);
         self.stretches.iter().zip(ends).map(|(s, end)| s.at..end)
     }
 
-    /// Rows that follow each other in the file too, in what was kept, of `len` rows.
+    /// Ranges of the kept `len` rows that are contiguous in the file.
     pub(crate) fn runs(&self, len: usize) -> Vec<Range<usize>> {
         let mut runs: Vec<Range<usize>> = Vec::new();
         let mut next = usize::MAX;
@@ -165,10 +165,10 @@ impl Sampled {
         runs
     }
 
-    /// Follows rows that were dropped of `len`: `rows` are those that stay, ascending.
+    /// Updates the stretches after rows were dropped: `rows` of `len` rows remain, ascending.
     pub(super) fn follow(&mut self, rows: &[usize], len: usize) {
         if self.rows == len {
-            // It was whole, and is no sample now.
+            // The recording was kept whole, and the remaining rows are the new whole.
             self.rows = rows.len();
         }
         for stretch in &mut self.stretches {
@@ -178,13 +178,13 @@ impl Sampled {
 }
 
 impl Recording {
-    /// What is known of the whole recording, where only a part of it was kept.
+    /// Facts about the whole recording, if only a part of it was kept.
     #[must_use]
     pub fn part(&self) -> Option<&Sampled> {
         self.sampled.as_ref().filter(|s| s.rows > self.len())
     }
 
-    /// The first thing that is wrong with the whole recording, where only a part of it was kept.
+    /// The first fault in the whole recording, if only a part of it was kept.
     pub(crate) fn flaw(&self) -> Option<Error> {
         let flaw = self.part()?.flaw.as_ref()?;
         Some(Error::Sample {
@@ -196,13 +196,13 @@ impl Recording {
         })
     }
 
-    /// Whether nothing is left of it, and nothing is to be said about it.
+    /// Whether no row is left, and there is no fault to report.
     fn vanished(&self) -> bool {
         let silent = |s: &Sampled| s.flaw.is_none() && s.rows >= 2;
         self.is_empty() && self.sampled.as_ref().is_some_and(silent)
     }
 
-    /// Drops all stretches but those whose number is below `least`.
+    /// Drops all stretches except those whose number is below `least`.
     fn keep_below(&mut self, least: u64) {
         let (n, len) = (self.dof(), self.len());
         let Some(sampled) = &mut self.sampled else {
@@ -234,8 +234,8 @@ impl Recording {
     }
 }
 
-/// Drops stretches of these recordings until no more than `rows` rows are left; the least number of those that were
-/// dropped, if any were.
+/// Drops stretches of these recordings until at most `rows` rows are left; returns the least number of the dropped
+/// ones, if there are any.
 pub(super) fn drop_stretches(recordings: &mut [&mut Recording], rows: usize) -> Option<u64> {
     let of = |r: &Recording| -> Vec<(u64, usize)> {
         let sampled = r.sampled.iter();
@@ -254,9 +254,9 @@ pub(super) fn drop_stretches(recordings: &mut [&mut Recording], rows: usize) -> 
     Some(least)
 }
 
-/// Keeps a sample of recordings that were read with the same sampling, of several files, as if they were one.
+/// Thins recordings of several files, read with the same sampling, as if they came from one file.
 ///
-/// Recordings of which nothing is left are removed.
+/// Recordings without remaining rows are removed.
 pub fn thin(recordings: &mut Vec<Recording>, sampling: &Sampling) {
     let mut all: Vec<&mut Recording> = recordings.iter_mut().collect();
     drop_stretches(&mut all, sampling.rows);
@@ -264,8 +264,8 @@ pub fn thin(recordings: &mut Vec<Recording>, sampling: &Sampling) {
 }
 
 impl Recording {
-    /// As [`Recording::into_trajectory`], but where only a sample was kept each run of rows is a trajectory of its own:
-    /// windows are chosen for all of them together, and half a window is omitted beside each cut.
+    /// Like [`Recording::into_trajectory`], but each run of a sample becomes a separate trajectory:
+    /// windows are chosen for all runs together, and half a window is omitted beside each cut.
     ///
     /// # Errors
     /// As [`Recording::into_trajectory`].
@@ -282,7 +282,7 @@ impl Recording {
         Ok((pieces(&whole, &kept, window / 2), estimates))
     }
 
-    /// The runs of rows in time, where only a sample was kept.
+    /// The runs of rows in time, if only a sample was kept.
     fn kept(&self) -> Vec<Kept> {
         let Some(part) = self.part() else {
             return Vec::new();
@@ -297,7 +297,7 @@ impl Recording {
                 cut_after: true,
             })
             .collect();
-        // The ends of the log itself are no cuts.
+        // The ends of the log itself are not cuts.
         let (first, last) = (part.stretches.first(), part.stretches.last());
         if let (Some(run), Some(0)) = (kept.first_mut(), first.map(|s| s.place)) {
             run.cut_before = false;

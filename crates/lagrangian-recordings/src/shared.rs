@@ -1,9 +1,9 @@
-//! One file read at several places at once.
+//! One file read at several positions at once.
 
 use std::io::{Read, Result, Seek, SeekFrom};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// A reader with a position of its own into a source that others read too.
+/// A reader with its own position in a source that others read too.
 pub(super) struct Shared<R> {
     source: Arc<Mutex<R>>,
     position: u64,
@@ -34,7 +34,7 @@ impl<R> Shared<R> {
 
 impl<R: Read + Seek> Read for Shared<R> {
     fn read(&mut self, buffer: &mut [u8]) -> Result<usize> {
-        // OK because a reader that panicked elsewhere leaves nothing half done: every read seeks first.
+        // OK because a panic in another reader leaves no partial state: every read seeks first.
         let mut source = self.source.lock().unwrap_or_else(PoisonError::into_inner);
         source.seek(SeekFrom::Start(self.position))?;
         let count = source.read(buffer)?;

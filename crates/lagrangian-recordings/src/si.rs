@@ -1,4 +1,4 @@
-//! Numbers of columns in SI units, by the units that their names state.
+//! Conversion of columns to SI units, by the units in their names.
 
 use std::f64::consts::PI;
 
@@ -8,17 +8,16 @@ use super::{Layout, programs};
 use lagrangian_motion::{Coordinates, Signal, Topology};
 use lagrangian_motion::{Error, Result};
 
-/// What the numbers of a file are multiplied with, and what is said of it.
+/// Factors of the numbers of a file, and notes on them.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Scales {
-    /// A factor for each number, t first; none where all are 1.
+    /// A factor for each number, t first; empty where all are 1.
     pub(super) factors: Vec<f64>,
     pub(super) notes: Vec<String>,
 }
 
 impl Layout {
-    /// What the values of a column are multiplied with: by the unit that its name states, or by π/180 where `degrees` says so of
-    /// an angle.
+    /// Factor of the values of a column: from the unit in its name, or π/180 for an angle where `degrees` is set.
     pub(super) fn factor(&self, name: &str, signal: Option<Signal>, circle: bool) -> f64 {
         let degrees = self.degrees && circle && signal.is_some_and(Signal::has_the_unit_of_q);
         match Stated::of(name).unit {
@@ -30,10 +29,10 @@ impl Layout {
 }
 
 impl Scales {
-    /// The scales of `columns`, of which those of angles of two points are in any unit.
+    /// The scales of `columns`; angles of two points may be in any unit.
     ///
     /// # Errors
-    /// [`Error::Columns`] for a column that states a unit of something else than it is used for.
+    /// [`Error::Columns`] for a column that states the unit of another quantity.
     pub(super) fn of(
         columns: &Columns,
         coordinates: &Coordinates,
@@ -136,7 +135,7 @@ impl Scales {
     }
 }
 
-/// Why a column cannot be what it is used for.
+/// The error for a column with a unit that contradicts its use.
 fn misused(name: &str, written: &str, what: &str, unit: &Unit, setting: &str) -> Error {
     let of = [Signal::Q, Signal::Qd, Signal::Qdd, Signal::Tau];
     let fits = of.into_iter().find(|signal| unit.fits(*signal));

@@ -1,10 +1,10 @@
-//! What is known of motions beside their columns: the system that made them, and where its links measure their angles.
+//! Facts about motions beside their columns: the system that generated them, and the reference of the angles of its links.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-/// The known system that made the motions of a file, so that what is learned from them can be set beside it.
+/// The known system that generated the motions of a file, so that a learned model can be compared with it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Simulated {
@@ -13,19 +13,19 @@ pub struct Simulated {
     /// Viscous friction on every coordinate, N·m·s/rad or N·s/m.
     #[serde(default)]
     pub friction: f64,
-    /// The parameters that differ from those of the table of systems.
+    /// The parameters that differ from the table of systems.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub parameters: BTreeMap<String, f64>,
-    /// Of a robot: what dynamics needs of its URDF, as `RigidBodies::urdf` has it.
+    /// For a robot: the part of its URDF that dynamics needs, as in `RigidBodies::urdf`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub urdf: Option<String>,
-    /// Of a robot: the joints that moved, in the order of the coordinates.
+    /// For a robot: the joints that moved, in the order of the coordinates.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub joints: Vec<String>,
 }
 
 impl Simulated {
-    /// Where the links of the system measure their angles; `None` for one that is no chain of links.
+    /// The reference of the angles of the links; `None` for a system that is not a chain of links.
     #[must_use]
     pub fn links(&self) -> Option<Links> {
         if self.urdf.is_some() {
@@ -39,16 +39,16 @@ impl Simulated {
     }
 }
 
-/// Where the links of a chain measure their angles.
+/// Reference of the angles of the links of a chain.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Links {
-    /// From hanging down.
+    /// Relative to hanging down.
     #[default]
     Absolute,
-    /// From the link before; the first from hanging down.
+    /// Relative to the previous link; the first relative to hanging down.
     Relative,
-    /// From the link before; the first from the horizontal.
+    /// Relative to the previous link; the first relative to the horizontal.
     Horizontal,
 }
 
@@ -81,7 +81,7 @@ mod tests {
             joints: vec!["shoulder".into()],
             ..Simulated::default()
         };
-        // A robot of that name measures its angles as its joints do.
+        // A robot of that name measures its angles by its joints.
         assert_eq!(robot.links(), None);
         let layout = Layout {
             system: Some(robot),

@@ -1,4 +1,4 @@
-//! Columns of numbers: the parts of a torque, or motions under the names and in the units of other data.
+//! Columns of numbers: the parts of a torque, or motions under other names and in other units.
 
 use super::Layout;
 use lagrangian_motion::{Coordinates, Signal, Topology, Trajectory};
@@ -13,8 +13,8 @@ pub struct Table {
 }
 
 impl Table {
-    /// Motions in the columns and units of `layout`, which [`Layout::of_motions`] declares: under the names that it has for
-    /// their signals and the default ones for others, with angles in degrees where it says so. The motions must know the same
+    /// Motions in the columns and units of `layout`, as [`Layout::of_motions`] declares them: under its names for
+    /// their signals and the default ones for others, with angles in degrees where it says so. The motions must have the same
     /// signals.
     #[must_use]
     pub fn of_motions(motions: &[Trajectory], coordinates: &Coordinates, layout: &Layout) -> Self {
@@ -40,7 +40,7 @@ impl Table {
     }
 }
 
-/// The signals that files hold and the first of these motions knows.
+/// The signals that files can hold and that the first of these motions has.
 fn known(motions: &[Trajectory]) -> Vec<Signal> {
     let is_known = |signal: &Signal| motions.first().is_some_and(|m| !m.get(*signal).is_empty());
     Signal::IN_FILES.into_iter().filter(is_known).collect()
@@ -54,7 +54,7 @@ impl Layout {
         !named && !self.degrees && self.t.as_ref().is_none_or(|t| t == "t")
     }
 
-    /// The layout of [`Table::of_motions`] that were made with this one.
+    /// The layout of a table that [`Table::of_motions`] made with this one.
     #[must_use]
     pub fn of_motions(&self, motions: &[Trajectory], coordinates: &Coordinates) -> Self {
         let mut layout = Self {

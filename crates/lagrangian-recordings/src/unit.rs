@@ -1,4 +1,4 @@
-//! Units that the names of columns state: `Time (ms)`, `Angle [deg]`, `v (cm/s)`, `theta_deg`.
+//! Units in the names of columns: `Time (ms)`, `Angle [deg]`, `v (cm/s)`, `theta_deg`.
 
 use std::f64::consts::{PI, TAU};
 
@@ -21,17 +21,17 @@ pub(super) enum Quantity {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Unit {
     quantity: Quantity,
-    /// How many times it is divided by a second.
+    /// Number of divisions by a second.
     order: i32,
     /// Its value in SI units.
     pub(super) factor: f64,
-    /// The SI unit before it is divided by seconds.
+    /// The SI unit before division by seconds.
     si: &'static str,
 }
 
 use Quantity::{Angle, Force, Length, Time};
 
-/// Units, by the names that they have without powers and blanks.
+/// Units, by their names without powers and blanks.
 const UNITS: [(&str, Quantity, f64, &str); 24] = [
     ("s sec secs second seconds", Time, 1.0, "s"),
     ("ms msec millis millisecond milliseconds", Time, 1e-3, "s"),
@@ -81,7 +81,7 @@ impl Unit {
         si: "rad",
     };
 
-    /// The unit of this text.
+    /// The unit that a text denotes.
     pub(super) fn of(text: &str) -> Option<Self> {
         let letters = |c: char| match c {
             'µ' | 'μ' => Some('u'),
@@ -121,23 +121,23 @@ impl Unit {
         })
     }
 
-    /// The SI unit that its values become.
+    /// The SI unit of its converted values.
     pub(super) fn si(&self) -> String {
         let below = ["", "/s", "/s²"].get(self.order as usize);
         format!("{}{}", self.si, below.unwrap_or(&""))
     }
 
-    /// Whether it can be that of time.
+    /// Whether it can be a unit of time.
     pub(super) fn is_of_time(&self) -> bool {
         self.quantity == Time && self.order == 0
     }
 
-    /// Whether it can be that of a position.
+    /// Whether it can be a unit of position.
     pub(super) fn is_of_position(&self) -> bool {
         matches!(self.quantity, Length | Angle) && self.order == 0
     }
 
-    /// Whether values of this signal can have it.
+    /// Whether it can be a unit of this signal.
     pub(super) fn fits(&self, signal: Signal) -> bool {
         match signal.order() {
             Some(order) => matches!(self.quantity, Length | Angle) && self.order == order,
@@ -148,23 +148,23 @@ impl Unit {
     }
 }
 
-/// The name of a column, with the unit that it states.
+/// The name of a column, split from the unit in it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Stated<'a> {
     /// The name without its unit.
     pub(super) bare: &'a str,
-    /// The unit as it is written; empty where there is none.
+    /// The unit as written; empty without one.
     pub(super) written: &'a str,
     /// The unit, where it is known.
     pub(super) unit: Option<Unit>,
 }
 
 impl<'a> Stated<'a> {
-    /// What this name states.
+    /// Splits a name from its unit.
     pub(super) fn of(name: &'a str) -> Self {
         let bracket = |open: char, close: char| {
             let (bare, written) = name.strip_suffix(close)?.rsplit_once(open)?;
-            // What is in brackets may be an index.
+            // Text in brackets may be an index.
             let is_unit = written.chars().any(|c| c.is_alphabetic() || c == '°');
             is_unit.then_some((bare, written))
         };
@@ -183,7 +183,7 @@ impl<'a> Stated<'a> {
         }
     }
 
-    /// A name without the unit that it states, where that is known.
+    /// A name without its unit, if the unit is known.
     pub(super) fn without_unit(name: &'a str) -> &'a str {
         let stated = Self::of(name);
         match stated.unit.is_some() && !stated.bare.is_empty() {

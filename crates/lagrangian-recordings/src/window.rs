@@ -1,9 +1,9 @@
-//! Chooses the window of a local polynomial from the data.
+//! Choice of the window of a local polynomial from the data.
 //!
 //! A window is chosen by its risk, the mean squared error of the derivative: variance σ² ‖a‖² (see
 //! `local_polynomial`), with σ from the residuals of short windows, plus squared bias. The bias of a window of
-//! length h is of order hᵖ, so that it follows from the difference to the next longer window r h, freed of its
-//! noise: bias² = (⟨(D' − D)²⟩ − σ² ‖a' − a‖²) / (rᵖ − 1)², where the prime means the longer one. (The idea of comparing windows is
+//! length h is of order hᵖ, so that it follows from the difference to the next longer window r h, corrected for its
+//! noise: bias² = (⟨(D' − D)²⟩ − σ² ‖a' − a‖²) / (rᵖ − 1)², where the prime denotes the longer one. (The idea of comparing windows is
 //! Lepski's, Theory Probab. Appl. 35, 1990.)
 
 use std::ops::Range;
@@ -13,12 +13,12 @@ use rayon::prelude::*;
 use super::EstimateOptions;
 use super::local_polynomial::{Filter, Series, around};
 
-/// The risk of a window is estimated at so many places of a recording.
+/// Number of samples of a recording at which the risk of a window is estimated.
 const PLACES: usize = 1500;
-/// From one window to the next.
+/// Ratio of successive window lengths.
 const RUNG: f64 = 1.4;
 
-/// A window with what it costs.
+/// A window with its noise and risk.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Choice {
     pub(crate) filter: Filter,
@@ -36,7 +36,7 @@ impl Choice {
     }
 }
 
-/// One window at one place.
+/// One window at one sample.
 struct Local {
     start: usize,
     weights: Vec<f64>,
@@ -63,7 +63,7 @@ impl Local {
         self.weights.iter().map(|a| a * a).sum()
     }
 
-    /// ‖a − b‖², where `shorter` lies inside.
+    /// ‖a − b‖², for `shorter` inside of this window.
     fn distance(&self, shorter: &Self) -> f64 {
         let offset = shorter.start - self.start;
         let pairs = self.weights[offset..].iter().zip(&shorter.weights);
@@ -72,7 +72,7 @@ impl Local {
     }
 }
 
-/// At most [`PLACES`] samples, evenly spread, each with the segment that it belongs to.
+/// At most [`PLACES`] samples, evenly spread, each with its segment.
 fn places(segments: &[Range<usize>]) -> Vec<(usize, &Range<usize>)> {
     let total: usize = segments.iter().map(Range::len).sum();
     let stride = total.div_ceil(PLACES).max(1);
@@ -153,9 +153,9 @@ pub(crate) fn choose(
 /// Mean squared error of a derivative.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Risk {
-    /// Where the window is centred.
+    /// Samples where the window is centred.
     pub(super) inside: f64,
-    /// Where the end of the data has shifted it.
+    /// Samples where the end of the data has shifted it.
     pub(super) ends: f64,
     /// The fraction of the samples at the ends.
     part: f64,
@@ -179,7 +179,7 @@ impl Risk {
         self.inside * (1.0 - self.part) + self.ends * self.part
     }
 
-    /// Adds the squared bias that the differences between two windows show; `growth` is the ratio of their biases
+    /// Adds the squared bias from the differences between two windows; `growth` is the ratio of their biases
     /// minus 1, for a bias of some order in the length.
     fn add_bias(
         &mut self,
@@ -188,8 +188,8 @@ impl Risk {
         variance: f64,
         growth: impl Fn(i32) -> f64,
     ) {
-        // A shifted window errs at one order less. Both are taken one lower than for a smooth motion, since a window
-        // that is longer than a jerk hides part of its bias.
+        // The error of a shifted window is one order lower. Both orders are one lower than for a smooth motion, since a window
+        // longer than the time scale of a jerk hides part of its bias.
         for (shifted, order, risk) in [(false, 3, &mut self.inside), (true, 2, &mut self.ends)] {
             let all = || longer.iter().zip(shorter);
             let pairs = || all().filter(|(l, _)| l.shifted == shifted);
@@ -205,7 +205,7 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
     if count > 0.0 { sum / count } else { 0.0 }
 }
 
-/// The next window of the ladder, an odd number of samples.
+/// The next longer window, an odd number of samples.
 fn longer(window: usize) -> usize {
     ((window as f64 * RUNG).ceil() as usize) | 1
 }

@@ -43,8 +43,8 @@ impl<'a> Column<'a> {
         (self.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / len).sqrt()
     }
 
-    /// The standard deviation of noise that is there all the time: from the median third difference, whose deviation is √20 times
-    /// as large, and which short peaks of a fast motion leave as it is.
+    /// Standard deviation of the noise that is present throughout, from the median third difference: the deviation of that is √20 times
+    /// as large, and short peaks of a fast motion do not change it.
     pub(super) fn steady_noise(&self) -> f64 {
         let values: Vec<f64> = self.iter().collect();
         let third = |w: &[f64]| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs();

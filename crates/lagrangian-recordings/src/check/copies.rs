@@ -1,4 +1,4 @@
-//! Columns that say the same as another: one that was copied, or joints that are coupled.
+//! Redundant columns: copies of other columns, and joints that are coupled.
 
 use super::Item;
 use super::column::{Column, columns};
@@ -6,9 +6,9 @@ use super::pairs::Sums;
 use crate::Recording;
 use lagrangian_motion::Signal;
 
-/// Samples that are compared for a proportion, at most.
+/// Largest number of samples that are compared for a proportion.
 const SAMPLES: usize = 4000;
-/// Two positions are in proportion where what is left is below so many deviations of their noise …
+/// Two positions are in proportion where the residual is below this many standard deviations of their noise …
 const NOISES: f64 = 2.0;
 /// … or below this part of the motion.
 const EXACT: f64 = 1e-6;
@@ -40,9 +40,9 @@ pub(super) fn items(recordings: &[Recording]) -> Vec<Item> {
 fn copy(first: &Recording, all: &[Vec<Column<'_>>], a: usize, b: usize) -> Option<Item> {
     let own = &all[0];
     let signals = [own[a].signal, own[b].signal];
-    // A motion in a magnetic field may have q̈₁ = q̇₂; a rate that is none is found by its derivative.
+    // A motion in a magnetic field may have q̈₁ = q̇₂; a rate that is not a derivative is found by its derivative.
     let comparable = signals[0] == signals[1] || signals.contains(&Signal::Tau);
-    // What drives are told may be the same for all.
+    // All drives may have the same command.
     if !comparable
         || signals.iter().any(|s| s.is_of_drive())
         || is_parameter(first, &own[a], &own[b])
@@ -70,7 +70,7 @@ fn is_parameter(recording: &Recording, a: &Column<'_>, b: &Column<'_>) -> bool {
     is(a) || is(b)
 }
 
-/// An item where two positions move in proportion in every recording, as far as their noise lets one see.
+/// An item where two positions move in proportion in every recording, to within their noise.
 fn coupled(first: &Recording, all: &[Vec<Column<'_>>], a: usize, b: usize) -> Option<Item> {
     let (x, y) = (&all[0][a], &all[0][b]);
     if x.signal != Signal::Q || y.signal != Signal::Q || is_parameter(first, x, y) {

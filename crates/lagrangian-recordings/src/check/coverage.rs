@@ -1,4 +1,4 @@
-//! How well the states fill their box.
+//! Coverage of the bounding box of the states.
 
 use std::collections::HashSet;
 use std::f64::consts::TAU;
@@ -7,14 +7,14 @@ use super::{Item, range};
 use crate::Recording;
 use lagrangian_motion::Signal;
 
-/// Below this part of what the number of samples allows, most of the box was never visited …
+/// Below this fraction of the coverage that the number of samples allows, most of the box was never visited …
 const THIN: f64 = 0.05;
-/// … and a motion repeats itself that visits less than this part of a cell in a swing.
+/// … and a motion that visits less than this fraction of a cell per swing repeats itself.
 const REPEATED: f64 = 0.5;
 
-/// The part of a coarse grid over (q, q̇) that has a sample in it.
+/// The fraction of the cells of a coarse grid over (q, q̇) that contain a sample.
 ///
-/// Cells for each of the 2n axes are as many as leave 10 samples for a cell, between 2 and 10.
+/// The number of cells along each of the 2n axes leaves 10 samples for a cell, and lies between 2 and 10.
 pub(super) fn coverage(recordings: &[Recording], swings: usize) -> Item {
     let states: Vec<Vec<f64>> = recordings.iter().flat_map(states).collect();
     let Some(axes) = states.first().map(Vec::len) else {
@@ -47,7 +47,7 @@ pub(super) fn coverage(recordings: &[Recording], swings: usize) -> Item {
         .value("fraction", fraction)
 }
 
-/// Finite states (q, q̇), angles on one turn.
+/// Finite states (q, q̇), with angles reduced to one turn.
 fn states(recording: &Recording) -> Vec<Vec<f64>> {
     let n = recording.dof();
     let Some(qd) = recording.values(Signal::Qd).filter(|_| n > 0) else {

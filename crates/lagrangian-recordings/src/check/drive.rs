@@ -1,4 +1,4 @@
-//! Whether the forces belong to the motion: their delay, sign and size.
+//! Consistency of forces and motion: delay, sign and size of the forces.
 
 use std::f64::consts::TAU;
 
@@ -11,47 +11,47 @@ use lagrangian_motion::counted;
 
 /// An inertia is assessed only where the motion explains this part of the variance of the force …
 const EXPLAINED: f64 = 0.5;
-/// … and a sign, a delay, which changes little of it, or a force that is missing, where it explains this part.
+/// … and a sign, a delay, which changes little of it, or a missing force, where it explains this part.
 const WELL_EXPLAINED: f64 = 0.9;
-/// A delay is one only beyond so many standard errors, as many joints are tested …
+/// A delay counts only beyond this many standard errors, because many joints are tested …
 const ERRORS: f64 = 4.0;
-/// … and this part of a sample: a force that a controller holds between samples comes half a sample late.
+/// … and beyond this part of a sample: a force that a controller holds between samples is half a sample late on average.
 const SAMPLES: f64 = 0.5;
-/// … and if without it this much more of the force stays unexplained.
+/// … and if the unexplained variance of the force is larger by this factor without it.
 const GAIN: f64 = 1.15;
-/// Beyond these an inertia is a matter of units, kg m² or kg.
+/// An inertia outside of this range suggests wrong units, kg m² or kg.
 const INERTIA: (f64, f64) = (1e-6, 1e4);
-/// Drives brake where they do this part of their work against the motion, each and all together: one alone may be moved by the others.
+/// Drives brake where this part of their work is against the motion, each and all together: a single one may be moved by the others.
 const BRAKING: f64 = 0.5;
-/// A joint that moves one way gives back what was stored in it; it has moved forth and back with so many swings.
+/// A joint that moves one way gives back the energy stored in it; with this many swings it has moved back and forth.
 const FORTH_AND_BACK: usize = 3;
-/// Coordinates are taken for degrees where that leaves less than this part of the unexplained forces.
+/// Coordinates are assumed to be in degrees where that reduces the unexplained part of the forces below this ratio.
 const DEGREES: f64 = 0.5;
-/// Forces beyond this, N·m or N, are a matter of units.
+/// Forces beyond this, N·m or N, suggest wrong units.
 const IMPLAUSIBLE: f64 = 1e4;
-/// A wrong sign is certain beyond so many standard errors …
+/// A wrong sign is certain beyond this many standard errors …
 const SIGN_ERRORS: f64 = 5.0;
-/// … where inertia makes up this part of the force.
+/// … where inertia accounts for this part of the force.
 const INERTIAL_PART: f64 = 0.2;
-/// Friction is certain beyond so many standard errors, where it is this part of a force …
+/// Friction is certain beyond this many standard errors, where it is this part of a force …
 const FRICTION_ERRORS: f64 = 5.0;
 const FRICTION_PART: f64 = 0.03;
-/// … and that of another joint is taken for its own only where its own is below this part of it.
+/// … and the friction of another joint replaces a joint's own only where its own is below this part of the other.
 const OWN_FRICTION: f64 = 0.25;
-/// The parameters of a joint at least: inertia, gravity, friction. Each needs a swing.
+/// The smallest number of parameters of a joint: inertia, gravity, friction. Each needs a swing.
 const PARAMETERS: usize = 3;
-/// A recording is of another machine where the law of all leaves so many times as much of its forces as its own law, beyond so many errors …
+/// A recording is of another machine where the pooled model leaves this many times the residual of its own model, beyond the errors …
 const OTHER_MACHINE: f64 = 3.0;
 const OTHER_MACHINE_ERRORS: f64 = 4.0;
-/// … and this part of the variance of the forces of all: a rough law leaves some of a motion that is unlike the others.
+/// … and this part of the variance of all forces: a rough model leaves a residual in motions that differ from the others.
 const LEFT: f64 = 0.3;
-/// Accelerations that are less certain than this part of them want a filter.
+/// Accelerations with a relative error above this need a filter.
 const UNCERTAIN: f64 = 0.1;
 /// A motion that explains less than this part of the forces is that of a real machine, with friction and noise.
 const EXACT: f64 = 0.999;
-/// So do forces with more noise than this part of them.
+/// The same holds for forces with more noise than this part of them.
 const NOISY_FORCES: f64 = 0.01;
-/// An inertia that grows by more than this part from one cut-off to a lower one is not to be trusted.
+/// An inertia that grows by more than this part from one cut-off to a lower one is unreliable.
 const GROWTH: f64 = 0.2;
 
 /// Items about forces and motion of all recordings together.
@@ -84,7 +84,7 @@ fn silent(recordings: &[Recording]) -> Option<Item> {
     })
 }
 
-/// An item where a machine turns back less often than it has parameters, unless its motion explains its forces exactly.
+/// An item where a machine has fewer swings than parameters, unless its motion explains its forces exactly.
 fn few_swings(recordings: &[Recording], fits: Option<&JointFits>) -> Option<Item> {
     let swings = swings_of_all(recordings);
     let first = recordings.iter().find(|r| !r.tau.is_empty())?;
@@ -106,15 +106,15 @@ fn names(recordings: &[Recording]) -> impl Iterator<Item = (usize, &str)> {
     coordinates.enumerate().map(|(i, c)| (i, c.name.as_str()))
 }
 
-/// Whether the positions show what the force does not know, so that neither inertias nor delays can be trusted: the
-/// accelerations of all joints are in the regressor of each. An inertia below its own standard error grows by chance.
+/// Whether the positions contain vibrations that the force does not, so that neither inertias nor delays can be trusted: the
+/// regressor of each joint holds the accelerations of all. An inertia below its own standard error grows by chance.
 fn is_shaken(fits: &JointFits) -> bool {
     let known = |f: &&JointFit| f.explained.0 > EXPLAINED && f.inertia.0.abs() > f.inertia.1;
     let mut joints = fits.joints.iter().flatten().filter(known);
     joints.any(|f| f.growth.abs() > GROWTH)
 }
 
-/// Whether a coordinate spans more than a turn, if it is in radians: in degrees that is little for a joint.
+/// Whether a coordinate spans more than a turn if it is in radians; read as degrees, such a span is small for a joint.
 fn reaches_far(recording: &Recording) -> bool {
     let n = recording.dof();
     let spans = |i: usize| {
@@ -124,7 +124,7 @@ fn reaches_far(recording: &Recording) -> bool {
     (0..n).any(spans)
 }
 
-/// Units that explain the forces better, or forces that no machine has.
+/// Units that explain the forces better, or forces that are too large for a machine.
 fn units(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
     let mut items = Vec::new();
     let turns = recordings.iter().any(reaches_far);
@@ -150,7 +150,7 @@ fn units(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
     items
 }
 
-/// The work of each force over all recordings, as a part of the work that its parts do either way: friction takes energy out of a
+/// The net work of each force over all recordings, relative to the sum of its absolute work: friction takes energy out of a
 /// machine, so that its drives put energy in.
 fn works(recordings: &[Recording]) -> Vec<Item> {
     let n = recordings.first().map_or(0, Recording::dof);
@@ -211,7 +211,7 @@ fn unrecorded(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
     fits.undriven.iter().filter(is_told).map(item).collect()
 }
 
-/// Whether a recording is not of the machine of the others.
+/// An item about the recording that most likely is of another machine.
 fn machines(fits: &JointFits) -> Option<Item> {
     let certain = |s: &ForeignRecording| {
         s.times > OTHER_MACHINE
@@ -238,7 +238,7 @@ fn machines(fits: &JointFits) -> Option<Item> {
     Some(item.value("times", s.times).value("error", s.error))
 }
 
-/// Forces that brake the velocity of another joint, or drive their own where friction should brake it.
+/// Forces that brake the velocity of another joint, or drive their own velocity where friction should brake it.
 fn frictions(recordings: &[Recording], fits: &JointFits, errors: f64) -> Vec<Item> {
     let all: Vec<&str> = names(recordings).map(|(_, name)| name).collect();
     let certain =
@@ -261,7 +261,7 @@ fn frictions(recordings: &[Recording], fits: &JointFits, errors: f64) -> Vec<Ite
         }
         let others = rubs.iter().enumerate().filter(|(j, _)| *j != i);
         let (j, most) = others.max_by(|a, b| a.1.size.total_cmp(&b.1.size))?;
-        // A force across the velocity, as of a magnet, does no work: its counterpart has the other sign.
+        // A force across the velocity, as of a magnet, does no work: its counterpart has the opposite sign.
         let across = certain(&fits.rubs[j][i], -1.0);
         if !certain(most, 1.0) || own.size > OWN_FRICTION * most.size || across {
             return None;
@@ -293,7 +293,7 @@ fn is_delay(found: &JointFit, step: f64, errors: f64) -> bool {
         && at_none > GAIN * at_delay
 }
 
-/// Gives the delays that hold their remedy, which names the shifts of all forces.
+/// Gives the items about delays their remedy, which names the shifts of all forces.
 pub(super) fn name_the_shifts(items: &mut [Item], recordings: &[Recording]) {
     let mut shifts = vec!["0".to_string(); recordings.first().map_or(0, Recording::dof)];
     let is_delay = |item: &&mut Item| item.name == "delay" && item.accuses();
@@ -308,10 +308,10 @@ pub(super) fn name_the_shifts(items: &mut [Item], recordings: &[Recording]) {
 }
 
 fn delays(recordings: &[Recording], fits: &JointFits, errors: f64) -> Vec<Item> {
-    // The whole says whether the machine shakes: in a half an inertia grows by chance.
+    // Vibrations are detected on all data: in a half an inertia grows by chance.
     let (step, shaken) = (fits.step, errors >= 1.0 && is_shaken(fits));
     let item = |(i, name): (usize, &str)| {
-        // Where nothing is known there is nothing to say.
+        // Without a reliable estimate there is no finding.
         let known = |f: &JointFit| f.explained.0 > WELL_EXPLAINED && !shaken && !f.at_end;
         let found = fits.joints[i].filter(known)?;
         let explained = 100.0 * found.explained.0;
@@ -348,7 +348,7 @@ fn inertias(recordings: &[Recording], fits: &JointFits, errors: f64) -> Vec<Item
         let found = fits.joints[i].filter(|f| f.explained.0 > EXPLAINED)?;
         let (inertia, error) = found.inertia;
         if !inertia.is_finite() || inertia.abs() == 0.0 {
-            return None; // no force, or none that can be squared
+            return None; // no force, or one whose square overflows
         }
         let circle = recordings[0].coordinates.0[i].topology == Topology::Circle;
         let unit = if circle { "kg m²" } else { "kg or kg m²" };
@@ -356,10 +356,10 @@ fn inertias(recordings: &[Recording], fits: &JointFits, errors: f64) -> Vec<Item
         let certain =
             inertia.abs() > errors * SIGN_ERRORS * error && found.inertial_part > INERTIAL_PART;
         if !certain {
-            return None; // The inertia of one joint alone says nothing of the others.
+            return None; // The inertia of one joint alone does not determine the others.
         }
         let item = if inertia < 0.0 && found.explained.0 <= WELL_EXPLAINED {
-            return None; // What the motion leaves of the force can outweigh its inertia.
+            return None; // The residual force can outweigh the inertial part.
         } else if inertia < 0.0 {
             let finding = format!("{finding}: the force pushes against the acceleration");
             let remedy = "reverse the sign of that force (or that of the coordinate and its velocity): a positive force must accelerate forwards";
@@ -380,7 +380,7 @@ fn inertias(recordings: &[Recording], fits: &JointFits, errors: f64) -> Vec<Item
     names(recordings).filter_map(item).collect()
 }
 
-/// Whether noise spoils the accelerations, and the low-pass that helps.
+/// An item about noise in the accelerations, with the low-pass that helps.
 fn accelerations(recordings: &[Recording], fits: &JointFits) -> Option<Item> {
     let certainty = fits.uncertainty.iter().enumerate();
     let (at, worst) = certainty

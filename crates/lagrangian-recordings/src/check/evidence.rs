@@ -1,33 +1,33 @@
-//! Accusations need evidence: a finding that says of all samples that they are wrong must hold in each half of the data.
+//! Confirmation of findings: a finding that all samples are wrong must hold in each half of the data.
 //!
-//! The halves have as many samples, or else the coordinate that is accused travels as far in them, since only where it moves do data
-//! speak of it. Within a half, half as many standard errors count as evidence.
+//! The halves have equal numbers of samples, or else equal travel of the coordinate in question, since data inform about a coordinate
+//! only where it moves. Within a half, half as many standard errors count as evidence.
 
 use super::{Item, Verdict};
 use crate::Recording;
 
-/// Standard errors that are evidence in one half of the data, in parts of those that the whole needs.
+/// Standard errors that are evidence in one half of the data, as a fraction of those that all data need.
 pub(super) const OF_HALF: f64 = 0.5;
 /// The findings of the halves agree where their sizes differ by no more than this factor.
 const FACTOR: f64 = 2.0;
 
-/// What a finding says of all samples.
+/// A claim of a finding about all samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Claim {
-    /// The coordinate that it is about; none if it is about all of them.
+    /// The coordinate that it is about; `None` if it is about all of them.
     pub coordinate: Option<usize>,
     /// Its effect, with its sign: a delay, a slope; 1 for one that has no size.
     pub size: f64,
 }
 
 impl Item {
-    /// The finding claims this of all samples.
+    /// Adds the claim that the finding makes about all samples.
     pub(super) fn claims(mut self, coordinate: Option<usize>, size: f64) -> Self {
         self.claim = Some(Claim { coordinate, size });
         self
     }
 
-    /// Whether another finding accuses the data of the same.
+    /// Whether another finding makes the same accusation.
     fn agrees(&self, other: &Self) -> bool {
         let agree = |(a, b): (Claim, Claim)| {
             let ratio = a.size / b.size;
@@ -37,7 +37,7 @@ impl Item {
     }
 }
 
-/// Accusations that these findings of recordings make and that do not hold in each half of them become ones that cannot be told.
+/// Replaces accusations that do not hold in each half of the recordings by findings of doubt.
 pub(super) fn confirm(
     items: &mut [Item],
     recordings: &[Recording],
@@ -71,7 +71,7 @@ pub(super) fn confirm(
     }
 }
 
-/// The recordings, one after another, up to and from the sample at which half of them, or of the travel, is done.
+/// The recordings in two halves, split at the sample where half of the samples, or of the travel, is reached.
 fn halves(recordings: &[Recording], coordinate: Option<usize>) -> [Vec<Recording>; 2] {
     let travel: Vec<Vec<f64>> = recordings.iter().map(|r| travel(r, coordinate)).collect();
     let mut left = 0.5 * travel.iter().flatten().sum::<f64>();
@@ -91,7 +91,7 @@ fn halves(recordings: &[Recording], coordinate: Option<usize>) -> [Vec<Recording
     halves
 }
 
-/// How far a coordinate moves up to each sample from the one before; without a coordinate each sample counts as much.
+/// The travel of a coordinate up to each sample from the previous one; without a coordinate each sample counts as 1.
 fn travel(recording: &Recording, coordinate: Option<usize>) -> Vec<f64> {
     let (n, len) = (recording.dof(), recording.len());
     let Some(i) = coordinate else {
@@ -103,7 +103,7 @@ fn travel(recording: &Recording, coordinate: Option<usize>) -> Vec<f64> {
 }
 
 impl Recording {
-    /// These rows of it.
+    /// The given rows of the recording.
     fn piece(&self, rows: &std::ops::Range<usize>) -> Self {
         Self {
             t: self.t[rows.clone()].to_vec(),

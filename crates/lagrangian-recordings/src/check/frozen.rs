@@ -1,4 +1,4 @@
-//! Sensors that stop for a while: the log repeats their last value although the machine moves on.
+//! Frozen sensors: the log repeats their last value although the machine moves on.
 
 use std::ops::Range;
 
@@ -6,11 +6,11 @@ use super::Item;
 use super::column::Column;
 use crate::local_polynomial::median;
 
-/// The shortest run of one value that is called frozen, samples.
+/// Shortest run of equal values that counts as frozen, samples.
 const SHORTEST: usize = 10;
-/// It ends with a step that is so many times the usual one …
+/// The run ends with a step of at least this many usual steps …
 const STEP: f64 = 6.0;
-/// … and is so many times as long as half of the samples are in runs of one value.
+/// … and is at least this many times as long as the run length that half of the samples exceed.
 const USUAL: f64 = 5.0;
 
 /// An item where a column stays at one value and then jumps to another.
@@ -30,7 +30,7 @@ pub(super) fn item(t: &[f64], column: &Column<'_>) -> Option<Item> {
         let value = x[run.start];
         let inside = value > low && value < high;
         let long = run.len() >= SHORTEST && run.len() as f64 > USUAL * usual;
-        // A machine at rest begins to move from where it is, and a drive that is off has no torque.
+        // A machine at rest starts to move from its position, and a drive that is off has no torque.
         let ends = run.end < x.len() && (x[run.end] - value).abs() > STEP * step;
         inside && long && ends && value.abs() > 0.0
     };
@@ -48,7 +48,7 @@ pub(super) fn item(t: &[f64], column: &Column<'_>) -> Option<Item> {
     Some(item.value("longest_s", seconds))
 }
 
-/// The runs of equal values, each of one sample at least.
+/// Runs of equal values, each of one sample at least.
 fn runs(x: &[f64]) -> Vec<Range<usize>> {
     let mut runs = Vec::new();
     let mut start = 0;

@@ -1,12 +1,12 @@
-//! Goals of position controllers: whether they belong to the positions, and what they are good for where no force was recorded.
+//! Goals of position controllers: their match with the positions, and their use where no force was recorded.
 
 use super::Item;
 use super::pairs::Sums;
 use crate::Recording;
 
-/// A position follows its goal, or runs against it, beyond this correlation; gravity and stalls leave less of it.
+/// A position follows its goal, or its negative, beyond this correlation; gravity and stalls reduce it.
 const FOLLOWS: f64 = 0.5;
-/// A goal whose deviation is so many times that of the position (√(180/π)) is nearer to degrees than to radians.
+/// A goal whose deviation is this many times that of the position (√(180/π)) is nearer to degrees than to radians.
 const DEGREES: f64 = 7.6;
 /// Words in the names of columns that hold goals.
 const WORDS: [&str; 6] = [
@@ -79,7 +79,7 @@ fn of_coordinate(recordings: &[Recording], i: usize) -> Option<Item> {
     } = sums(recordings, i).centred();
     let (correlation, ratio) = (both / (goal * position).sqrt(), (goal / position).sqrt());
     if !correlation.is_finite() {
-        return None; // A goal or a position that stands still; other items say so.
+        return None; // A goal or a position is constant; other items report it.
     }
     let figures = format!(
         "{name}: correlation of the position with its goal {correlation:.2}, deviation of the goal {ratio:.2} times that of the position"

@@ -1,4 +1,4 @@
-//! Whether the messages of a bag name the same joints throughout.
+//! Bags whose messages change the joints that they name.
 
 use super::Item;
 use crate::Recording;

@@ -1,4 +1,4 @@
-//! Whether recordings are good enough for a fit: what a roboticist checks before trusting them.
+//! Quality checks of recordings before a fit.
 //!
 //! Every item has a verdict, a finding in words, its numbers and a remedy. [`Verdict::Fail`] means that
 //! a fit of these recordings would be meaningless; [`Verdict::Warn`] that it would be worse than it could be.
@@ -32,12 +32,12 @@ use crate::Recording;
 use lagrangian_motion::counted;
 use lagrangian_motion::{Signal, Topology};
 
-/// Fewer samples than this in all cannot carry a fit.
+/// Fewer samples than this in all are too few for a fit.
 const FEWEST_SAMPLES: usize = 20;
 /// A fit of a learned model gets poor below this many samples for each axis of the state.
 const SAMPLES_PER_AXIS: usize = 100;
 
-/// How good an item is.
+/// Severity of an item.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
@@ -52,40 +52,40 @@ pub enum Verdict {
 /// One result of the check.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Item {
-    /// What was checked, e.g. `velocity`.
+    /// Name of the quantity that was checked, e.g. `velocity`.
     pub name: &'static str,
-    /// The trajectory; none if it is about all of them.
+    /// The trajectory; `None` if the item is about all of them.
     pub trajectory: Option<String>,
-    /// How good it is.
+    /// Severity.
     pub verdict: Verdict,
-    /// What was found, in words.
+    /// The finding, in words.
     pub finding: String,
-    /// What to do about it.
+    /// Remedy, in words.
     pub remedy: Option<String>,
-    /// The numbers of the finding, under stable names.
+    /// Numbers of the finding, under stable names.
     pub values: BTreeMap<String, f64>,
-    /// Whether the values themselves are in doubt, so that no model of them can be called good.
+    /// Whether the values themselves look wrong, so that no model of them can be called good.
     pub doubtful: bool,
-    /// What it claims of all samples: an accusation of this kind must hold in each half of the data.
+    /// The claim about all samples: an accusation of this kind must hold in each half of the data.
     #[serde(skip)]
     pub claim: Option<Claim>,
 }
 
-/// Findings that say of single samples, or exactly, that values are wrong; others claim it of all samples.
+/// Findings that single samples, or exact equalities, show values to be wrong; other accusations concern all samples.
 const OF_SAMPLES: [&str; 10] = [
     "copy", "forces", "frozen", "goal", "jumps", "machines", "repeated", "repeats", "spikes",
     "unit",
 ];
 
 impl Item {
-    /// Whether it says that values are wrong, and not only few or noisy.
+    /// Whether the finding says that values are wrong, and not only few or noisy.
     #[must_use]
     pub fn accuses(&self) -> bool {
         let is_about_values = self.claim.is_some() || OF_SAMPLES.contains(&self.name);
         self.verdict > Verdict::Pass && is_about_values
     }
 
-    /// The trajectory that it is about.
+    /// The trajectory that the item is about.
     fn about(&self) -> Option<&str> {
         self.trajectory.as_deref()
     }
@@ -116,7 +116,7 @@ impl Item {
         }
     }
 
-    /// An item that warns and says what to do.
+    /// An item that warns and names a remedy.
     pub fn warn(name: &'static str, finding: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::pass(name, finding).with(Verdict::Warn, remedy)
     }
@@ -133,7 +133,7 @@ impl Item {
         }
     }
 
-    /// The same, with a warning where the condition holds.
+    /// Turns the item into a warning where the condition holds.
     fn warn_if(self, condition: bool, remedy: impl Into<String>) -> Self {
         match condition {
             true => self.with(Verdict::Warn, remedy),
@@ -157,7 +157,7 @@ impl Item {
 /// The results of a check.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CheckReport {
-    /// First the items about all recordings together, then those of each.
+    /// Items about all recordings together come first, then those of each.
     pub items: Vec<Item>,
 }
 
@@ -175,8 +175,8 @@ impl CheckReport {
         verdicts.max().unwrap_or(Verdict::Fail)
     }
 
-    /// The findings that are shown: all of them for up to [`CheckReport::IN_FULL`] trajectories. Of more, those about all together,
-    /// then each kind of warning or failure once, with the trajectories that it is about.
+    /// The findings to show: all of them for up to [`CheckReport::IN_FULL`] trajectories. For more, those about all together,
+    /// then each kind of warning or failure once, with its trajectories.
     ///
     /// ```
     /// use lagrangian_recordings::check::{CheckReport, Item};
@@ -223,33 +223,33 @@ impl CheckReport {
         shown
     }
 
-    /// Of more trajectories than this, passing items of single ones are not shown, and others once.
+    /// Above this number of trajectories, passing items of single ones are not shown, and other items once.
     pub const IN_FULL: usize = 3;
 
-    /// How many items have this verdict.
+    /// Number of items with this verdict.
     #[must_use]
     pub fn count(&self, verdict: Verdict) -> usize {
         self.items.iter().filter(|i| i.verdict == verdict).count()
     }
 }
 
-/// A finding that is shown, see [`CheckReport::shown`].
+/// A finding to show, see [`CheckReport::shown`].
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct ShownItem<'a> {
-    /// The number of the first of its items.
+    /// Index of its first item.
     pub first: usize,
-    /// The trajectories that it is about; none where it is about all together.
+    /// The trajectories that it is about; empty if it is about all together.
     pub trajectories: Vec<&'a str>,
 }
 
 /// Options of [`check`].
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct CheckOptions {
-    /// Cut-off of the low-pass for motion and forces, Hz, that a fit will use; chosen from the data where there is none.
+    /// Cut-off of the low-pass for motion and forces that a fit will use, Hz; `None` chooses it from the data.
     pub low_pass: Option<f64>,
 }
 
-/// Checks recordings before they are fitted. It has no error: each problem is an item.
+/// Checks recordings before they are fitted. It returns no error: each problem is an item.
 ///
 /// # Example
 /// ```
@@ -280,13 +280,13 @@ pub fn check(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
     report
 }
 
-/// Trajectories that are checked one by one, at most: each has a dozen findings.
+/// Largest number of trajectories that are checked one by one: each has a dozen findings.
 const MOST_CHECKED: usize = 20_000;
 
-/// The item that says that not all trajectories were checked.
+/// Name of the item which reports that not all trajectories were checked.
 pub const CHECKED: &str = "checked";
 
-/// Of more trajectories than are checked, those that cannot be used, and others evenly spread.
+/// A subset of too many trajectories: those that cannot be used, and others evenly spread.
 fn some_of(recordings: &[Recording]) -> Vec<Recording> {
     let every = recordings.len().div_ceil(MOST_CHECKED / 2).max(1);
     let numbered = recordings.iter().enumerate();
@@ -307,7 +307,7 @@ fn check_all(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
     items.extend(repeated::items(recordings));
     let fits = regression::fit_joints(recordings, options, false);
     let mut shared = of_all(recordings, fits.as_ref(), 1.0);
-    // A half is looked at through the same low-pass, and as far for delays, so that it differs by its samples alone.
+    // A half uses the same low-pass and range of delays, so that it differs by its samples alone.
     let found = fits.and_then(|fits| fits.low_pass);
     let low_pass = options.low_pass.or(found.map(|found| found.hertz));
     let in_half = |half: &[Recording]| {
@@ -330,7 +330,7 @@ fn check_all(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
     CheckReport { items }
 }
 
-/// Findings about all recordings together that need `errors` times as many standard errors as usual.
+/// Findings about all recordings together; `errors` scales the number of standard errors that they need.
 fn of_all(recordings: &[Recording], fits: Option<&JointFits>, errors: f64) -> Vec<Item> {
     let mut items = copies::items(recordings);
     items.extend(drive::items(recordings, fits, errors));
@@ -338,7 +338,7 @@ fn of_all(recordings: &[Recording], fits: Option<&JointFits>, errors: f64) -> Ve
     items
 }
 
-/// Findings about one recording that need `errors` times as many standard errors as usual.
+/// Findings about one recording; `errors` scales the number of standard errors that they need.
 fn of_one(recording: &Recording, errors: f64) -> Vec<Item> {
     let mut own: Vec<Item> = shapes(recording).into_iter().collect();
     let whole = own.is_empty();
@@ -358,7 +358,7 @@ fn of_one(recording: &Recording, errors: f64) -> Vec<Item> {
     own
 }
 
-/// Whether there is enough of it.
+/// Total length of the recordings.
 fn length(recordings: &[Recording], swings: usize) -> Item {
     let samples: usize = recordings.iter().map(Recording::len).sum();
     let durations = recordings.iter();
@@ -383,7 +383,7 @@ fn length(recordings: &[Recording], swings: usize) -> Item {
         .value("trajectories", recordings.len() as f64)
 }
 
-/// Whether the samples are enough for the coordinates.
+/// Sufficiency of the samples for the number of coordinates.
 fn enough(recordings: &[Recording], samples: usize, swings: usize, finding: String) -> Item {
     let n = recordings.first().map_or(0, Recording::dof);
     let enough = SAMPLES_PER_AXIS * 2 * n;
@@ -461,7 +461,7 @@ fn shapes(recording: &Recording) -> Option<Item> {
     Some(Item::fail("shape", finding, remedy))
 }
 
-/// The lowest and the highest of some values, NaN left aside; an empty range of none.
+/// The lowest and the highest of some values, ignoring NaN; an empty range without any.
 fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let start = (f64::INFINITY, f64::NEG_INFINITY);
     values.fold(start, |(low, high), x| (low.min(x), high.max(x)))

@@ -33,7 +33,7 @@ impl Sums {
         self.yy += other.yy;
     }
 
-    /// The sums of the deviations from the means.
+    /// Sums of the deviations from the means.
     pub(super) fn centred(self) -> Self {
         let (x, y) = (self.x / self.count, self.y / self.count);
         Self {
@@ -46,7 +46,7 @@ impl Sums {
         }
     }
 
-    /// The slope of the line through the origin, and the root mean square of what it leaves.
+    /// Slope of the line through the origin, and the root mean square of the residuals.
     pub(super) fn line(&self) -> Option<(f64, f64)> {
         let slope = self.xy / self.xx;
         let left = ((self.yy - slope * self.xy).max(0.0) / self.count).sqrt();

@@ -1,4 +1,4 @@
-//! Whether q̇ is the derivative of q, and q̈ that of q̇.
+//! Consistency of measured rates: q̇ against the derivative of q, and q̈ against that of q̇.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -10,32 +10,32 @@ use crate::derivatives::velocity;
 use crate::local_polynomial::{Series, median_step, segments};
 use lagrangian_motion::Signal;
 
-/// A lag is searched over this many samples in both directions.
+/// A lag is searched up to this many samples in both directions.
 const LONGEST_LAG: usize = 30;
-/// Correlation below which a rate is something else than a derivative.
+/// Correlation below which a rate is not the derivative.
 const POOR: f64 = 0.5;
-/// Correlation below which it is a poor measurement.
+/// Correlation below which a rate is a poor measurement.
 const FAIR: f64 = 0.9;
-/// Correlation above which it is the derivative of another column.
+/// Correlation above which a rate is the derivative of another column.
 const CLOSE: f64 = 0.98;
-/// A slope is that of a unit within this part of it …
+/// A slope matches a unit within this relative difference …
 const UNIT: f64 = 0.1;
-/// … and differs from 1 beyond so many standard errors and this part.
+/// … and differs from 1 beyond this many standard errors and this part.
 const ERRORS: f64 = 4.0;
 const SLOPE: f64 = 0.02;
-/// A lag that spoils this part of the rate is worth a warning, if it is more than a sample.
+/// A lag that changes the rate by this part is worth a warning, if it is more than a sample.
 const LAG_ERROR: f64 = 0.1;
-/// The part of the samples at which the derivative is least certain, which are not compared: a motion may be faster at its
-/// peaks than its samples tell.
+/// Fraction of the samples, those with the least certain derivatives, that are not compared: at its peaks a motion may be
+/// faster than its samples resolve.
 const UNCERTAIN: f64 = 0.5;
-/// A derivative can be compared that is so many times its own error …
+/// A derivative can be compared if it is this many times its own error …
 const KNOWN: f64 = 3.0;
-/// … and shows a poor measurement where it is so many times its error.
+/// … and shows a poor measurement if it is this many times its error.
 const CERTAIN: f64 = 10.0;
-/// The blocks of time that are omitted in turn for the standard error of a slope.
+/// Number of blocks of time that are omitted in turn for the standard error of a slope.
 const BLOCKS: usize = 10;
 
-/// A measured signal and that whose derivative it is.
+/// A measured signal and the signal that it is the derivative of.
 #[derive(Clone, Copy)]
 struct Pair {
     item: &'static str,
@@ -83,24 +83,24 @@ const ACCELERATIONS: [Unit; 5] = [
     (-1.0, "its sign is opposite to that of q̇", "reverse one of the two signs"),
 ];
 
-/// How a measured rate `v` relates to a derivative `d`.
+/// Relation of a measured rate `v` to a derivative `d`.
 struct Relation {
     correlation: f64,
     /// v ≈ slope · d, and the standard error of the slope.
     slope: f64,
     slope_error: f64,
-    /// v comes later by so many samples.
+    /// Lag of v behind d, samples.
     lag: f64,
-    /// What that lag does to v, as a part of v.
+    /// Relative change of v that the lag causes.
     lag_error: f64,
 }
 
 /// The derivatives of one signal.
 struct Derivatives {
     /// For each coordinate: in the window that suits its noise, and over two steps, which suits an exact motion that is fast for its
-    /// rate; first with NaN where they are least certain, then all, since of a motion that mostly rests what is certain may be the rest.
+    /// rate. First with NaN where they are least certain, then all: in a motion that mostly rests only the rest may be certain.
     values: Vec<[Vec<f64>; 4]>,
-    /// The root mean square of each over its own error, of noise and of motion that is too fast for the samples.
+    /// Root mean square of each over its own error, from noise and from motion that is too fast for the samples.
     certainty: Vec<f64>,
 }
 
@@ -177,7 +177,7 @@ impl Derivatives {
         Some(all)
     }
 
-    /// How `v` relates to the derivative of coordinate `i` that it is more like.
+    /// Relation of `v` to that derivative of coordinate `i` which it is closer to.
     fn relation(&self, i: usize, v: &[f64]) -> Relation {
         let [first, others @ ..] = self.values[i].each_ref().map(|d| relate(v, d));
         let closer = |a: Relation, b: Relation| match b.correlation.abs() > a.correlation.abs() {
@@ -199,13 +199,13 @@ impl Derivatives {
     }
 }
 
-/// The slope at sample `k` over so many steps to both sides.
+/// The slope at sample `k` over `steps` samples on both sides.
 fn slope(series: Series<'_>, k: usize, steps: usize) -> f64 {
     let (a, b) = (k - steps, k + steps);
     (series.value(b) - series.value(a)) / (series.t[b] - series.t[a])
 }
 
-/// The slopes over two steps; NaN at the ends of segments.
+/// Slopes over two steps; NaN at the ends of segments.
 fn slopes(series: Series<'_>, segments: &[Range<usize>]) -> Vec<f64> {
     let mut slopes = vec![f64::NAN; series.t.len()];
     for segment in segments {
@@ -216,7 +216,7 @@ fn slopes(series: Series<'_>, segments: &[Range<usize>]) -> Vec<f64> {
     slopes
 }
 
-/// Makes derivatives NaN at the samples where slopes over two and four steps differ most.
+/// Sets derivatives to NaN at the samples where slopes over two and four steps differ most.
 fn omit_uncertain(series: Series<'_>, derivatives: &mut [Vec<f64>; 2]) {
     let inner = 2..series.t.len().saturating_sub(2);
     let difference = |k: usize| (slope(series, k, 1) - slope(series, k, 2)).abs();
@@ -238,7 +238,7 @@ fn rms(values: &[f64]) -> f64 {
     }
 }
 
-/// Σ over samples where both are known, of v shifted by `lag` samples against d: (⟨v d⟩, ⟨d d⟩, ⟨v v⟩).
+/// Sums (⟨v d⟩, ⟨d d⟩, ⟨v v⟩) over the samples where both are known, with v shifted by `lag` samples.
 fn moments(v: &[f64], d: &[f64], lag: isize) -> (f64, f64, f64) {
     let (skip_v, skip_d) = (lag.max(0).unsigned_abs(), (-lag).max(0).unsigned_abs());
     let pairs = v.iter().skip(skip_v).zip(d.iter().skip(skip_d));
@@ -282,7 +282,7 @@ fn relate(v: &[f64], d: &[f64]) -> Relation {
     }
 }
 
-/// The standard error of the slope, from omitting one block of time after another.
+/// Standard error of the slope, from omitting one block of time after another.
 fn slope_error(v: &[f64], d: &[f64], (vd, dd, _): (f64, f64, f64)) -> f64 {
     let block = v.len().div_ceil(BLOCKS).max(1);
     let without = |(v, d): (&[f64], &[f64])| {
@@ -293,11 +293,11 @@ fn slope_error(v: &[f64], d: &[f64], (vd, dd, _): (f64, f64, f64)) -> f64 {
     jackknife(slopes.iter().copied())
 }
 
-/// The finding where the log holds differences.
+/// Finding for a log of differences.
 const DIFFERENCES: &str = "it is the difference of successive positions, half a sample late: an estimate from q is less noisy";
 
-/// Whether most velocities are Δq / Δt from the sample before to 2 %, and far nearer to it than to the slope through
-/// both neighbours, which a true velocity is near.
+/// Whether most velocities are Δq / Δt from the previous sample to 2 %, and far nearer to it than to the slope through
+/// both neighbours, which is near a true velocity.
 fn successive_differences(recording: &Recording, i: usize) -> bool {
     let n = recording.dof();
     let Some(qd) = recording.values(Signal::Qd) else {
@@ -319,7 +319,7 @@ fn successive_differences(recording: &Recording, i: usize) -> bool {
     2 * equal > moving
 }
 
-/// The item of a coordinate that moves.
+/// The item for a coordinate that moves.
 fn finding(
     recording: &Recording,
     pair: &Pair,
@@ -382,14 +382,14 @@ fn finding(
         .value("lag_s", seconds)
 }
 
-/// The difference from 1 beyond which a slope is wrong: neither chance nor the error of the derivative itself explains it.
+/// Difference from 1 beyond which a slope is wrong: neither chance nor the error of the derivative itself explains it.
 fn slope_bound(r: &Relation, certainty: f64, errors: f64) -> f64 {
     SLOPE
         .max(errors * ERRORS * r.slope_error)
         .max(errors * ERRORS / certainty)
 }
 
-/// A rate that is something else: the derivative of another column, where one is known.
+/// The item for a rate that is not the derivative: it names the matching column, where there is one.
 fn not_the_derivative(
     recording: &Recording,
     pair: &Pair,

@@ -1,4 +1,4 @@
-//! Stretches of motion that are in the data twice: errors on them say nothing of motions that were not seen.
+//! Repeated stretches of motion: errors on them are not errors on new motions.
 
 use std::collections::HashMap;
 
@@ -8,24 +8,24 @@ use lagrangian_motion::Signal;
 
 /// Consecutive samples that must be equal.
 const WINDOW: usize = 12;
-/// Rows that pass over a stretch that is equal by chance.
+/// Number of repeated rows above which a match by chance is unlikely.
 const FEWEST: usize = 24;
 
-/// Where a window of samples was first seen.
+/// Position of the first occurrence of a window of samples.
 #[derive(Clone, Copy)]
 struct Place {
     recording: usize,
     row: usize,
 }
 
-/// The samples of one recording that another has too.
+/// The samples that two recordings share.
 struct Shared {
     first: usize,
     second: usize,
     samples: usize,
 }
 
-/// Items about stretches that are in the recordings twice.
+/// Items about stretches that occur twice in the recordings.
 pub(super) fn items(recordings: &[Recording]) -> Vec<Item> {
     let all: Vec<&Recording> = recordings.iter().collect();
     let name = |k: usize| &recordings[k].name;
@@ -53,7 +53,7 @@ pub(super) fn items(recordings: &[Recording]) -> Vec<Item> {
     shared(&all, 0).into_iter().map(item).collect()
 }
 
-/// Whether validation recordings repeat the recordings that a model is fitted to.
+/// Checks for validation recordings that repeat the training recordings.
 ///
 /// # Example
 /// ```
@@ -91,7 +91,7 @@ pub fn check_validation(training: &[Recording], validation: &[Recording]) -> Che
     CheckReport { items }
 }
 
-/// The samples that pairs of recordings share, in the order of the second; those before `from` are not compared with one another.
+/// Samples that pairs of recordings share, in the order of the second; those before `from` are not compared with one another.
 fn shared(recordings: &[&Recording], from: usize) -> Vec<Shared> {
     let mut seen: HashMap<u64, Place> = HashMap::new();
     let mut found: Vec<Shared> = Vec::new();
@@ -124,7 +124,7 @@ fn shared(recordings: &[&Recording], from: usize) -> Vec<Shared> {
     found
 }
 
-/// Adds a run of equal windows that ends to what was found.
+/// Adds a finished run of equal windows to `found`.
 fn end(found: &mut Vec<Shared>, second: usize, run: Option<(Place, usize, usize)>) {
     let Some((start, _, len)) = run else { return };
     let samples = len + WINDOW - 1;
@@ -145,7 +145,7 @@ fn end(found: &mut Vec<Shared>, second: usize, run: Option<(Place, usize, usize)
     }
 }
 
-/// A hash of each window of consecutive samples in which something moves at every sample, with its first row.
+/// Hash and first row of each window of consecutive samples in which a value changes at every sample.
 fn windows(recording: &Recording) -> impl Iterator<Item = (usize, u64)> {
     let n = recording.dof();
     let signals = [Signal::Q, Signal::Qd, Signal::Tau];

@@ -1,4 +1,4 @@
-//! Each signal by itself: finite, moving, jumps, noise, quantisation, saturation, repeats.
+//! Checks of single signals: finite values, motion, jumps, noise, quantisation, saturation, repeats.
 
 use std::cmp::Ordering;
 use std::f64::consts::TAU;
@@ -10,37 +10,37 @@ use crate::local_polynomial::{median, median_step, segments};
 use crate::window::noise_variance;
 use lagrangian_motion::Signal;
 
-/// A coordinate declared as an angle, or driven, that turns more often than this may be in degrees …
+/// A coordinate declared as an angle, or driven, with more turns than this may be in degrees …
 const MANY_TURNS: f64 = 15.0;
-/// … if it comes so far between two turning points, so often, and its speed does not change with each turn: a pendulum that tumbles
-/// turns on, and gravity is felt in each turn.
+/// … if it moves this far between two turning points, this often, and its speed does not vary within each turn: a tumbling pendulum
+/// keeps turning, and gravity acts within each turn.
 const TURNS_IN_A_SWING: f64 = 5.0;
 const MANY_SWINGS: f64 = 4.0;
-/// A jump is so many times the usual deviation from the neighbours …
+/// A jump is this many times the usual deviation from the neighbours …
 const JUMP: f64 = 30.0;
 /// … and at least this part of the range.
 const SMALLEST_JUMP: f64 = 0.05;
-/// Noise above this part of a signal's standard deviation is much.
+/// Noise above this part of a signal's standard deviation is large.
 const MUCH_NOISE: f64 = 0.3;
-/// Fewer steps than this across the range are coarse.
+/// Fewer quantisation steps than this across the range are coarse.
 const COARSE_LEVELS: f64 = 50.0;
-/// More samples than this at the extreme value are a saturated signal.
+/// A signal with more than this part of its samples at the extreme value is saturated.
 const MUCH_SATURATION: f64 = 0.05;
-/// More moving samples than this that repeat the row before are a stuck sensor.
+/// A sensor is stuck if more than this part of the moving samples repeat the row before.
 const MANY_REPEATS: f64 = 0.02;
 
-/// A force that deviates from its mean by less than this part of it is practically constant.
+/// A force is nearly constant if it deviates from its mean by less than this part of it.
 const HARDLY_CHANGES: f64 = 0.05;
-/// A force below this part of the largest is that of a passive joint, or nearly.
+/// A force below this part of the largest is that of a nearly passive joint.
 const WEAK: f64 = 0.25;
 
-/// Whether each coordinate moves in any of the recordings: about all of them together.
+/// Motion of each coordinate in any of the recordings: about all of them together.
 pub(super) fn excitation(recordings: &[Recording]) -> Option<Item> {
     let first = recordings.first()?;
     let coordinates = &first.coordinates;
     let moves = |i: usize, r: &Recording| {
         let (low, high) = range(r.q.iter().skip(i).step_by(r.dof()).copied());
-        // A parameter is constant along a motion: what counts is that motions differ.
+        // A parameter is constant along a motion, but must differ between motions.
         high > low || (coordinates.is_parameter(i) && r.q.get(i) != first.q.get(i))
     };
     let is_still = |i: &usize| {
@@ -97,7 +97,7 @@ pub(super) fn sampled_items(recording: &Recording) -> Vec<Item> {
     items.extend(measured.filter_map(|c| spikes::item(&recording.t, c)));
     let all_steps: Vec<f64> = columns.iter().map(quantisation_step).collect();
     items.push(repeats(recording, &all_steps));
-    // Goals and gains are told, not measured.
+    // Goals and gains are commanded, not measured.
     let (sensors, steps): (Vec<_>, Vec<f64>) = columns
         .into_iter()
         .zip(all_steps)
@@ -109,7 +109,7 @@ pub(super) fn sampled_items(recording: &Recording) -> Vec<Item> {
     items
 }
 
-/// No signal of a machine is larger; its square is still a number.
+/// Largest plausible value of a machine's signal; its square is still finite.
 pub const LARGEST: f64 = 1e100;
 
 fn finite(columns: &[Column<'_>]) -> Item {
@@ -130,7 +130,7 @@ fn finite(columns: &[Column<'_>]) -> Item {
     item.value("not_finite", total as f64)
 }
 
-/// A figure that stays readable whatever its size.
+/// A number in a form that is readable at any size.
 fn short(x: f64) -> String {
     match x.abs() < 1e6 {
         true => format!("{x:.4}"),
@@ -150,7 +150,7 @@ fn ranges(recording: &Recording, columns: &[Column<'_>], errors: f64) -> Item {
             .value(format!("{}_min", c.name), low)
             .value(format!("{}_max", c.name), high);
         let turns = (high - low) / TAU;
-        // Joints of a machine within limits are no circles, and may be angles.
+        // Joints of a machine with limits are not circles, and may be angles.
         let circle = recording.coordinates.is_circle(c.coordinate);
         let is_angle = c.signal == Signal::Q && (circle || !recording.tau.is_empty());
         let otherwise = match circle {
@@ -185,7 +185,7 @@ fn wraps(recording: &Recording) -> Item {
     Item::pass("wraps", finding).value("unwrapped", total as f64)
 }
 
-/// Jumps of a coordinate: samples whose step differs from the one that the neighbouring steps predict.
+/// Jumps of a coordinate: samples whose step differs from the prediction from neighbouring steps.
 fn jumps(recording: &Recording, c: &Column<'_>) -> Option<Item> {
     let (t, q): (_, Vec<f64>) = (&recording.t, c.iter().collect());
     let slope = |k: usize| (q[k + 1] - q[k]) / (t[k + 1] - t[k]);
@@ -193,7 +193,7 @@ fn jumps(recording: &Recording, c: &Column<'_>) -> Option<Item> {
         let expected = 0.5 * (slope(k - 1) + slope(k + 1));
         (q[k + 1] - q[k] - expected * (t[k + 1] - t[k])).abs()
     };
-    // Beside a gap nothing is predicted.
+    // There is no prediction beside a gap.
     let longest = time::GAP * median_step(t);
     let near = |k: usize| t[k - 1..k + 3].windows(2).all(|w| w[1] - w[0] <= longest);
     let surprises: Vec<f64> = (1..q.len() - 2)
@@ -202,7 +202,7 @@ fn jumps(recording: &Recording, c: &Column<'_>) -> Option<Item> {
     let (low, high) = c.range();
     let usual = median(&mut surprises.clone());
     let threshold = (JUMP * usual).max(SMALLEST_JUMP * (high - low));
-    // The neighbours of a jump are surprised by half of it.
+    // The residuals of the neighbours of a jump are half of it.
     let is_jump = |&k: &usize| {
         let own = surprises[k];
         own > threshold
@@ -280,7 +280,7 @@ fn noise(recording: &Recording, columns: &[Column<'_>]) -> Item {
     item.warn_if(!loud.is_empty(), remedy)
 }
 
-/// Smallest step between the values of a column; 0 where they are all alike.
+/// Smallest step between the values of a column; 0 if they are all equal.
 fn quantisation_step(c: &Column<'_>) -> f64 {
     let mut values: Vec<f64> = c.iter().collect();
     values.sort_unstable_by(f64::total_cmp);
@@ -308,7 +308,7 @@ fn quantisation(columns: &[Column<'_>], steps: &[f64]) -> Item {
     item.warn_if(!coarse.is_empty(), remedy)
 }
 
-/// Joints whose forces are 0, or small beside those of another joint.
+/// Joints whose forces are 0, or small compared with those of another joint.
 pub(super) fn passive(recording: &Recording) -> Vec<Item> {
     let mut forces = columns(recording);
     forces.retain(|c| c.signal == Signal::Tau);
@@ -341,7 +341,7 @@ fn saturation(c: &Column<'_>) -> Option<Item> {
     let (low, high) = c.range();
     let len = c.iter().count() as f64;
     if !(low.is_finite() && high.is_finite()) {
-        return None; // nothing but NaN, or infinite: `finite` says so
+        return None; // all values are NaN or infinite: `finite` reports it
     }
     if high <= low {
         let forced = c.signal == Signal::Tau && low.abs() > 0.0;

@@ -1,17 +1,17 @@
-//! Single samples of a force or a rate that stand alone: errors of a bus or of a sensor.
+//! Isolated samples of a force or a rate: errors of a bus or of a sensor.
 
 use super::Item;
 use super::column::Column;
 use super::time;
 use crate::local_polynomial::{median, median_step};
 
-/// A spike is so many times the usual deviation from the mean of its neighbours …
+/// A spike is this many times the usual deviation from the mean of its neighbours …
 const SPIKE: f64 = 30.0;
-/// … so many times the differences among the samples on both sides, which steps and fast peaks are not …
+/// … this many times the differences among the samples on both sides, which excludes steps and fast peaks …
 const ALONE: f64 = 5.0;
 /// … and at least this part of the deviation of the signal.
 const SMALLEST: f64 = 0.5;
-/// Spikes that make up this part of the variance of a signal are more than a blemish.
+/// Spikes that account for this part of the variance of a signal are severe.
 const GRAVE: f64 = 0.01;
 
 /// An item where the column has spikes.

@@ -1,14 +1,14 @@
-//! How often the coordinates turn back: what a motion says grows with its swings, not with its samples.
+//! Number of swings: the information in a motion grows with its swings, not with its samples.
 
 use super::column::{Column, columns};
 use crate::Recording;
 use lagrangian_motion::Signal;
 
-/// A swing that counts is this part of the range, and so many deviations of the noise.
+/// Smallest swing that counts, as a fraction of the range, and in standard deviations of the noise.
 const SMALLEST: f64 = 0.05;
 const NOISES: f64 = 6.0;
 
-/// How often one coordinate moves from one turning point to the next, and how far it has moved in all.
+/// Number of moves of one coordinate from a turning point to the next, and the total distance.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Swings {
     pub(super) count: usize,
@@ -20,14 +20,14 @@ pub(super) fn swings(recording: &Recording) -> Vec<Swings> {
     of_signal(recording, Signal::Q)
 }
 
-/// The swings of each column of a signal; none where it was not recorded.
+/// The swings of each column of a signal; empty where it was not recorded.
 pub(super) fn of_signal(recording: &Recording, signal: Signal) -> Vec<Swings> {
     let columns = columns(recording);
     let own = columns.iter().filter(|c| c.signal == signal);
     own.map(of_column).collect()
 }
 
-/// Swings about the line from the first sample to the last, so that a wheel that turns on swings too.
+/// Swings about the line from the first sample to the last, so that a wheel that keeps turning has swings too.
 fn of_column(column: &Column<'_>) -> Swings {
     let q: Vec<f64> = column.iter().collect();
     let (Some(first), Some(last)) = (q.first(), q.last()) else {

@@ -7,15 +7,15 @@ use crate::{Recording, TimeStep};
 
 /// Steps longer than this many median steps are gaps; derivatives are not estimated across them.
 pub(super) const GAP: f64 = 5.0;
-/// Jitter above this part of a step makes finite differences by others, and lags, unreliable.
+/// Jitter above this part of a step makes finite differences of other programs, and lags, unreliable.
 const MUCH_JITTER: f64 = 0.5;
 
-/// More dropped samples than this part are a fault of the log.
+/// A higher fraction of dropped samples is a fault of the log.
 const MANY_DROPPED: f64 = 0.01;
-/// Time stamps are compared with the usual step only where they jitter less than this part of it.
+/// Time stamps are compared with the usual step only if their jitter is less than this part of it.
 const LITTLE_JITTER: f64 = 0.1;
 
-/// An item where the longest piece without a gap is too short for what has to be estimated.
+/// An item where the longest piece without a gap is too short for the estimates.
 pub(super) fn too_short(recording: &Recording) -> Option<Item> {
     let measured = !recording.qd.is_empty() && !recording.qdd.is_empty();
     if measured || recording.t.len() < 2 {
@@ -30,7 +30,7 @@ pub(super) fn too_short(recording: &Recording) -> Option<Item> {
     (longest < SHORTEST).then_some(item)
 }
 
-/// Whether time can be worked with: finite and increasing, with enough samples for a window.
+/// Whether the time stamps are usable: finite and increasing, with enough samples for a window.
 pub(super) fn usable(recording: &Recording) -> bool {
     let t = &recording.t;
     t.len() >= 8 && t.iter().all(|t| t.is_finite()) && t.windows(2).all(|w| w[1] > w[0])
@@ -66,7 +66,7 @@ pub(super) fn items(recording: &Recording) -> Vec<Item> {
     items
 }
 
-/// What to do about time that does not increase.
+/// Remedy for time that does not increase.
 fn remedy_of_order(t: &[f64], back: usize) -> &'static str {
     let begin = t.first().copied().unwrap_or_default();
     let step = median_step(t).abs();
@@ -102,11 +102,11 @@ fn rate(t: &[f64]) -> Item {
         .value("step_s", step)
 }
 
-/// Time in whole numbers, several apart, is hardly in seconds.
+/// An item for time in whole numbers with large steps, which is unlikely to be in seconds.
 fn whole_numbers(t: &[f64]) -> Option<Item> {
     let step = median_step(t);
     let whole = t.iter().all(|t| t.fract().abs() <= 0.0) && step >= 2.0;
-    // Motions are sampled some ten to some thousand times a second.
+    // Motions are sampled about ten to a few thousand times a second.
     let (unit, remedy) = match step {
         x if x < 500.0 => (
             "milliseconds",
@@ -126,7 +126,7 @@ fn whole_numbers(t: &[f64]) -> Option<Item> {
     whole.then_some(item.value("step_s", step))
 }
 
-/// Single samples that are missing: steps of two to five usual ones.
+/// Missing single samples: steps of two to five usual ones.
 fn dropped(t: &[f64]) -> Option<Item> {
     let step = median_step(t);
     let ratios = t.windows(2).map(|w| (w[1] - w[0]) / step);
@@ -138,7 +138,7 @@ fn dropped(t: &[f64]) -> Option<Item> {
     (missing > MANY_DROPPED * t.len() as f64).then_some(item)
 }
 
-/// What is known of the whole recording, where only a sample of it was kept.
+/// An item about the whole recording, where only a sample of it was kept.
 pub(super) fn sample(recording: &Recording) -> Option<Item> {
     let part = recording.part()?;
     let (rows, runs) = (recording.len(), part.runs(recording.len()).len());
@@ -161,7 +161,7 @@ pub(super) fn sample(recording: &Recording) -> Option<Item> {
     Some(item.value("kept", rows as f64))
 }
 
-/// Steps of time that are gaps, but for those where rows were passed over; of these the longest alone is known.
+/// Gaps: long steps of time, except where rows were skipped; of skipped rows only the longest step is known.
 fn gaps(recording: &Recording) -> Item {
     let (t, part) = (&recording.t, recording.part());
     let step = median_step(t);

@@ -1,4 +1,4 @@
-//! What a file claims of itself, compared with what it holds before decoders take memory for it.
+//! Checks of sizes that a file claims against its contents, before decoders allocate memory.
 //!
 //! Source: Apache Parquet, `parquet.thrift` (`FileMetaData`, `SchemaElement`, `PageHeader`).
 
@@ -13,20 +13,20 @@ use super::malformed;
 use super::thrift::{Known, Wire, damaged, walk};
 use lagrangian_motion::Result;
 
-/// The longest footer, bytes. Decoders take some hundred times of it.
+/// Longest footer, bytes. Decoders allocate some hundred times as much.
 const FOOTER: u64 = 16 << 20;
-/// Groups of columns within each other, which decoders follow by recursion.
+/// Largest nesting of groups of columns, which decoders follow by recursion.
 const DEEPEST: usize = 64;
-/// Snappy unpacks three bytes to 64 at most.
+/// Largest ratio of Snappy: three bytes unpack to at most 64.
 const SNAPPY: u64 = 22;
-/// Encodings of text whose decoders take memory for as many values as their data claim.
+/// Encodings of text whose decoders allocate memory for as many values as their data claim.
 const DIFFERENCES: [i32; 2] = [6, 7];
-/// The kind of a page that holds a dictionary.
+/// Type of a page that holds a dictionary.
 const DICTIONARY: i32 = 2;
 
-/// Checks the footer, before it is decoded.
+/// Checks the footer before it is decoded.
 pub(super) fn check_footer<R: Read + Seek>(shared: &Shared<R>) -> Result<()> {
-    // Magic bytes, and the footer with its length at the end of the file: shorter files are for the decoder to refuse.
+    // Magic bytes, and the footer with its length at the end of the file: the decoder refuses shorter files.
     let Some(end) = shared.size.checked_sub(8) else {
         return Ok(());
     };
@@ -48,11 +48,11 @@ pub(super) fn check_footer<R: Read + Seek>(shared: &Shared<R>) -> Result<()> {
     walk(footer, &mut Schema::default()).map_err(unreadable)
 }
 
-/// How deep the columns of a footer are nested.
+/// Nesting of the columns of a footer.
 #[derive(Default)]
 struct Schema {
     children: i32,
-    /// Columns that are still to come, in each group that is open.
+    /// Number of columns still to come, in each open group.
     open: Vec<i32>,
 }
 
@@ -96,7 +96,7 @@ impl Known for Schema {
     }
 }
 
-/// Checks that no page of the columns of lists claims more values than lists of rows can have: decoders take memory for them.
+/// Checks that no page of a list column claims more values than lists of rows can have: decoders allocate memory for them.
 pub(super) fn check_lists<R: Read + Seek>(
     shared: &Shared<R>,
     metadata: &ParquetMetaData,
@@ -121,7 +121,7 @@ pub(super) fn check_lists<R: Read + Seek>(
     Ok(())
 }
 
-/// Checks all pages of the columns `used`; the size of the largest dictionary of text, bytes.
+/// Checks all pages of the columns `used`; returns the size of the largest dictionary of text, bytes.
 pub(super) fn check_pages<R: Read + Seek>(
     shared: &Shared<R>,
     metadata: &ParquetMetaData,
@@ -146,7 +146,7 @@ pub(super) fn check_pages<R: Read + Seek>(
     Ok(dictionary)
 }
 
-/// A file of equal values holds any number of rows, each of which takes time.
+/// Bounds the number of rows: a file of equal values can claim any number, and each row takes time.
 fn check_rows(metadata: &ParquetMetaData, columns: usize, size: u64) -> Result<()> {
     let groups = metadata.row_groups().iter();
     let rows = groups.fold(0, |rows: i64, group| rows.saturating_add(group.num_rows()));
@@ -160,7 +160,7 @@ fn check_rows(metadata: &ParquetMetaData, columns: usize, size: u64) -> Result<(
     }
 }
 
-/// The decoder panics where one of these is negative.
+/// Refuses negative offsets and sizes, on which the decoder panics.
 fn check_place(chunk: &ColumnChunkMetaData, name: &str) -> Result<()> {
     let start = chunk.dictionary_page_offset().unwrap_or(0);
     let least = start
@@ -174,12 +174,12 @@ fn check_place(chunk: &ColumnChunkMetaData, name: &str) -> Result<()> {
     }
 }
 
-/// What the pages of a column claim together.
+/// Totals over the pages of a column.
 #[derive(Default)]
 struct Checked {
-    /// The size of its dictionary of text, bytes.
+    /// Size of its dictionary of text, bytes.
     dictionary: u64,
-    /// The number of its values.
+    /// Number of its values.
     values: u64,
 }
 
@@ -224,23 +224,23 @@ fn check_chunk<R: Read + Seek>(
     Ok(checked)
 }
 
-/// What the header of a page claims.
+/// Sizes in the header of a page.
 #[derive(Default)]
 struct Page {
     kind: i32,
-    /// Bytes of its values.
+    /// Number of bytes of its values.
     unpacked: i32,
-    /// Bytes in the file.
+    /// Number of bytes in the file.
     packed: i32,
-    /// Values in its dictionary.
+    /// Number of values in its dictionary.
     values: i32,
-    /// Values that it holds.
+    /// Number of values that it holds.
     held: i32,
     encodings: Vec<i32>,
 }
 
 impl Page {
-    /// The bytes that it takes in memory, if they can be those that it has in the file; else what is wrong.
+    /// The number of bytes that it needs in memory, if that is possible for its bytes in the file; else a message.
     fn size(&self, left: u64, packing: u64) -> std::result::Result<u64, &'static str> {
         let packed = u64::try_from(self.packed).unwrap_or(u64::MAX);
         let unpacked = u64::try_from(self.unpacked).unwrap_or(u64::MAX);
@@ -254,7 +254,7 @@ impl Page {
             1 => packed,
             _ => unpacked.max(packed),
         };
-        // The shortest value of a dictionary has four bytes.
+        // The shortest value in a dictionary has four bytes.
         match u64::try_from(self.values).is_ok_and(|values| values <= size / 4) {
             true => Ok(size),
             false => Err("claims more values than its bytes can hold"),

@@ -29,9 +29,9 @@ use super::shared::Shared;
 use super::{Layout, Readings};
 use lagrangian_motion::{Error, Result};
 
-/// Rows that are decoded at a time.
+/// Number of rows that are decoded at a time.
 const BATCH: usize = 8192;
-/// Bytes that are decoded at a time, even if each row has the longest text that a dictionary can hold.
+/// Number of bytes that are decoded at a time, even if each row has the longest text of a dictionary.
 const DECODED: u64 = 1 << 26;
 
 impl<R> Length for Shared<R> {
@@ -72,7 +72,7 @@ fn malformed(error: impl std::fmt::Display) -> Error {
 /// Reads the recordings of a Parquet file; nulls become NaN.
 ///
 /// # Errors
-/// [`Error::Columns`]; [`Error::Cell`] for columns that hold no numbers; [`Error::Malformed`] for anything that is
+/// [`Error::Columns`]; [`Error::Cell`] for columns without numbers; [`Error::Malformed`] for anything that is
 /// not a Parquet file; [`Error::TooShort`] if there is no row.
 pub(super) fn read(
     source: impl Read + Seek + Send + 'static,
@@ -92,7 +92,7 @@ fn read_groups(
 ) -> Result<Readings> {
     let shared = Shared::new(source)?;
     claims::check_footer(&shared)?;
-    // What Arrow adds to the types of the columns is not needed to read numbers and names.
+    // Numbers and names can be read without the metadata that Arrow adds to the types.
     let options = ArrowReaderOptions::new().with_skip_arrow_metadata(true);
     let metadata = ArrowReaderMetadata::load(&shared, options).map_err(malformed)?;
     let (schema, parquet) = (metadata.schema(), metadata.metadata());
@@ -114,7 +114,7 @@ fn read_groups(
     roots.sort_unstable();
     roots.dedup();
     refuse_durations(&metadata, &roots)?;
-    // Each column that is used has one leaf: it is not nested, or a list.
+    // Each used column has one leaf: it is not nested, or is a list.
     let leaves = leaves(&metadata, &roots);
     let dictionary = claims::check_pages(&shared, parquet, &leaves)?;
     let width = |root: &usize| Column::width(&widths, schema.field(*root).name()).unwrap_or(1);
@@ -122,7 +122,7 @@ fn read_groups(
     let batch = (DECODED / dictionary.saturating_add(8 * numbers).max(1)).clamp(1, BATCH as u64);
     let places = resolved.numbers.iter().map(|&at| {
         let column = &columns[at];
-        // OK because `roots` holds the root of every column that is used.
+        // OK because `roots` contains the root of every used column.
         (
             roots.binary_search(&column.root).unwrap_or_default(),
             column.place,
@@ -166,7 +166,7 @@ fn read_groups(
     rows.finish()
 }
 
-/// A column of numbers or text: one of the file, or a place in one of lists.
+/// A column of numbers or text: a column of the file, or one entry of a list column.
 struct Column {
     name: String,
     root: usize,
@@ -174,7 +174,7 @@ struct Column {
 }
 
 impl Column {
-    /// The columns of a file, of which lists of known widths are several.
+    /// The columns of a file; a list column of known width gives several.
     fn all(schema: &Schema, widths: &[(&str, usize)]) -> Vec<Self> {
         let fields = schema.fields().iter().enumerate();
         let columns = fields.flat_map(|(root, field)| {
@@ -202,7 +202,7 @@ fn is_numeric(kind: &DataType) -> bool {
     kind.is_integer() || matches!(kind, DataType::Float32 | DataType::Float64)
 }
 
-/// The columns that `is` holds for.
+/// Indices of the columns for which `is` holds.
 fn roots(schema: &Schema, is: impl Fn(&Field) -> bool) -> Vec<usize> {
     let fields = schema.fields();
     (0..fields.len())
@@ -231,7 +231,7 @@ fn reader<R: Read + Seek + Send + 'static>(
         .map_err(malformed)
 }
 
-/// The names of lists, and how many numbers the first row has of each.
+/// The names of list columns, and the number of values in the first row of each.
 fn widths<'a, R: Read + Seek + Send + 'static>(
     shared: &Shared<R>,
     metadata: &'a ArrowReaderMetadata,
@@ -275,7 +275,7 @@ macro_rules! as_numbers {
     };
 }
 
-/// The numbers of a column, `width` for each row; those of a list that is null are NaN.
+/// The numbers of a column, `width` for each row; NaN for a null list.
 fn numbers_of(batch: &RecordBatch, title: &str, width: usize) -> Result<Vec<f64>> {
     let column = column(batch, title)?;
     let DataType::List(_) = column.data_type() else {
@@ -312,11 +312,11 @@ fn numbers(column: &ArrayRef, title: &str) -> Result<Vec<f64>> {
     values.ok_or_else(|| of_type(title, column.data_type()))
 }
 
-/// A type that cannot be read is refused before any of its values takes memory.
+/// Refuses types that cannot be read before any of their values is allocated.
 fn check_types(schema: &Schema, used: &[&Column], text: Option<usize>) -> Result<()> {
     let is_read = |field: &Field, column: &Column| match field.data_type() {
         DataType::Utf8 => text == Some(column.root),
-        // Its name is then not that of the field.
+        // In this case its name differs from that of the field.
         DataType::List(_) => column.name != *field.name(),
         other => is_numeric(other),
     };
@@ -332,7 +332,7 @@ fn check_types(schema: &Schema, used: &[&Column], text: Option<usize>) -> Result
     }
 }
 
-/// Parquet itself knows no durations: only what Arrow adds tells them from whole numbers.
+/// Refuses durations: Parquet has no such type, so only the metadata of Arrow distinguishes them from integers.
 fn refuse_durations(metadata: &ArrowReaderMetadata, roots: &[usize]) -> Result<()> {
     let about = metadata.metadata().file_metadata();
     let added = parquet_to_arrow_schema(about.schema_descr(), about.key_value_metadata());
@@ -361,7 +361,7 @@ fn texts(batch: &RecordBatch, title: &str) -> Result<Vec<String>> {
     })
 }
 
-/// Writes a column for each of the contents, in groups of rows.
+/// Writes a column for each array of the contents, in groups of rows.
 pub(super) fn write(sink: impl Write + Send, contents: &Contents) -> Result<()> {
     let type_of = |name: &str| match name {
         "trajectory" if contents.is_of_several() => DataType::Utf8,
@@ -397,7 +397,7 @@ pub(super) fn write(sink: impl Write + Send, contents: &Contents) -> Result<()> 
     Ok(())
 }
 
-/// An error of the sink stays one.
+/// Converts an error, and preserves one of the sink.
 fn failed(error: ParquetError) -> Error {
     match error {
         ParquetError::External(error) => match error.downcast::<std::io::Error>() {

@@ -1,13 +1,13 @@
-//! Thrift's compact protocol, as far as integers are looked for in it.
+//! Thrift's compact protocol, restricted to reading integers.
 //!
-//! A decoder takes a field by its number and does not look at its type. So that this walk sees the same fields, those that
-//! the decoder reads must have the type that they have in Parquet, and numbers must ascend, as all writers let them.
+//! A decoder identifies a field by its number and ignores its type. For this walk to see the same fields, those that
+//! the decoder reads must have their type in Parquet, and numbers must ascend, as all writers write them.
 //!
 //! Source: Apache Thrift, `doc/specs/thrift-compact-protocol.md`.
 
 use std::io::{Error, ErrorKind, Read, Result, copy, sink};
 
-/// Structures and lists within each other: those of Parquet are at most eight deep.
+/// Largest nesting of structures and lists: those of Parquet have at most eight levels.
 const DEEPEST: usize = 24;
 
 /// The type of a field in the file.
@@ -15,7 +15,7 @@ const DEEPEST: usize = 24;
 pub(super) enum Wire {
     Bool,
     Byte,
-    /// Of 16, 32 or 64 bits, which look the same.
+    /// An integer of 16, 32 or 64 bits; all are encoded alike.
     Integer,
     Double,
     Text,
@@ -38,15 +38,15 @@ impl Wire {
     }
 }
 
-/// A structure of which fields are known.
+/// A structure with known fields.
 pub(super) trait Known {
-    /// The type of the field that these numbers lead to, outermost first; none where the decoder passes over it.
+    /// The type of the field at this path of numbers, outermost first; `None` if the decoder skips it.
     fn wire(&self, path: &[i16]) -> Option<Wire>;
 
-    /// Takes an integer; of a longer one the decoder takes the last 32 bits too.
+    /// Receives an integer; of a longer one the decoder uses the last 32 bits as well.
     fn integer(&mut self, path: &[i16], value: i32);
 
-    /// Takes note that a structure within has ended.
+    /// Called at the end of a nested structure.
     fn end(&mut self, _path: &[i16]) -> Result<()> {
         Ok(())
     }
@@ -94,7 +94,7 @@ impl<R: Read, K: Known> Walk<'_, R, K> {
             if expected.is_some_and(|expected| expected != wire) {
                 return Err(damaged());
             }
-            // A flag has its value in its type.
+            // The type of a flag contains its value.
             if wire != Wire::Bool {
                 self.value(wire, depth + 1)?;
             }
@@ -134,7 +134,7 @@ impl<R: Read, K: Known> Walk<'_, R, K> {
             return Ok(());
         }
         let wire = Wire::of(head & 15)?;
-        // Each value takes a byte, so that this ends where the source does.
+        // Each value takes a byte, so that this ends with the source.
         (0..length).try_for_each(|_| self.value(wire, depth + 1))
     }
 
@@ -144,7 +144,7 @@ impl<R: Read, K: Known> Walk<'_, R, K> {
         Ok(byte[0])
     }
 
-    /// Seven bits a byte, the lowest first.
+    /// A number with seven bits a byte, the lowest first.
     fn number(&mut self) -> Result<u64> {
         let mut number = 0;
         for shift in (0..64).step_by(7) {

@@ -1,15 +1,15 @@
-//! A joint state as ROS 2 serialises it: Common Data Representation (OMG, DDS-XTypes 1.3, §7.4; `PLAIN_CDR`).
+//! A joint state in the serialisation of ROS 2: Common Data Representation (OMG, DDS-XTypes 1.3, §7.4; `PLAIN_CDR`).
 
 /// The first bytes of a compressed message (RFC 8878, §3.1.1).
 const ZSTD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
 
-/// Bytes after the last value that a serialiser may add.
+/// Number of bytes that a serialiser may add after the last value.
 const PADDING: usize = 8;
 
 /// A message `sensor_msgs/msg/JointState`; its arrays are empty or have a value for each name.
 #[derive(Debug, PartialEq)]
 pub(super) struct JointState<'a> {
-    /// The stamp of its header, ns.
+    /// Time stamp of its header, ns.
     pub(super) stamp: i64,
     pub(super) names: Vec<&'a str>,
     pub(super) position: Vec<f64>,
@@ -18,7 +18,7 @@ pub(super) struct JointState<'a> {
 }
 
 impl<'a> JointState<'a> {
-    /// Takes a message apart; the error says what is wrong with it.
+    /// Decodes a message; the error describes the fault.
     pub(super) fn decode(bytes: &'a [u8]) -> Result<Self, String> {
         let mut cursor = Cursor::new(bytes)?;
         let (seconds, nanoseconds) = (cursor.i32()?, cursor.u32()?);
@@ -63,10 +63,10 @@ impl<'a> JointState<'a> {
     }
 }
 
-/// The bytes that are not yet read, and how they are to be read.
+/// The unread bytes, and their byte order.
 struct Cursor<'a> {
     rest: &'a [u8],
-    /// Bytes that were read after the encapsulation, from which alignment counts.
+    /// Number of bytes read after the encapsulation, the origin of alignment.
     position: usize,
     little_endian: bool,
 }
@@ -105,7 +105,7 @@ impl<'a> Cursor<'a> {
         Ok(taken)
     }
 
-    /// A number of `N` bytes, little end first, from where it may begin.
+    /// A little-endian number of `N` bytes, after alignment.
     fn number<const N: usize>(&mut self) -> Result<[u8; N], String> {
         self.take(self.position.next_multiple_of(N) - self.position)?;
         let mut bytes = [0; N];
@@ -124,7 +124,7 @@ impl<'a> Cursor<'a> {
         self.number().map(u32::from_le_bytes)
     }
 
-    /// How many elements follow, of at least `least` bytes each: what is claimed must fit into the message.
+    /// Number of elements that follow, of at least `least` bytes each; the claimed number must fit into the message.
     fn count(&mut self, least: usize) -> Result<usize, String> {
         let count = self.u32()? as usize;
         match count <= self.rest.len() / least {

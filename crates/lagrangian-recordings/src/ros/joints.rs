@@ -1,20 +1,20 @@
-//! The joints of a topic by name, whatever the order in which a message has them.
+//! The joints of a topic by name, independent of their order in a message.
 
 use std::collections::HashMap;
 
-/// The joints that messages name, in the order in which they first appear.
+/// The joints that messages name, in the order of their first appearance.
 #[derive(Debug, Default)]
 pub(super) struct Joints {
     pub(super) names: Vec<String>,
     numbers: HashMap<String, usize>,
     /// The names of the last message.
     last: Vec<String>,
-    /// Where the last message has each joint.
+    /// Index of each joint in the last message.
     at: Vec<Option<usize>>,
 }
 
 impl Joints {
-    /// Finds the joints of a message, which [`Joints::at`] then tells.
+    /// Finds the joints of a message, for use by [`Joints::at`].
     pub(super) fn follow(&mut self, names: &[&str]) {
         if self.last == names {
             return;
@@ -38,7 +38,7 @@ impl Joints {
         joint
     }
 
-    /// Where the last message has a joint, if it has it.
+    /// Index of a joint in the last message, if it is present.
     pub(super) fn at(&self, joint: usize) -> Option<usize> {
         self.at[joint]
     }

@@ -1,4 +1,4 @@
-//! ROS 2 bags in MCAP: chunks of records, one after another. What is compressed is unpacked here, in Rust alone.
+//! ROS 2 bags in MCAP: chunks of records, one after another. Compressed chunks are unpacked in pure Rust.
 
 use std::collections::{HashMap, HashSet};
 use std::io::{Read, Seek};
@@ -14,11 +14,11 @@ use lagrangian_motion::{Error, Result};
 
 /// The longest record that is read, packed or not, bytes.
 const LONGEST: usize = 1 << 28;
-/// Bytes that are read at a time, so that memory grows with what is there, not with what is claimed.
+/// Number of bytes that are read at a time, so that memory grows with the contents, not with the claimed size.
 const PIECE: usize = 1 << 20;
 const FORMAT: &str = "MCAP";
 
-/// A bag that is read from begin to end at each visit.
+/// A bag that is read from beginning to end at each visit.
 pub(super) struct Log<R> {
     source: R,
 }
@@ -82,7 +82,7 @@ fn damaged(error: impl std::fmt::Display) -> Error {
     ))
 }
 
-/// The state of one way through a bag.
+/// State of one pass through a bag.
 struct Visit<'a> {
     wanted: &'a dyn Fn(&Topic) -> bool,
     take: &'a mut dyn FnMut(&Topic, Message<'_>) -> Result<()>,
@@ -90,10 +90,10 @@ struct Visit<'a> {
     kinds: HashMap<u16, String>,
     channels: HashMap<u16, Channel>,
     topics: Vec<Topic>,
-    /// The same, to be looked up.
+    /// Set of the known topics, for look-up.
     known: HashSet<Topic>,
     messages: u64,
-    /// How many messages the summary counts, where there is one.
+    /// Number of messages that the summary counts, if there is one.
     counted: Option<u64>,
 }
 
@@ -169,7 +169,7 @@ impl<'a> Visit<'a> {
         (self.take)(&channel.topic, Message { log_time, data })
     }
 
-    /// The records of a chunk, once they are known to be whole.
+    /// Processes the records of a chunk, after a check that they are complete.
     fn chunk(&mut self, chunk: &Chunk<'_>) -> Result<()> {
         let records = unpacked(chunk)?;
         let records = records.as_deref().unwrap_or(chunk.data);
@@ -201,7 +201,7 @@ impl<'a> Visit<'a> {
     }
 }
 
-/// Opcode and body of the first record, which leaves `rest`.
+/// Opcode and body of the first record; `rest` is then the remainder.
 fn split_record<'a>(rest: &mut &'a [u8]) -> Option<(u8, &'a [u8])> {
     let (opcode, after) = rest.split_first()?;
     let (length, after) = after.split_first_chunk::<8>()?;
@@ -211,7 +211,7 @@ fn split_record<'a>(rest: &mut &'a [u8]) -> Option<(u8, &'a [u8])> {
     Some((*opcode, body))
 }
 
-/// The bytes of a chunk, where they are compressed.
+/// The unpacked bytes of a compressed chunk.
 fn unpacked(chunk: &Chunk<'_>) -> Result<Option<Vec<u8>>> {
     let Chunk { size, data, .. } = *chunk;
     if size > LONGEST as u64 {
@@ -220,7 +220,7 @@ fn unpacked(chunk: &Chunk<'_>) -> Result<Option<Vec<u8>>> {
         )));
     }
     let mut records = Vec::new();
-    // One byte more shows that there are too many.
+    // One additional byte reveals too many.
     let read = match chunk.compression {
         "" => return Ok(None),
         "lz4" => lz4_flex::frame::FrameDecoder::new(data)

@@ -1,7 +1,7 @@
 //! Joint states of ROS 2 bags: a row for each message of one topic, with positions as q, velocities as q̇ and efforts as τ
-//! of the joints that are chosen by name (feature `ros`).
+//! of the joints that are selected by name (feature `ros`).
 //!
-//! A bag is visited twice: once to see which topics, joints and signals it has, and once for the rows.
+//! A bag is visited twice: once to list its topics, joints and signals, and once for the rows.
 
 mod cdr;
 mod joints;
@@ -23,11 +23,11 @@ use lagrangian_motion::{Error, Result};
 use sorter::Sorter;
 use survey::Survey;
 
-/// The type of the messages that are read, and how they are serialised.
+/// Type of the messages that are read, and their serialisation.
 const JOINT_STATE: &str = "sensor_msgs/msg/JointState";
 const ENCODING: &str = "cdr";
 
-/// Topics that a message lists.
+/// Largest number of topics that a message lists.
 const MOST_LISTED: usize = 40;
 
 /// A topic of a bag.
@@ -36,7 +36,7 @@ struct Topic {
     name: String,
     /// The type of its messages.
     kind: String,
-    /// How they are serialised.
+    /// Their serialisation.
     encoding: String,
 }
 
@@ -48,17 +48,17 @@ impl Topic {
 
 /// A message as it was recorded.
 struct Message<'a> {
-    /// When the recorder received it, ns.
+    /// Time at which the recorder received it, ns.
     log_time: i64,
     data: &'a [u8],
 }
 
 /// A container of messages.
 trait Bag {
-    /// What errors call it.
+    /// Name of the format in errors.
     const FORMAT: &'static str;
 
-    /// Gives the messages of the topics that are wanted, each topic in the order in which it was recorded; returns all
+    /// Passes on the messages of the wanted topics, each topic in the order in which it was recorded; returns all
     /// topics.
     fn visit(
         &mut self,
@@ -70,8 +70,8 @@ trait Bag {
 /// Reads the joint states of a bag in `SQLite`.
 ///
 /// # Errors
-/// [`Error::Topic`] where it is not clear which topic is meant, or joints of it are never together; [`Error::Columns`]
-/// for joints that it does not have; [`Error::Malformed`] for what is no bag, or a damaged one.
+/// [`Error::Topic`] where the topic is ambiguous, or its joints never appear together; [`Error::Columns`]
+/// for joints that it does not have; [`Error::Malformed`] for a file that is not a bag, or a damaged one.
 pub(super) fn read_db3(source: impl Read + Seek, name: &str, layout: &Layout) -> Result<Readings> {
     read(sqlite::Database::open(source)?, name, layout)
 }
@@ -103,7 +103,7 @@ fn read<B: Bag>(mut bag: B, name: &str, layout: &Layout) -> Result<Readings> {
     sorter.finish(&topic, notes.into_iter().chain(omitted).collect())
 }
 
-/// The one topic that is read, what it has, and the topics that are not read.
+/// The one topic that is read, its contents, and the other topics.
 fn survey<B: Bag>(bag: &mut B, layout: &Layout) -> Result<(String, Survey, Vec<Topic>)> {
     let named = |topic: &Topic| layout.topic.as_ref().is_none_or(|name| *name == topic.name);
     let mut surveys: BTreeMap<String, Survey> = BTreeMap::new();
@@ -124,7 +124,7 @@ fn survey<B: Bag>(bag: &mut B, layout: &Layout) -> Result<(String, Survey, Vec<T
     }
 }
 
-/// Why there is not one topic to read: `filled` have joint states.
+/// The error for a bag without a unique topic; `filled` topics have joint states.
 fn no_choice(topics: &[Topic], filled: usize, layout: &Layout) -> Error {
     let is_old = |t: &Topic| t.kind == "sensor_msgs/JointState" || t.encoding == "ros1";
     let (finding, remedy) = match &layout.topic {
@@ -152,7 +152,7 @@ fn no_choice(topics: &[Topic], filled: usize, layout: &Layout) -> Error {
     }
 }
 
-/// Topics with their types, as far as a person reads them.
+/// A readable list of topics with their types.
 fn listed(topics: &[Topic]) -> String {
     let shown = |t: &Topic| format!("{} ({})", shortened(&t.name), shortened(&t.kind));
     let mut text: Vec<String> = topics.iter().take(MOST_LISTED).map(shown).collect();
@@ -162,7 +162,7 @@ fn listed(topics: &[Topic]) -> String {
     text.join(", ")
 }
 
-/// Why the topic that was named gives no joint states.
+/// The error for a named topic without joint states.
 fn unreadable(topics: &[Topic], name: &str) -> String {
     match topics.iter().find(|t| t.name == name) {
         None => format!("the bag has no topic '{name}'"),

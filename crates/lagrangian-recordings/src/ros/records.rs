@@ -1,8 +1,8 @@
-//! The records of MCAP that are read (<https://mcap.dev/spec>). A claimed length takes no memory: everything is borrowed.
+//! The records of MCAP that are read (<https://mcap.dev/spec>). All data are borrowed, so that a claimed length takes no memory.
 
 use mcap::records::op;
 
-/// A record, as far as it is read.
+/// A record, with the fields that are read.
 pub(super) enum Record<'a> {
     Schema {
         id: u16,
@@ -24,7 +24,7 @@ pub(super) enum Record<'a> {
     Statistics {
         messages: u64,
     },
-    /// One of no interest.
+    /// Any other record.
     Other,
 }
 
@@ -32,7 +32,7 @@ pub(super) enum Record<'a> {
 pub(super) struct Chunk<'a> {
     /// Their length, unpacked.
     pub(super) size: u64,
-    /// Their CRC-32, unpacked; 0 where it is not known.
+    /// Their CRC-32, unpacked; 0 if unknown.
     pub(super) crc: u32,
     pub(super) compression: &'a str,
     pub(super) data: &'a [u8],

@@ -1,33 +1,33 @@
-//! Where the messages of a topic begin to name other joints.
+//! Detection of the first message of a topic that names other joints.
 //!
-//! Messages of other joints between those that are read come from other publishers, and are no fault. A message that has some of the
-//! joints that are read and lacks others is one, and so is an end after which the joints that are read do not return.
+//! Messages of other joints among those that are read come from other publishers, and are not a fault. A message with only some of the
+//! joints that are read is a fault, and so is an end after which the joints that are read do not return.
 
 use super::super::Renamed;
 
-/// So many times as many messages at the end as were ever omitted in a row before it are no pause.
+/// A final run this many times as long as the longest earlier run of omitted messages is not a pause.
 const PAUSE: usize = 10;
 
-/// Watches which messages are omitted.
+/// Tracks the messages that are omitted.
 #[derive(Debug, Default)]
 pub(super) struct Watch {
-    /// The first message that has some of the joints.
+    /// The first message with only some of the joints.
     torn: Option<Renamed>,
-    /// The first message of those that are omitted now, and how many these are.
+    /// The first message of the current run of omitted ones, and the length of the run.
     run: Option<Renamed>,
     length: usize,
-    /// The most messages that were omitted in a row before.
+    /// Length of the longest earlier run of omitted messages.
     longest: usize,
 }
 
 impl Watch {
-    /// A message was read.
+    /// Records that a message was read.
     pub(super) fn read(&mut self) {
         self.longest = self.longest.max(self.length);
         (self.run, self.length) = (None, 0);
     }
 
-    /// A message was omitted, as it lacks joints; `has_some` of those that are read.
+    /// Records that a message was omitted because it lacks joints; `has_some`: it has some of those that are read.
     pub(super) fn omitted(&mut self, has_some: bool, what: impl Fn() -> Renamed) {
         self.length += 1;
         if has_some {
@@ -36,7 +36,7 @@ impl Watch {
         self.run.get_or_insert_with(what);
     }
 
-    /// What is to be said of a topic with so many messages, of which so many were omitted.
+    /// The finding for a topic of `messages` messages, of which `omitted` were omitted.
     pub(super) fn finish(self, omitted: usize, messages: usize) -> Option<Renamed> {
         let ended = self.length > PAUSE * self.longest.max(1);
         let found = self.torn.or(self.run.filter(|_| ended))?;

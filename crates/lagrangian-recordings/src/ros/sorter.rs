@@ -1,4 +1,4 @@
-//! Messages to rows: the numbers of the joints that are used, each where its column stands.
+//! Conversion of messages to rows: the numbers of the used joints in the order of the columns.
 
 use super::super::columns::Resolved;
 use super::super::rows::Rows;
@@ -9,23 +9,23 @@ use super::renamed::Watch;
 use super::survey::{Field, Survey};
 use lagrangian_motion::{Error, Result};
 
-/// Makes a row of each message that has all joints; counts the others.
+/// Converts each message with all joints to a row; counts the others.
 pub(super) struct Sorter {
     joints: Joints,
     stamped: bool,
-    /// What stands in each column that is used.
+    /// The field in each used column.
     fields: Vec<Field>,
     values: Vec<f64>,
     rows: Rows,
     pub(super) messages: usize,
     omitted: usize,
     watch: Watch,
-    /// The time of the first row, ns: t counts from it, which keeps every digit of a stamp.
+    /// Time of the first row, ns: t counts from it, which keeps every digit of a stamp.
     start: Option<i64>,
 }
 
 impl Sorter {
-    /// For the columns `resolved` among all `fields` of a topic.
+    /// A sorter for the columns `resolved` among all `fields` of a topic.
     pub(super) fn new(survey: Survey, fields: &[Field], resolved: Resolved, name: &str) -> Self {
         let fields: Vec<Field> = resolved.numbers.iter().map(|&at| fields[at]).collect();
         Self {
@@ -41,7 +41,7 @@ impl Sorter {
         }
     }
 
-    /// Takes a message that the recorder received at `log_time`, ns.
+    /// Adds a message that the recorder received at `log_time`, ns.
     pub(super) fn take(&mut self, state: &JointState<'_>, log_time: i64) -> Result<()> {
         self.messages += 1;
         self.joints.follow(&state.names);
@@ -69,13 +69,13 @@ impl Sorter {
         self.rows.push(None, &mut self.values)
     }
 
-    /// Counts a message that is not used.
+    /// Counts an omitted message.
     fn omit(&mut self, state: &JointState<'_>) {
         self.omitted += 1;
         let used: Vec<usize> = self.fields.iter().filter_map(Field::joint).collect();
         let lacks = |joint: &usize| self.joints.at(*joint).is_none();
         if !used.iter().any(lacks) {
-            return; // It has names without positions.
+            return; // The message has names without positions.
         }
         let has_some = !used.iter().all(lacks);
         let name = |joint: usize| self.joints.names[joint].clone();
@@ -94,13 +94,13 @@ impl Sorter {
         });
     }
 
-    /// Whether a message has the positions of all joints that are used.
+    /// Whether a message has the positions of all used joints.
     fn has_all_joints(&self, state: &JointState<'_>) -> bool {
         let mut joints = self.fields.iter().filter_map(Field::joint);
         !state.position.is_empty() && joints.all(|joint| self.joints.at(joint).is_some())
     }
 
-    /// The rows, and notes of what was omitted after those that are there.
+    /// The rows, and the given notes with those on omitted messages appended.
     pub(super) fn finish(self, topic: &str, mut notes: Vec<String>) -> Result<Readings> {
         let (omitted, messages) = (self.omitted, self.messages);
         if omitted == messages {

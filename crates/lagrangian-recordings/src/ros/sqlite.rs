@@ -13,7 +13,7 @@ use lagrangian_motion::{Error, Result};
 const MAGIC: &[u8; 16] = b"SQLite format 3\0";
 /// Bytes of its header.
 const HEADER: usize = 100;
-/// The largest bag that is read, bytes: `SQLite` holds it in one piece of memory, and takes no larger one.
+/// Largest bag that is read, bytes: `SQLite` holds a database in memory in one block, of at most this size.
 const LARGEST: u64 = 0x7fff_fe00;
 
 /// A bag in memory.
@@ -23,7 +23,7 @@ pub(super) struct Database {
 }
 
 impl Database {
-    /// Reads a bag into memory and checks that it is whole.
+    /// Reads a bag into memory and checks that it is complete.
     pub(super) fn open(mut source: impl Read + Seek) -> Result<Self> {
         let size = source.seek(std::io::SeekFrom::End(0))?;
         source.rewind()?;
@@ -59,7 +59,7 @@ impl Bag for Database {
         wanted: &dyn Fn(&Topic) -> bool,
         take: &mut dyn FnMut(&Topic, Message<'_>) -> Result<()>,
     ) -> Result<Vec<Topic>> {
-        // All topics in one pass, however many there are.
+        // One pass for all topics, whatever their number.
         let order = "SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN (SELECT value FROM json_each(?1)) ORDER BY rowid";
         let mut statement = self.connection.prepare(order).map_err(damaged)?;
         let named = self.topics.iter().filter(|(_, topic)| wanted(topic));
@@ -96,7 +96,7 @@ fn damaged(error: rusqlite::Error) -> Error {
     malformed(format!("{error}: copy it again, or record it again"))
 }
 
-/// A database of these bytes, which nothing writes to and whose schema is not trusted.
+/// A read-only database of these bytes, whose schema is not trusted.
 fn in_memory(mut source: impl Read, size: u64) -> Result<Connection> {
     let mut header = [0; HEADER];
     let mut start = Vec::new();
@@ -109,7 +109,7 @@ fn in_memory(mut source: impl Read, size: u64) -> Result<Connection> {
     }
     header.copy_from_slice(&start);
     refuse_cut(&header, size)?;
-    // A log of writes that was beside the file is none of a database in memory: its header is that of one without.
+    // A database in memory has no write-ahead log: its header is set to that of a database without one.
     header[18] = 1;
     header[19] = 1;
     let mut connection = Connection::open_in_memory().map_err(damaged)?;
@@ -127,7 +127,7 @@ fn in_memory(mut source: impl Read, size: u64) -> Result<Connection> {
     Ok(connection)
 }
 
-/// Refuses a file that is shorter than the pages that its header counts.
+/// Refuses a file shorter than the pages that its header counts.
 fn refuse_cut(header: &[u8; HEADER], size: u64) -> Result<()> {
     let number = |at: usize| {
         u32::from_be_bytes([header[at], header[at + 1], header[at + 2], header[at + 3]])
@@ -136,7 +136,7 @@ fn refuse_cut(header: &[u8; HEADER], size: u64) -> Result<()> {
         1 => 65_536,
         page => u64::from(page),
     };
-    // The count is valid only where the change counter is that of the last writer that knew of it.
+    // The count is valid only if the change counter equals that of the last writer that set it.
     let counted = number(24) == number(92);
     let expected = u64::from(number(28)) * page;
     match counted && size < expected {
@@ -163,7 +163,7 @@ fn refuse_damage(connection: &Connection) -> Result<()> {
     }
 }
 
-/// Refuses a database that is no bag: without the two tables, or with something else of their names.
+/// Refuses a database that is not a bag: without the two tables, or with other objects of these names.
 fn refuse_other_databases(connection: &Connection) -> Result<()> {
     let query = "SELECT name FROM sqlite_schema WHERE type = 'table' AND sql NOT LIKE 'CREATE VIRTUAL%' ORDER BY name";
     let tables = rows(connection, query, |row| row.get::<_, String>(0))?;
@@ -190,7 +190,7 @@ fn refuse_other_databases(connection: &Connection) -> Result<()> {
     }
 }
 
-/// What `of` makes of the rows of a query.
+/// The results of `of` for the rows of a query.
 fn rows<T>(
     connection: &Connection,
     query: &str,

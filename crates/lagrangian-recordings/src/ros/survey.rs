@@ -1,4 +1,4 @@
-//! What a topic has: joints, signals and stamps; and the columns that a file of them would have.
+//! The contents of a topic (joints, signals and stamps) and the columns that a file of them would have.
 
 use super::super::Layout;
 use super::super::columns::Resolved;
@@ -6,14 +6,14 @@ use super::cdr::JointState;
 use super::joints::Joints;
 use lagrangian_motion::Signal;
 
-/// Joints of one topic, at most.
+/// Largest number of joints of one topic.
 const MOST_JOINTS: usize = 1000;
 
 /// A number of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Field {
     Time,
-    /// Of the joint with this number, as the next two.
+    /// Position of the joint with this number; likewise the next two.
     Position(usize),
     Velocity(usize),
     Effort(usize),
@@ -29,22 +29,22 @@ impl Field {
     }
 }
 
-/// What is known of a topic once all its messages have been seen.
+/// Facts about a topic, from all its messages.
 #[derive(Debug, Default)]
 pub(super) struct Survey {
     pub(super) joints: Joints,
     pub(super) messages: usize,
-    /// Whether any message bears a time stamp.
+    /// Whether any message has a time stamp.
     pub(super) stamped: bool,
-    /// How many joints the first message that names some has: they come first.
+    /// Number of joints in the first message that names some; they come first.
     first: usize,
-    /// Of which joints a finite velocity, or effort, was recorded.
+    /// Whether a finite velocity, or effort, was recorded for each joint.
     velocities: Vec<bool>,
     efforts: Vec<bool>,
 }
 
 impl Survey {
-    /// Takes a message; the error says what is wrong with it.
+    /// Adds a message; the error describes the fault.
     pub(super) fn take(&mut self, state: &JointState<'_>) -> Result<(), String> {
         self.messages += 1;
         self.stamped |= state.stamp != 0;
@@ -71,8 +71,8 @@ impl Survey {
         Ok(())
     }
 
-    /// The names of the columns, and what stands in each: the time, a position of each joint under its name, and the
-    /// velocities and efforts that were recorded.
+    /// Names and fields of the columns: the time, a position of each joint under its name, and the recorded
+    /// velocities and efforts.
     pub(super) fn columns(&self) -> (Vec<String>, Vec<Field>) {
         let joints = || self.joints.names.iter().enumerate();
         let positions = joints().map(|(joint, name)| (name.clone(), Field::Position(joint)));
@@ -87,8 +87,8 @@ impl Survey {
             .unzip()
     }
 
-    /// The layout, with the columns that it does not name: all joints of the first message, and their velocities and
-    /// efforts where all of them were recorded.
+    /// The layout, completed by default columns: all joints of the first message, and their velocities and
+    /// efforts if all of them were recorded.
     pub(super) fn completed(&self, layout: &Layout) -> Layout {
         let mut layout = layout.clone();
         let columns = &mut layout.columns;
@@ -108,7 +108,7 @@ impl Survey {
         layout
     }
 
-    /// The columns of a signal of these joints, or none where one of them was not recorded.
+    /// The columns of a signal of these joints; empty if one of them was not recorded.
     fn all(&self, joints: &[String], recorded: &[bool], column: fn(&str) -> String) -> Vec<String> {
         let has = |name: &String| {
             let joint = self.joints.names.iter().position(|own| own == name);
@@ -120,14 +120,14 @@ impl Survey {
         }
     }
 
-    /// What a user should know of the topic as a whole.
+    /// Notes for the user on the topic as a whole.
     pub(super) fn notes(&self) -> Vec<String> {
         let note =
             "no message bears a time stamp: the times at which the recorder received them are used";
         (!self.stamped).then(|| note.into()).into_iter().collect()
     }
 
-    /// Says which signals are not known, and of which joints they are missing.
+    /// Notes on the signals that are not known, with the joints that lack them.
     pub(super) fn omitted(&self, resolved: &Resolved) -> Vec<String> {
         let signals = &resolved.columns.signals;
         let of = |signal: Signal, what: &str, recorded: &[bool]| {

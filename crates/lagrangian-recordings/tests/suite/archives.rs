@@ -1,4 +1,4 @@
-//! Archives of arrays: what cannot be read is an error where it is asked for, and named where it is not.
+//! Archives of arrays: an unreadable array is an error if it is requested, and is listed otherwise.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::io::{Cursor, Write};
@@ -8,10 +8,10 @@ use lagrangian_recordings::{Format, Layout, Readings};
 use zip::ZipWriter;
 use zip::write::SimpleFileOptions;
 
-/// Rows of every array.
+/// Number of rows of every array.
 const ROWS: usize = 20;
 
-/// An array as `NumPy` writes it.
+/// An array in the format of `NumPy`.
 fn array(descr: &str, shape: &str, elements: &[u8]) -> Vec<u8> {
     let text = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}");
     let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
@@ -50,7 +50,7 @@ fn motion_with(name: &'static str, bytes: Vec<u8>) -> Vec<u8> {
     ])
 }
 
-/// Types and shapes that cannot be read, with what the message says.
+/// Types and shapes that cannot be read, with the text of the message.
 fn unreadable() -> [(Vec<u8>, &'static str); 4] {
     [
         (array("|O", "(20,)", b"pickled"), "object"),

@@ -1,4 +1,4 @@
-//! Bad input: none may panic, and every message says where and what to do.
+//! Bad input: no panic, and every message states the location and a remedy.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::io::{Cursor, Read, Seek, SeekFrom, Write};
@@ -299,7 +299,7 @@ fn a_wrong_description_of_the_columns_says_where() {
     ));
 }
 
-/// Gives out the same thousand rows again and again, never in memory together.
+/// Yields the same thousand rows again and again, without holding them all in memory.
 struct Endless {
     block: Vec<u8>,
     blocks: usize,
@@ -364,7 +364,7 @@ fn read_bytes(format: Format, bytes: Vec<u8>) -> Result<Readings> {
     format.read(Cursor::new(bytes), "file", &Layout::default())
 }
 
-/// A disk with room for so many bytes.
+/// A disk with room for this many bytes.
 struct Disk {
     room: usize,
     file: Cursor<Vec<u8>>,

@@ -1,4 +1,4 @@
-//! Joint states of ROS 2 bags: both containers give the same rows, what is chosen or missing is said, and what is damaged is
+//! Joint states of ROS 2 bags: both containers give the same rows, choices and missing parts are reported, and damaged bags are
 //! refused.
 #![cfg(feature = "ros")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
@@ -20,11 +20,11 @@ use mcap::records::{MessageHeader, op};
 const JOINT_STATE: &str = "sensor_msgs/msg/JointState";
 const TOPIC: &str = "/joint_states";
 
-/// A message, before it is serialised.
+/// A message before serialisation.
 #[derive(Clone)]
 struct State {
     topic: &'static str,
-    /// ns.
+    /// Time, ns.
     stamp: u64,
     log_time: u64,
     names: Vec<&'static str>,
@@ -49,7 +49,7 @@ impl State {
         }
     }
 
-    /// Plain CDR, little end first.
+    /// Plain CDR, little-endian.
     fn bytes(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
         bytes.extend(((self.stamp / 1_000_000_000) as i32).to_le_bytes());
@@ -156,7 +156,7 @@ fn mcap_with(topics: &[Declared], states: &[State], encoding: &str) -> Vec<u8> {
     writer.into_inner().into_inner()
 }
 
-/// The same bag with compressed chunks, and without checksums and index; the messages are still counted.
+/// The bag with compressed chunks, and without checksums and index; the messages are still counted.
 fn packed(bag: &[u8], compression: &str) -> Vec<u8> {
     let put = |bag: &mut Vec<u8>, opcode: u8, body: &[u8]| {
         bag.push(opcode);
@@ -219,7 +219,7 @@ fn read_with(format: Format, bag: &[u8], layout: &Layout) -> Result<Readings> {
     format.read(Cursor::new(bag.to_vec()), "bag", layout)
 }
 
-/// What both containers give for the same messages.
+/// The results of both containers for the same messages.
 fn both(states: &[State], layout: &Layout) -> Result<Readings> {
     let from_mcap = read_with(Format::Mcap, &mcap(states), layout);
     let from_db3 = read_with(Format::Db3, &db3(states), layout);
@@ -663,7 +663,7 @@ fn sizes_that_are_claimed_take_no_memory() {
     }
 }
 
-/// The folder of recorded data, if it is there.
+/// The folder of recorded data, if it exists.
 fn data() -> Option<PathBuf> {
     let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data");
     let folder =

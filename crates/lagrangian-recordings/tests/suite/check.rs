@@ -1,4 +1,4 @@
-//! The check finds what a roboticist would find, and lets sound recordings pass.
+//! The check finds the faults that a roboticist would find, and passes sound recordings.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::f64::consts::{PI, TAU};
@@ -9,7 +9,7 @@ use lagrangian_recordings::{
     check::{CheckOptions, CheckReport, Item, Verdict, check},
 };
 
-/// Rows t, q, qd, tau of a swing at 100 Hz, as `row` makes them of (sample, t, q, qd).
+/// Rows t, q, qd, tau of a swing at 100 Hz, each made by `row` from (sample, t, q, qd).
 fn checked(layout: &Layout, row: impl Fn(u32, f64, f64, f64) -> String) -> CheckReport {
     let swing = |k: u32| {
         let t = f64::from(k) * 0.01;

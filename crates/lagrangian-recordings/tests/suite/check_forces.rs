@@ -76,7 +76,7 @@ const ARM: Machine = Machine {
 };
 
 impl Machine {
-    /// The torques that make the motion at time t.
+    /// The torques for the motion at time t.
     fn torques(&self, lagrangian: &dyn Lagrangian, t: f64) -> Vec<f64> {
         let n = self.waves.len();
         let friction = Dissipation {

@@ -1,4 +1,4 @@
-//! Mistakes in otherwise good data: the check names each, and lets exact data pass.
+//! Mistakes in otherwise good data: the check names each, and passes exact data.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::f64::consts::FRAC_PI_2;
@@ -116,7 +116,7 @@ fn worst<'a>(report: &'a CheckReport, name: &str) -> &'a Item {
     worst.unwrap_or_else(|| panic!("no item '{name}' in {report:#?}"))
 }
 
-/// One of the items of this name is at least as grave, and says this.
+/// Asserts that one of the items of this name is at least as severe, and contains this text.
 fn assert_says(report: &CheckReport, name: &str, verdict: Verdict, part: &str) {
     let says = |i: &&Item| {
         let remedy = i.remedy.as_deref().unwrap_or_default();
@@ -128,7 +128,7 @@ fn assert_says(report: &CheckReport, name: &str, verdict: Verdict, part: &str) {
     );
 }
 
-/// After this change the log says so under this name.
+/// Asserts that after this change the log has a finding with this name and text.
 #[track_caller]
 fn assert_named(name: &str, verdict: Verdict, part: &str, change: impl FnOnce(&mut Recording)) {
     let mut spoiled = log(TWO_LINKS, 10.0, 1);
@@ -260,7 +260,7 @@ fn a_sensor_that_stops_is_told_from_a_joint_that_rests() {
         });
     }
     let mut rests = log(TWO_LINKS, 10.0, 1);
-    // It slows down to rest, and starts as gently.
+    // The coordinate slows down to rest, and starts as gently.
     column(&mut rests, Signal::Q, 0, |k, _| {
         let x = (k as f64 / 200.0 - 2.0).rem_euclid(4.0) - 2.0;
         let gentle = if x.abs() < 1.0 {
@@ -373,12 +373,12 @@ fn degrees_of_a_free_pendulum_are_told_from_turns() {
     assert!(worst(&checked(&free), "range").verdict == Verdict::Pass);
 }
 
-/// Motions of a system from random states, without forces or with sines of this amplitude; exact.
+/// Exact motions of a system from random states, without forces or with sines of this amplitude.
 fn free_motions(name: &str, drive: f64) -> Vec<Recording> {
     motions(name, drive, |_| true)
 }
 
-/// The same with sines on these coordinates alone.
+/// Exact motions with sines on these coordinates alone.
 fn motions(name: &str, drive: f64, is_driven: impl Fn(usize) -> bool + Sync) -> Vec<Recording> {
     let system = by_name(name, &[]).unwrap();
     let n = system.coordinates().dof();
@@ -461,7 +461,7 @@ fn a_machine_in_degrees_is_doubted_whether_its_joints_are_declared_as_angles_or_
     }
 }
 
-/// A log of a position-controlled joint that follows its goal a little late, without forces.
+/// A log of a position-controlled joint that follows its goal with a small delay, without forces.
 fn servo() -> Recording {
     let t: Vec<f64> = (0..2000).map(|k| 0.005 * f64::from(k)).collect();
     let at = |t: f64| (1.3 * t).sin() + 0.4 * (3.1 * t).sin();
@@ -497,7 +497,7 @@ fn goals_in_place_of_forces_are_checked_and_the_way_is_named() {
         Verdict::Warn,
         "different units",
     );
-    // The same columns under names that nobody chose.
+    // The same columns under names that were not selected.
     let mut log = servo();
     (log.signals.goal, log.signals.kp) = Default::default();
     log.columns.ignored = vec!["target_position".into()];

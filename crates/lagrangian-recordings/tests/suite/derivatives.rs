@@ -1,4 +1,4 @@
-//! Estimated velocities and accelerations against closed forms, and the error that they claim against the true one.
+//! Estimated velocities and accelerations against closed forms, and the claimed error against the true one.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use lagrangian_motion::{Coordinates, Error, Signals, Trajectory};
@@ -206,7 +206,7 @@ fn without_noise_the_estimate_is_exact_to_the_order_of_its_window() {
 
 #[test]
 fn no_window_crosses_a_gap_and_lone_samples_are_left_out() {
-    // Another slope on the other side of the gap would spoil any window that saw both.
+    // Another slope beyond the gap would spoil any window that contains both sides.
     let mut t: Vec<f64> = (0..200).map(|k| f64::from(k) * 0.01).collect();
     t.push(5.0);
     t.extend((0..200).map(|k| 10.0 + f64::from(k) * 0.01));

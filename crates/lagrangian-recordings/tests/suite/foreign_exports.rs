@@ -1,4 +1,4 @@
-//! Files as other programs write them (`exports/ORIGIN.md`), to recordings in SI units.
+//! Files of other programs (`exports/ORIGIN.md`), converted to recordings in SI units.
 #![allow(
     clippy::unwrap_used,
     clippy::cast_precision_loss,
@@ -52,7 +52,7 @@ fn of_text(text: &str, layout: &Layout) -> Result<Readings> {
     Format::Csv.read(Cursor::new(text.to_owned()), "file", layout)
 }
 
-/// The first recording holds the angle in its first coordinate, at times from 0 with this interval.
+/// Asserts that the first recording holds the angle in its first coordinate, at times from 0 with this interval.
 fn assert_swings(readings: &Readings, interval: f64, rows: usize) {
     let recording = &readings.recordings[0];
     assert_eq!(recording.len(), rows);
@@ -83,7 +83,7 @@ fn phones_and_spreadsheets_are_read_in_their_encodings_separators_and_units() {
         assert_eq!(has_note(&readings, "decimal commas"), file != "phyphox.csv");
         let q = &readings.recordings[0].coordinates.0[0];
         assert_eq!((q.unit.as_str(), q.topology), ("rad", Topology::Line));
-        // Who says degrees as well does not convert twice.
+        // Declaring degrees as well does not convert twice.
         (layout.degrees, layout.angles) = (true, vec!["all".into()]);
         assert_swings(&read(file, &layout).unwrap(), 0.01, 12);
     }
@@ -165,7 +165,7 @@ fn runs_side_by_side_are_read_one_at_a_time() {
     let readings = read("logger_pro.csv", &first).unwrap();
     assert_swings(&readings, 0.05, 8);
     assert!(has_note(&readings, "4 rows"));
-    // Which of two columns is time is not guessed.
+    // The choice between two columns of time is not guessed.
     let unnamed = layout("", "Run 1: Angle (rad)", "", "");
     assert!(matches!(
         read("logger_pro.csv", &unnamed),
@@ -314,7 +314,7 @@ fn numbers_without_names_get_names_that_are_told() {
     assert_swings(&readings, 0.01, 12);
     let recording = readings.recordings.into_iter().next().unwrap();
     assert_eq!(recording.signals.row(2, 0).qdd, [-4.5, -2.25]);
-    // A name in the place of the number is one of a column.
+    // A name where a number could be is the name of a column.
     layout.t = Some("time".into());
     let message = read("matlab_ascii.txt", &layout).unwrap_err().to_string();
     assert!(message.contains("seconds between rows"), "{message}");
@@ -334,7 +334,7 @@ fn comments_keys_and_indices_before_a_table_are_passed_over() {
     ] {
         let readings = of_text(text, &layout);
         if text.contains("s;;") {
-            // A line with hardly any text may be a row.
+            // A line with little text may be a row.
             assert!(readings.is_err());
             continue;
         }

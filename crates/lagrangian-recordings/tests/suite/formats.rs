@@ -1,4 +1,4 @@
-//! What is written reads back to the same bits; columns, angles and trajectories are found as declared.
+//! Written files read back to the same bits; columns, angles and trajectories are found as declared.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::f64::consts::{PI, TAU};

@@ -1,4 +1,4 @@
-//! Parquet files that claim more than they hold are refused before memory is taken for the claim.
+//! Parquet files that claim more than they hold are refused before memory is allocated.
 #![cfg(feature = "parquet")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -49,19 +49,19 @@ fn number(mut left: u64) -> Vec<u8> {
     bytes
 }
 
-/// An `i32` field in the place after the last one.
+/// An `i32` field after the last one.
 fn field(value: i64) -> Vec<u8> {
     [vec![0x15], integer(value)].concat()
 }
 
-/// The header of a page of so many bytes in the file and in memory, with this structure of its kind as field 5, 7 or 8.
+/// The header of a page of these numbers of bytes in the file and in memory, with this structure of its kind as field 5, 7 or 8.
 fn header(kind: i64, unpacked: i64, packed: i64, id: u8, inner: &[u8]) -> Vec<u8> {
     let sizes = [field(kind), field(unpacked), field(packed)].concat();
     let begin = (id - 3) << 4 | 12;
     [&sizes[..], &[begin], inner, &[0, 0]].concat()
 }
 
-/// A file whose first page has this header: the column is that of the names, which has a dictionary.
+/// A file whose first page has this header: the column of the names, which has a dictionary.
 fn with_first_header(header: &[u8]) -> Vec<u8> {
     let mut bytes = file();
     bytes[4..4 + header.len()].copy_from_slice(header);
@@ -73,7 +73,7 @@ fn a_good_file_is_read() {
     let readings = read(file()).unwrap();
     let names: Vec<&str> = readings.recordings.iter().map(|r| &*r.name).collect();
     assert_eq!(names, ["one", "two"]);
-    // What the tests below change: the page of the dictionary, kind 2, begins behind the magic bytes.
+    // The part that the tests below change: the page of the dictionary, kind 2, begins after the magic bytes.
     assert_eq!(file()[4..6], field(2));
 }
 
@@ -134,7 +134,7 @@ fn a_field_of_another_type_or_out_of_order_is_a_damaged_header() {
     }
 }
 
-/// A file of a footer alone: this many groups of columns within each other.
+/// A file that consists of a footer: this many groups of columns within each other.
 fn nested(depth: usize) -> Vec<u8> {
     let group = [&[0x48, 1, b'g', 0x15][..], &integer(1), &[0]].concat();
     let list = [vec![0x19, 0xfc], number(depth as u64)].concat();
@@ -158,7 +158,7 @@ fn a_footer_longer_than_the_file_or_than_any_is_refused() {
     }
 }
 
-/// A field of a structure, `skipped` places after the last one: its type and its bytes.
+/// A field of a structure, `skipped` numbers after the last one: its type and its bytes.
 fn after(skipped: u8, kind: u8, bytes: impl AsRef<[u8]>) -> Vec<u8> {
     [&[skipped << 4 | kind], bytes.as_ref()].concat()
 }

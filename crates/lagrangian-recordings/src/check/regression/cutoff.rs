@@ -1,7 +1,7 @@
 //! The low-pass of a machine's log: the cut-off after which a regression explains the forces best.
 //!
 //! A cut-off that is too high leaves noise in the accelerations, which shrinks the inertias (errors in variables); one that is too low
-//! leaves no acceleration to learn from. A regression after each cut-off predicts the forces of stretches that it has not seen,
+//! removes the acceleration. A regression after each cut-off predicts the forces of stretches outside of its fit,
 //! after each cut-off in turn as the reference: a regression after 5 Hz must predict forces up to 3, 5, 8 … Hz. The best cut-off has the
 //! smallest mean logarithm of all these errors (ADR 0070).
 
@@ -15,36 +15,36 @@ use crate::Recording;
 use crate::local_polynomial::{median_step, segments};
 use lagrangian_motion::{Coordinate, Signal};
 
-/// The candidates of a decade, Hz.
+/// Candidates within a decade, Hz.
 const DECADE: [f64; 6] = [8.0, 5.0, 3.0, 2.0, 1.5, 1.0];
 /// The number of candidates.
 const CANDIDATES: usize = 10;
-/// The highest candidate, Hz, and in parts of the sampling rate.
+/// Highest candidate, Hz, and as a fraction of the sampling rate.
 const HIGHEST: f64 = 50.0;
 const OF_RATE: f64 = 0.3;
-/// Periods of the lowest candidate in the longest piece of a recording.
+/// Number of periods of the lowest candidate in the longest piece of a recording.
 const PERIODS: f64 = 10.0;
 /// The ridge of the regression in units of the diagonal.
 const RIDGE: f64 = 1e-4;
-/// A reference keeps this part of the variance of the velocities.
+/// A reference retains this part of the variance of the velocities.
 const KEPT: f64 = 0.8;
-/// Among cut-offs that are nearly as good, one keeps this part where it can: lost motion bends what is learned from fast motions.
+/// Among nearly equal cut-offs, one that retains this part is preferred: lost motion biases the model of fast motions.
 const WHOLE: f64 = 0.99;
-/// A reference counts where what is left unexplained is at most so many times that of the clearest one: beyond it there is noise to
-/// predict.
+/// A reference counts where its unexplained part is at most this many times the smallest one: beyond it, noise would be
+/// predicted.
 const CLEAR: f64 = 3.0;
-/// The lowest cut-off that keeps the motion and whose mean error exceeds that of the best by no more than this factor is taken.
+/// The result is the lowest cut-off that retains the motion and whose mean error exceeds the best by at most this factor.
 const NEARLY: f64 = 1.05;
-/// A cut-off is told only where the regression explains this part of the variance of the forces.
+/// A cut-off is returned only where the regression explains this part of the variance of the forces.
 const EXPLAINED: f64 = 0.5;
 
-/// A low-pass for some recordings.
+/// A low-pass chosen for some recordings.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::check) struct Cutoff {
     /// The cut-off, Hz.
     pub(in crate::check) hertz: f64,
-    /// The part of the variance of the forces that the regression explains after it, on stretches that it has not seen,
-    /// geometric mean of what it leaves over all joints.
+    /// Part of the variance of the forces that the regression explains after it, on omitted stretches;
+    /// the unexplained parts are averaged geometrically over all joints.
     pub(in crate::check) explained: f64,
 }
 
@@ -67,7 +67,7 @@ pub(super) fn choose(recordings: &[&Recording]) -> Option<Cutoff> {
         .filter_map(|&hertz| Candidate::new(recordings, hertz, margin))
         .collect();
     let references: Vec<&Candidate> = all.iter().filter(|c| c.keeps(KEPT, all.last())).collect();
-    // By reference, then by candidate.
+    // Indexed by reference, then by candidate.
     let errors_after = |r: &&Candidate| all.par_iter().map(|c| c.error(r)).collect();
     let table: Vec<Vec<f64>> = references.iter().map(errors_after).collect();
     let least = |errors: &[f64]| errors.iter().copied().fold(f64::INFINITY, f64::min);
@@ -95,7 +95,7 @@ pub(super) fn choose(recordings: &[&Recording]) -> Option<Cutoff> {
     })
 }
 
-/// The part of the logarithmic mean error that is left where all coordinates but lengths are read as degrees.
+/// Ratio of the geometric mean errors with all coordinates except lengths read as degrees, and as they are.
 pub(super) fn as_degrees(recordings: &[&Recording], hertz: f64) -> Option<f64> {
     let scaled = |r: &&Recording| {
         let mut recording = (*r).clone();
@@ -124,7 +124,7 @@ fn degrees_of(coordinate: &Coordinate) -> f64 {
     }
 }
 
-/// The cut-offs that are tried, Hz, increasing.
+/// The candidate cut-offs, Hz, increasing.
 fn candidates(recordings: &[&Recording]) -> Vec<f64> {
     let step = recordings
         .iter()
@@ -147,7 +147,7 @@ fn candidates(recordings: &[&Recording]) -> Vec<f64> {
 }
 
 impl Candidate {
-    /// `margin` seconds at the ends are omitted, whatever the cut-off.
+    /// A margin of `margin` seconds at the ends is omitted, independent of the cut-off.
     fn new(recordings: &[&Recording], hertz: f64, margin: f64) -> Option<Self> {
         let own = (margin - 0.5 / hertz).max(0.0);
         let stretches = Filtered::new(recordings, hertz).signals(own, &[0.0])?;
@@ -162,7 +162,7 @@ impl Candidate {
         })
     }
 
-    /// Whether the velocities have this part of the variance that they have after the highest cut-off.
+    /// Whether the velocities retain this part of the variance that they have after the highest cut-off.
     fn keeps(&self, part: f64, highest: Option<&Self>) -> bool {
         let Some(highest) = highest else { return false };
         let pairs = self.speeds.iter().zip(&highest.speeds);
@@ -170,8 +170,8 @@ impl Candidate {
         parts > part * self.speeds.len() as f64
     }
 
-    /// The mean over the joints of the logarithm of the part of the variance that the regression after this cut-off leaves of
-    /// the forces after that of the reference, on stretches that were left out in turn.
+    /// Logarithm of the unexplained part of the variance, mean over the joints: the regression after this cut-off predicts the
+    /// forces after that of the reference, on stretches that were omitted in turn.
     fn error(&self, reference: &Self) -> f64 {
         let joints = self.joints.iter().zip(&reference.joints);
         let errors: Vec<f64> = joints.filter_map(|(own, other)| left(own, other)).collect();
@@ -179,7 +179,7 @@ impl Candidate {
     }
 }
 
-/// The part of the variance that is left of one joint's force; `None` for a force that does not vary.
+/// Unexplained part of the variance of one joint's force; `None` for a force that does not vary.
 fn left(own: &[Part], reference: &[Part]) -> Option<f64> {
     let mut all = Part::sum(own)?;
     let variance = Part::sum(reference)?.variance();

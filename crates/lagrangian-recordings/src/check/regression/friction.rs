@@ -1,4 +1,4 @@
-//! The velocities that forces brake: the force of a joint has the friction of that joint, which takes energy out.
+//! Friction by joint: the force of a joint contains the friction of that joint, which dissipates energy.
 
 use rayon::prelude::*;
 
@@ -9,23 +9,23 @@ use super::{Filtered, Stretches};
 /// The ridge of the regression in units of the diagonal.
 const RIDGE: f64 = 1e-4;
 
-/// The friction in the force of one coordinate that goes with the velocity of one coordinate.
+/// The friction in the force of one coordinate that depends on the velocity of one coordinate.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::check) struct FrictionTerm {
-    /// Its size at the root mean square of the velocity, in parts of the deviation of the force; positive where the force overcomes it.
+    /// Size at the root mean square of the velocity, relative to the deviation of the force; positive where the force overcomes it.
     pub(in crate::check) size: f64,
-    /// Standard error of that.
+    /// Standard error of the size.
     pub(in crate::check) error: f64,
 }
 
 impl FrictionTerm {
-    /// Whether it is positive (or, with `sign` −1, negative) beyond so many standard errors, and at least this part of the force.
+    /// Whether the size times `sign` is positive beyond this many standard errors, and at least this part of the force.
     pub(in crate::check) fn is_certain(self, sign: f64, errors: f64, part: f64) -> bool {
         sign * self.size > errors * self.error && sign * self.size > part
     }
 }
 
-/// The friction in each force by the velocity that it goes with, `[n][n]`; empty where the recordings are too short.
+/// Friction in each force by velocity, `[n][n]`; empty where the recordings are too short.
 pub(super) fn rubs(filtered: &Filtered<'_>) -> Vec<Vec<FrictionTerm>> {
     let Some(stretches) = filtered.signals(0.0, &[0.0]) else {
         return Vec::new();

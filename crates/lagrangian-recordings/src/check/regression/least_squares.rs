@@ -1,4 +1,4 @@
-//! Sums over the samples, and least squares at every delay from them.
+//! Sums over the samples, and the least-squares solutions at every delay that follow from them.
 
 use faer::Mat;
 
@@ -7,12 +7,12 @@ use super::source::Signals;
 use super::terms::Terms;
 use lagrangian_motion::solve::ridge::Ridge;
 
-/// Added to the diagonal of the system in units of it, where delays are compared.
+/// Relative ridge on the diagonal of the system where delays are compared.
 const RIDGE: f64 = 1e-9;
 
 /// The sums over a stretch.
 pub(super) struct Part {
-    /// Rows.
+    /// Number of rows.
     count: f64,
     /// Number of terms that q̈ᵢ multiplies.
     own: usize,
@@ -78,7 +78,7 @@ impl Part {
         self.count += 1.0;
     }
 
-    /// The same with another one added, or with `sign` −1 taken away.
+    /// Adds another sum, or subtracts it with `sign` −1.
     pub(super) fn plus(&mut self, other: &Self, sign: f64) {
         let add = |a: &mut [f64], b: &[f64]| a.iter_mut().zip(b).for_each(|(a, b)| *a += sign * b);
         add(&mut self.square, &other.square);
@@ -92,7 +92,7 @@ impl Part {
         self.acceleration += sign * other.acceleration;
     }
 
-    /// The sums over all of them.
+    /// The sum of several parts.
     pub(super) fn sum<'a>(
         parts: impl IntoIterator<Item = &'a Self, IntoIter: Clone>,
     ) -> Option<Self> {
@@ -111,7 +111,7 @@ impl Part {
         Some(all)
     }
 
-    /// The sum of the squares of the forces about their mean, without delay.
+    /// Sum of the squared forces about their mean, without delay.
     pub(super) fn variance(&self) -> f64 {
         let (sum, square) = self.tau[0];
         square - sum * sum / self.count
@@ -137,13 +137,13 @@ impl Part {
         self.square[k.max(j) * self.size() + k.min(j)]
     }
 
-    /// The sum of the squares of this combination of the terms.
+    /// Sum of the squares of this combination of the terms.
     pub(super) fn square_of(&self, v: &[f64]) -> f64 {
         let row = |k: usize| (0..v.len()).map(|j| self.square(k, j) * v[j]).sum::<f64>();
         (0..v.len()).map(|k| v[k] * row(k)).sum()
     }
 
-    /// The coefficients of least squares for every delay, `[P, K]`, with this ridge in units of the diagonal.
+    /// Least-squares coefficients for every delay, `[P, K]`, with this ridge in units of the diagonal.
     pub(super) fn coefficients(&self, ridge: f64) -> Option<Mat<f64>> {
         let (delays, size) = (self.tau.len(), self.size());
         let scale: Vec<f64> = (0..size)
@@ -157,7 +157,7 @@ impl Part {
         Some(ridge.solve(delays, |k, d| self.right[k * delays + d]))
     }
 
-    /// The sum of the squared residuals for these coefficients, without delay.
+    /// Sum of the squared residuals for these coefficients, without delay.
     pub(super) fn residual(&self, coefficients: &Mat<f64>) -> f64 {
         let c: Vec<f64> = (0..self.size()).map(|k| coefficients[(k, 0)]).collect();
         let rights = c.iter().zip(self.right.iter().step_by(self.tau.len()));
@@ -171,13 +171,13 @@ struct Solution {
     /// Delay in steps, and whether it is at an end of the range.
     delay: f64,
     at_end: bool,
-    /// Unexplained parts of the variance at the best delay and at none.
+    /// Unexplained parts of the variance at the best delay and at delay 0.
     unexplained: (f64, f64),
     inertia: f64,
     inertial_part: f64,
 }
 
-/// The standard error of an estimate, from those without one stretch each (Efron 1982).
+/// The jackknife standard error of an estimate, from the estimates without one stretch each (Efron 1982).
 pub(in crate::check) fn jackknife(left: impl Iterator<Item = f64> + Clone) -> f64 {
     let count = left.clone().count() as f64;
     let mean = left.clone().sum::<f64>() / count;
@@ -206,7 +206,7 @@ pub(super) fn estimate(parts: &[Part], shifts: usize, step: f64) -> Option<Joint
     })
 }
 
-/// Least squares at every delay, and the vertex of the parabola through the best three.
+/// Least squares at every delay; the delay is the vertex of the parabola through the best three.
 fn solve(sums: &Part, shifts: usize) -> Option<Solution> {
     let delays = sums.tau.len();
     let solved = sums.coefficients(RIDGE)?;

@@ -1,4 +1,4 @@
-//! Whether all recordings are of one machine: a regression over all of them must predict each as well as one over it alone.
+//! Detection of a foreign machine: a regression over all recordings must predict each as well as one over it alone.
 
 use rayon::prelude::*;
 
@@ -8,28 +8,28 @@ use super::terms::FrictionCoupling;
 
 /// The ridge of the regression in units of the diagonal.
 const RIDGE: f64 = 1e-4;
-/// A recording says what its machine is like where it has so many stretches.
+/// Smallest number of stretches of a recording that is compared.
 const FEWEST: usize = 4;
-/// Recordings agree where the law of all leaves at most so many times as much of each as its own.
+/// Recordings agree where the pooled model leaves at most this many times the residual of the own model of each.
 const AGREE: f64 = 2.0;
 
-/// A recording that another law explains better than that of all recordings.
+/// A recording that its own model explains better than the model of all recordings.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::check) struct ForeignRecording {
-    /// Its place among the recordings that were compared.
+    /// Index among the recordings that were compared.
     pub(in crate::check) recording: usize,
-    /// How many times as large the squared error of its forces is by the law of all, geometric mean over stretches and joints.
+    /// Ratio of the squared errors of its forces, pooled model over its own; geometric mean over stretches and joints.
     pub(in crate::check) times: f64,
-    /// The standard error of the logarithm of that.
+    /// Standard error of the logarithm of that ratio.
     pub(in crate::check) error: f64,
-    /// What the law of all leaves of its forces, in parts of the variance of the forces of all recordings, mean over the joints.
+    /// Part of the variance of all forces that the pooled model leaves unexplained in its forces, mean over the joints.
     pub(in crate::check) left: f64,
-    /// Whether one law serves all other recordings, of which there are several: a rough law of a machine that it cannot express
+    /// Whether one model serves all other recordings, of which there are several: a rough model of a machine that it cannot express
     /// serves each recording alone.
     pub(in crate::check) others_agree: bool,
 }
 
-/// What each recording says of its machine, beside what all say; those with too little of it are left out.
+/// Comparison of each recording with the pooled model; recordings with too few stretches are omitted.
 pub(super) fn strangers(filtered: &Filtered<'_>) -> Vec<ForeignRecording> {
     let Some(stretches) = filtered.signals(0.0, &[0.0]) else {
         return Vec::new();
@@ -63,13 +63,13 @@ pub(super) fn strangers(filtered: &Filtered<'_>) -> Vec<ForeignRecording> {
     all.into_iter().map(with_others).collect()
 }
 
-/// Each of these recordings beside all.
+/// Comparison of each of these recordings with all.
 fn compared(joints: &[Vec<&Part>], owners: &[usize], able: &[usize]) -> Vec<ForeignRecording> {
     let own = able.into_par_iter();
     own.filter_map(|r| stranger(joints, owners, *r)).collect()
 }
 
-/// Each of these recordings beside all but one.
+/// Comparison of each of these recordings with all but one.
 fn without(
     joints: &[Vec<&Part>],
     owners: &[usize],
@@ -85,7 +85,7 @@ fn without(
     compared(&joints, &owners, able)
 }
 
-/// How much worse the law of all recordings predicts the stretches of recording `r` than the law of its other stretches.
+/// Comparison on the stretches of recording `r`: the pooled model against the model of its other stretches.
 fn stranger(joints: &[Vec<&Part>], owners: &[usize], r: usize) -> Option<ForeignRecording> {
     let stretches: Vec<usize> = (0..owners.len()).filter(|s| owners[*s] == r).collect();
     let mut ratios = vec![0.0; stretches.len()];
@@ -122,7 +122,7 @@ fn stranger(joints: &[Vec<&Part>], owners: &[usize], r: usize) -> Option<Foreign
     .filter(|s| s.times.is_finite() && s.error.is_finite())
 }
 
-/// The squared error on a stretch of the law of the others in these sums.
+/// Squared error on a stretch of the model fitted to the other stretches in these sums.
 pub(super) fn error_of(sums: &mut Part, part: &Part) -> Option<f64> {
     sums.plus(part, -1.0);
     let error = sums.coefficients(RIDGE).map(|c| part.residual(&c));

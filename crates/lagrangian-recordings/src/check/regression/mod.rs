@@ -1,10 +1,10 @@
-//! What the motion says of the forces: a model that is linear in its parameters, fitted at many delays at once.
+//! Regression of forces on motion: a model that is linear in its parameters, fitted at many delays at once.
 //!
 //! | symbol | meaning | shape |
 //! |---|---|---|
 //! | Y | regressor of one joint at the samples: accelerations, friction, gravity, Coriolis terms | m × P |
 //! | δₖ | a delay of k steps of the grid | K |
-//! | τ(t − δₖ) | the force so much earlier | m × K |
+//! | τ(t − δₖ) | the force δₖ earlier | m × K |
 //!
 //! Motion and forces pass the same low-pass, so that all delays see the same band of frequencies. Of a stretch of a recording only `YᵀY`, `Yᵀτ` and `τᵀτ` are kept, so that omitting
 //! one stretch after another needs no second pass over the samples (theory.md, equations 61 and 62).
@@ -32,64 +32,64 @@ use source::{Signals, Source, force_noise, stretches, uncertainty};
 use terms::{FrictionCoupling, Terms};
 pub(in crate::check) use undriven::Undriven;
 
-/// Delays are looked for up to this time, and so many times as far where none is found …
+/// Delays are searched up to this time, and up to this many times it where none is found …
 const FARTHEST: f64 = 0.06;
 const FARTHER: f64 = 5.0;
-/// … and among at least, and at most, so many steps either way.
+/// … and among at least, and at most, this many steps either way.
 const STEPS: (usize, usize) = (12, 60);
-/// Fewer stretches than this say nothing.
+/// Fewer stretches than this give no estimate.
 const FEWEST: usize = 6;
-/// The cut-off in parts of the sampling rate, where no other is known.
+/// Cut-off as a fraction of the sampling rate, where none was found.
 const UNKNOWN: f64 = 0.1;
-/// The second cut-off in parts of the first.
+/// Second cut-off as a fraction of the first.
 const NARROWER: f64 = 0.7;
 
 /// The regression of one joint.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::check) struct JointFit {
-    /// The motion answers the force so much later, s.
+    /// Delay from the force to the motion, s.
     pub(in crate::check) delay: f64,
-    /// Standard error of that, s.
+    /// Standard error of the delay, s.
     pub(in crate::check) error: f64,
     /// Whether the delay is at an end of the range that was searched.
     pub(in crate::check) at_end: bool,
-    /// Part of the variance of the force that the motion explains at this delay, and at none.
+    /// Part of the variance of the force that the motion explains at this delay, and at delay 0.
     pub(in crate::check) explained: (f64, f64),
     /// Mean inertia ∂τᵢ/∂q̈ᵢ and its standard error, kg m² or kg.
     pub(in crate::check) inertia: (f64, f64),
-    /// How much larger the inertia is after a lower cut-off, relative to it: noise and vibrations of the positions that the
-    /// force does not know make it too small, the more so the higher the cut-off.
+    /// Relative growth of the inertia after a lower cut-off: noise and vibrations of the positions that are absent from the force
+    /// reduce the inertia, and more so at a higher cut-off.
     pub(in crate::check) growth: f64,
     /// Root mean square of inertia × acceleration over that of the force.
     pub(in crate::check) inertial_part: f64,
 }
 
-/// All joints of some recordings.
+/// The regressions of all joints of some recordings.
 pub(in crate::check) struct JointFits {
-    /// The median step of the recordings, s.
+    /// Median step of the recordings, s.
     pub(in crate::check) step: f64,
     /// For each coordinate, where it has forces that vary.
     pub(in crate::check) joints: Vec<Option<JointFit>>,
-    /// The standard error of q̈ over its root mean square, as it can be estimated without a low-pass, for each coordinate.
+    /// Standard error of q̈ over its root mean square, as estimated without a low-pass, for each coordinate.
     pub(in crate::check) uncertainty: Vec<f64>,
-    /// The noise of the forces over their deviation, for each coordinate.
+    /// Noise of the forces over their deviation, for each coordinate.
     pub(in crate::check) noise: Vec<f64>,
     /// The low-pass, where one was found.
     pub(in crate::check) low_pass: Option<Cutoff>,
     /// Whether the low-pass was given.
     pub(in crate::check) given: bool,
-    /// The part of the error of a regression that is left where coordinates are read as degrees.
+    /// Ratio of the errors of a regression with coordinates read as degrees, and as they are.
     pub(in crate::check) as_degrees: Option<f64>,
-    /// How the force of each coordinate brakes each velocity, `[n][n]`; empty where nothing is known.
+    /// Friction by force and velocity, `[n][n]`; empty where it was not estimated.
     pub(in crate::check) rubs: Vec<Vec<FrictionTerm>>,
     /// The coordinates whose forces are 0 throughout, while others have some.
     pub(in crate::check) undriven: Vec<Undriven>,
-    /// The names of the recordings that were compared, and what each says of its machine beside what all say.
+    /// Names of the recordings that were compared, with the comparison of each with all.
     pub(in crate::check) strangers: Vec<(String, ForeignRecording)>,
 }
 
-/// Fits all recordings with forces and usable time stamps, and looks for each delay `farther`, or only where it must; `None` where there is
-/// none, or too little.
+/// Fits all recordings with forces and usable time stamps. `farther` extends the range of every delay, else only where necessary.
+/// `None` without such recordings, or with too few samples.
 pub(in crate::check) fn fit_joints(
     recordings: &[Recording],
     options: &CheckOptions,
@@ -108,7 +108,7 @@ pub(in crate::check) fn fit_joints(
     };
     let cutoff = options.low_pass.or(low_pass.map(|c| c.hertz));
     let cutoff = cutoff.unwrap_or(UNKNOWN / step);
-    // A second, lower cut-off shows what the choice of the first has decided.
+    // A second, lower cut-off shows the influence of the first.
     let filtered = Filtered::new(&recordings, cutoff);
     let near = joints_far(&filtered, step, farther)?;
     let low = joints_far(
@@ -142,7 +142,7 @@ fn named(
     strangers.into_iter().map(|s| (name(&s), s)).collect()
 }
 
-/// The mean over the recordings, for each coordinate.
+/// Mean over the recordings, for each coordinate.
 fn mean_of(recordings: &[&Recording], of: fn(&Recording) -> Vec<f64>) -> Vec<f64> {
     let all: Vec<Vec<f64>> = recordings.iter().map(|r| of(r)).collect();
     let n = all.first().map_or(0, Vec::len);
@@ -151,7 +151,7 @@ fn mean_of(recordings: &[&Recording], of: fn(&Recording) -> Vec<f64>) -> Vec<f64
 }
 
 impl JointFit {
-    /// The same with the difference to another cut-off in its error.
+    /// Adds the difference to the estimate at another cut-off to the error.
     fn beside(self, other: Option<Self>) -> Self {
         let difference = other.map_or(0.0, |o| o.delay - self.delay);
         let growth = other.map_or(0.0, |o| o.inertia.0 / self.inertia.0 - 1.0);
@@ -171,7 +171,7 @@ fn usable(recording: &Recording) -> bool {
             .all(|(_, s)| s.len() == values && s.iter().all(|x| x.is_finite()))
 }
 
-/// One estimate for each joint; delays at an end of the range are looked for farther away, and all where that is asked for.
+/// One estimate for each joint; the range is extended for delays at its end, and for all on request.
 fn joints_far(filtered: &Filtered<'_>, step: f64, farther: bool) -> Option<Vec<Option<JointFit>>> {
     let shifts = ((FARTHEST / step).ceil() as usize).clamp(STEPS.0, STEPS.1);
     let mut near = joints(filtered, shifts, step)?;
@@ -184,7 +184,7 @@ fn joints_far(filtered: &Filtered<'_>, step: f64, farther: bool) -> Option<Vec<O
             };
             let beyond = farther && far.delay.abs() > shifts as f64 * step;
             let better = near.at_end || beyond && far.explained.0 > near.explained.0;
-            // Half a period late a force of the other sign explains as much.
+            // Half a period later, a force of the opposite sign explains as much.
             if better && !far.at_end && far.inertia.0 > 0.0 {
                 *near = far;
             }
@@ -193,7 +193,7 @@ fn joints_far(filtered: &Filtered<'_>, step: f64, farther: bool) -> Option<Vec<O
     Some(near)
 }
 
-/// One estimate for each joint, at delays of up to so many steps.
+/// One estimate for each joint, at delays of up to `shifts` steps.
 fn joints(filtered: &Filtered<'_>, shifts: usize, step: f64) -> Option<Vec<Option<JointFit>>> {
     let n = filtered.coordinates.dof();
     let delays: Vec<f64> = (0..=2 * shifts)
@@ -231,7 +231,7 @@ impl<'a> Filtered<'a> {
         }
     }
 
-    /// The signals of all stretches, less a margin at the ends, s; `None` where there are too few.
+    /// The signals of all stretches, without a margin at the ends, s; `None` where there are too few.
     fn signals(&self, margin: f64, delays: &[f64]) -> Option<Stretches<'a>> {
         let stretches = stretches(&self.sources, margin);
         if stretches.len() < FEWEST {

@@ -11,16 +11,16 @@ use crate::{EstimateOptions, Recording};
 use lagrangian_motion::Trajectory;
 use lagrangian_motion::statistics::variances;
 
-/// The number of stretches that are left out one after another.
+/// Number of stretches that are omitted one after another.
 pub(super) const STRETCHES: usize = 24;
-/// The shortest stretch, samples.
+/// Shortest stretch, samples.
 const SHORTEST: usize = 20;
-/// Samples that are used in all, at most.
+/// Largest number of samples that are used in all.
 const SAMPLES: usize = 12_000;
 
 /// A recording after a low-pass.
 pub(super) struct Source {
-    /// The place of the recording among all.
+    /// Index of the recording.
     index: usize,
     motion: Trajectory,
     segments: Vec<Range<usize>>,
@@ -47,8 +47,7 @@ impl Source {
     }
 }
 
-/// The standard error of q̈ over its root mean square, for each coordinate of a recording, in the windows in which it is
-/// known best.
+/// Standard error of q̈ over its root mean square, for each coordinate of a recording, in the windows of smallest error.
 pub(super) fn uncertainty(recording: &Recording) -> Vec<f64> {
     let n = recording.dof();
     let pieces = segments(&recording.t, time::GAP);
@@ -65,7 +64,7 @@ pub(super) fn uncertainty(recording: &Recording) -> Vec<f64> {
     (0..n).map(of_coordinate).collect()
 }
 
-/// The noise of the forces over their deviation, for each coordinate of a recording.
+/// Noise of the forces over their deviation, for each coordinate of a recording.
 pub(super) fn force_noise(recording: &Recording) -> Vec<f64> {
     let n = recording.dof();
     let pieces = segments(&recording.t, time::GAP);
@@ -106,7 +105,7 @@ pub(super) struct Stretch<'a> {
     stride: usize,
 }
 
-/// Cuts all segments, less `margin` seconds at their ends, into stretches of consecutive samples.
+/// Cuts all segments, without `margin` seconds at their ends, into stretches of consecutive samples.
 pub(super) fn stretches<'a>(sources: &'a [Source], margin: f64) -> Vec<Stretch<'a>> {
     let usable = |source: &'a Source| {
         let Source {
@@ -136,9 +135,9 @@ pub(super) fn stretches<'a>(sources: &'a [Source], margin: f64) -> Vec<Stretch<'
     pieces.into_iter().flat_map(cut).collect()
 }
 
-/// Motion and forces of a stretch: q, q̇, q̈ `[m, n]`, and τ `[m, delays, n]` as it was so much earlier.
+/// Motion and forces of a stretch: q, q̇, q̈ `[m, n]`, and τ `[m, delays, n]` at each delay.
 pub(super) struct Signals {
-    /// The place of the recording among all.
+    /// Index of the recording.
     pub(super) source: usize,
     pub(super) q: Vec<f64>,
     pub(super) qd: Vec<f64>,

@@ -1,17 +1,17 @@
-//! The terms of a regressor that fits any machine roughly: nothing but its coordinates is known.
+//! Terms of a regressor that fits any machine roughly: only its coordinates are known.
 
 use std::ops::Range;
 
 use lagrangian_motion::Coordinates;
 
-/// The speeds over which dry friction may change its sign, in parts of the root mean square of the velocity.
+/// Velocity scales on which dry friction may change its sign, relative to the root mean square of the velocity.
 const FRICTION: [f64; 2] = [0.05, 0.3];
 
 /// The terms of the regressor.
 pub(super) struct Terms<'a> {
     pub(super) coordinates: &'a Coordinates,
     pub(super) speeds: &'a [f64],
-    /// Whose velocities a joint may rub with.
+    /// The velocities that friction may depend on.
     pub(super) rubbing: FrictionCoupling,
 }
 
@@ -20,22 +20,21 @@ pub(super) struct Terms<'a> {
 pub(super) enum FrictionCoupling {
     /// Its neighbours and itself.
     Neighbours,
-    /// All: to find the velocity that a force brakes.
+    /// All velocities, to find the one that a force brakes.
     All,
 }
 
-/// The terms of friction with one velocity.
+/// Number of terms of friction with one velocity.
 pub(super) const RUBBING: usize = 1 + FRICTION.len();
 
-/// The values of these terms at the root mean square of the velocity, which is `speed`.
+/// Values of these terms at `speed`, the root mean square of the velocity.
 pub(super) fn friction_at(speed: f64) -> [f64; RUBBING] {
     let [sharp, smooth] = FRICTION.map(|part| (1.0 / part).tanh());
     [speed, sharp, smooth]
 }
 
 impl Terms<'_> {
-    /// The row of joint `i` at one state; the first terms are those that q̈ᵢ multiplies, as many as the number
-    /// returned.
+    /// The row of joint `i` at one state; returns the number of terms that q̈ᵢ multiplies, which come first.
     pub(super) fn row(
         &self,
         i: usize,
@@ -84,7 +83,7 @@ impl Terms<'_> {
         own
     }
 
-    /// The terms of friction in a row of `size` terms, where friction may depend on all velocities: `[n, RUBBING]`.
+    /// Indices of the friction terms in a row of `size` terms, where friction may depend on all velocities: `[n, RUBBING]`.
     pub(super) fn friction(&self, size: usize) -> Range<usize> {
         let n = self.coordinates.dof();
         let mut gravity = n * (n - 1);

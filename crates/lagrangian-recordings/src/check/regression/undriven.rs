@@ -1,12 +1,12 @@
-//! Whether a coordinate without a force moves as one that nothing drives.
+//! Undriven coordinates: a test of coordinates without a recorded force.
 //!
-//! Of such a coordinate the row of the equation of motion is homogeneous, 0 = M q̈ + c: its own acceleration follows from the accelerations of
-//! the others, velocities and positions. That of a drive whose force was not recorded does not.
+//! For an undriven coordinate the row of the equation of motion is homogeneous, 0 = M q̈ + c: its own acceleration follows from the
+//! accelerations of the others, velocities and positions. For a drive whose force was not recorded it does not.
 //!
 //! | symbol | meaning | shape |
 //! |---|---|---|
 //! | x₀, xₖ | q̈ᵢ, and the other terms of its regressor | P |
-//! | aₖ | Σ xₖ x₀ / Σ x₀² where xₖ is a function of q times q̈ᵢ, else 0: what changes with the inertia must not stand for its mean | P |
+//! | aₖ | Σ xₖ x₀ / Σ x₀² where xₖ is a function of q times q̈ᵢ, else 0: changes of the inertia must not replace its mean | P |
 //! | v | x₀ ≈ Σ bₖ (xₖ − aₖ x₀), as the combination v·x that vanishes | P |
 
 use super::least_squares::Part;
@@ -21,7 +21,7 @@ const RIDGE: f64 = 1e-4;
 /// A coordinate whose recorded force is 0 throughout, while others have some.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::check) struct Undriven {
-    /// Its place among the coordinates.
+    /// Index of the coordinate.
     pub(in crate::check) coordinate: usize,
     /// The part of its squared acceleration that follows from the motion if nothing drives it, on omitted stretches.
     pub(in crate::check) explained: f64,
@@ -82,7 +82,7 @@ fn of_acceleration(parts: &[Part]) -> Option<f64> {
     explained.is_finite().then_some(explained)
 }
 
-/// The combination v of the terms that vanishes nearly.
+/// The combination v of the terms that nearly vanishes.
 fn vanishing(sums: &Part) -> Option<Vec<f64>> {
     let (size, own) = (sums.size(), sums.square(0, 0));
     let a = |k: usize| match k < sums.own() {
