@@ -1,18 +1,18 @@
-//! What the generalised coordinates are called and which space they live in.
+//! Names and spaces of the generalised coordinates.
 
 use serde::{Deserialize, Serialize};
 
-/// The space that one coordinate lives in.
+/// The space of one coordinate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Topology {
     /// The real line.
     #[default]
     Line,
-    /// The circle: q and q + 2π are the same configuration. A network sees cos q and sin q.
+    /// The circle: q and q + 2π are the same configuration. The inputs of a network are cos q and sin q.
     Circle,
-    /// A line on which nothing moves, q̇ = 0: a mass, a length, the strength of a field. A network sees its value, no
-    /// equation of motion moves it, and a loss leaves it out (theory.md, equation 107).
+    /// A line on which nothing moves, q̇ = 0: a mass, a length, the strength of a field. It is an input of a network, has no
+    /// equation of motion, and is omitted from losses (theory.md, equation 107).
     Parameter,
 }
 
@@ -80,13 +80,12 @@ impl Coordinates {
         self.0[i].topology == Topology::Parameter
     }
 
-    /// The numbers of the parameters among the coordinates.
+    /// The indices of the parameters among the coordinates.
     pub fn parameters(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.dof()).filter(|&i| self.is_parameter(i))
     }
 
-    /// The coordinate of the first number in `rates` (`[m, n]`, velocities or accelerations) by which a parameter
-    /// would move.
+    /// Checks that all `rates` (`[m, n]`, velocities or accelerations) of parameters are 0.
     ///
     /// # Errors
     /// [`Error::Argument`](crate::Error::Argument), which names the coordinate.

@@ -4,7 +4,7 @@ use std::fmt::Display;
 
 use crate::shown;
 
-/// What can go wrong. A diverged rollout or a fit that did not converge is an outcome, not an error.
+/// An error of the library. A diverged rollout or a fit that did not converge is an outcome, not an error.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -17,51 +17,51 @@ pub enum Error {
     Argument {
         /// Name of the argument.
         name: &'static str,
-        /// The value that was given.
+        /// The given value.
         value: String,
-        /// What it must be.
+        /// The condition that it must meet.
         must: &'static str,
     },
 
-    /// A setting does not belong where it was given.
+    /// A setting is not allowed where it was given.
     #[error("{problem}: {remedy}")]
     Setting {
-        /// Which setting, in backticks, and why.
+        /// The setting, in backticks, and the reason.
         problem: String,
-        /// What to do.
+        /// The remedy.
         remedy: String,
     },
 
     /// A fit of the data would be meaningless.
     #[error("a fit of this data would be meaningless: {finding}: {remedy}")]
     Data {
-        /// The trajectory, the check that fails, and what it found.
+        /// The trajectory, the failed check, and its finding.
         finding: String,
-        /// What to do.
+        /// The remedy.
         remedy: String,
     },
 
-    /// Two things that must have the same size do not.
+    /// A size differs from the one that it must have.
     #[error("{what} has {found} values where {expected} are needed: {remedy}")]
     Shape {
-        /// What has the wrong size.
+        /// The quantity of the wrong size.
         what: String,
-        /// The size found.
+        /// The actual size.
         found: usize,
-        /// The size needed.
+        /// The required size.
         expected: usize,
-        /// What to do.
+        /// The remedy.
         remedy: String,
     },
 
-    /// Nothing has this name.
+    /// A name is unknown.
     #[error("there is no {kind} '{}': choose one of {known}", shortened(name))]
     UnknownName {
-        /// What was looked for, e.g. `system`.
+        /// The kind of thing that was named, e.g. `system`.
         kind: &'static str,
-        /// The name that was given.
+        /// The given name.
         name: String,
-        /// The names that there are.
+        /// The known names.
         known: String,
     },
 
@@ -81,7 +81,7 @@ pub enum Error {
     /// A file is not a saved model.
     #[error("not a saved model ({found}): give a model.safetensors that `lagrangian fit` wrote")]
     NotAModel {
-        /// What was found instead.
+        /// A description of the actual contents.
         found: String,
     },
 
@@ -92,14 +92,14 @@ pub enum Error {
     NewerModel {
         /// The version in the file.
         found: u32,
-        /// The newest version that is known.
+        /// The newest known version.
         known: u32,
     },
 
     /// A saved model is incomplete or contradicts itself.
     #[error("the saved model is damaged ({reason}): copy it again or repeat the fit")]
     DamagedModel {
-        /// What is wrong.
+        /// The fault.
         reason: String,
     },
 
@@ -110,29 +110,29 @@ pub enum Error {
     Tensor {
         /// Name of the weight.
         name: String,
-        /// What is wrong with it.
+        /// The fault.
         problem: String,
     },
 
-    /// The columns of a file are not those that are needed.
+    /// The columns of a file do not match the required ones.
     #[error("{finding} (columns found: {found}): {remedy}")]
     Columns {
-        /// What is missing, doubled or mismatched.
+        /// The missing, duplicated or mismatched columns.
         finding: String,
         /// The columns of the file, separated by commas.
         found: String,
-        /// What to do.
+        /// The remedy.
         remedy: String,
     },
 
-    /// The topics of a bag are not what is needed.
+    /// The topics of a bag do not match the required ones.
     #[error("{finding} (topics found: {found}): {remedy}")]
     Topic {
-        /// What is missing, or not clear.
+        /// The missing or ambiguous topic.
         finding: String,
         /// The topics of the bag with the types of their messages, separated by commas.
         found: String,
-        /// What to do.
+        /// The remedy.
         remedy: String,
     },
 
@@ -162,21 +162,21 @@ pub enum Error {
         text: String,
     },
 
-    /// Bytes that are not a file of the format that they claim to be, or a damaged one.
+    /// Bytes are not a file of the format that they claim to be, or the file is damaged.
     #[error("this is not a readable {format} file: {reason}")]
     Malformed {
         /// The format.
         format: &'static str,
-        /// What is wrong, and what to do.
+        /// The fault, and the remedy.
         reason: String,
     },
 
-    /// A file format that is unknown, or that this build omits.
+    /// A file format is unknown, or omitted from this build.
     #[error("files '.{extension}' cannot be read or written: {remedy}")]
     Format {
         /// The file extension.
         extension: String,
-        /// What to do.
+        /// The remedy.
         remedy: String,
     },
 
@@ -191,9 +191,9 @@ pub enum Error {
     TooShort {
         /// The file or trajectory.
         what: String,
-        /// Samples found.
+        /// Number of samples found.
         found: usize,
-        /// Samples needed.
+        /// Number of samples needed.
         needed: usize,
     },
 
@@ -208,9 +208,9 @@ pub enum Error {
         row: usize,
         /// The column.
         column: String,
-        /// What is wrong.
+        /// The fault.
         finding: String,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
 
@@ -223,31 +223,31 @@ pub enum Error {
         name: String,
         /// The rate that is not 0.
         what: String,
-        /// The first sample where it is not.
+        /// The first sample where it is not 0.
         sample: usize,
     },
 
     /// The description of a robot cannot be used.
     #[error("the robot cannot be used: {finding}: {remedy}")]
     Robot {
-        /// What is wrong, with the name of the link or joint.
+        /// The fault, with the name of the link or joint.
         finding: String,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
 
     /// A checkpoint cannot be read or written.
     #[error("not a usable checkpoint: {reason}; restart the fit without `resume`")]
     Checkpoint {
-        /// What is wrong.
+        /// The fault.
         reason: String,
     },
 }
 
-/// The most characters of a value that a message repeats.
+/// Largest number of characters of a value that a message repeats.
 const MOST_SHOWN: usize = 60;
 
-/// A value as a message repeats it: in one line, and not longer than a person reads.
+/// A value in the form that messages use: one line of limited length.
 pub fn shortened(text: &str) -> String {
     let mut short: String = text.chars().take(MOST_SHOWN).collect();
     if text.chars().nth(MOST_SHOWN).is_some() {
@@ -256,7 +256,7 @@ pub fn shortened(text: &str) -> String {
     shown(&short)
 }
 
-/// A number of things, in the singular where there is one.
+/// A number of things, in the singular for one.
 ///
 /// ```
 /// assert_eq!(lagrangian_motion::counted(1, "joint"), "1 joint");
@@ -271,10 +271,10 @@ pub fn counted(count: usize, what: &str) -> String {
     }
 }
 
-/// The most characters of what another program says.
+/// Largest number of characters of a message of another program.
 const MOST_TOLD: usize = 600;
 
-/// A message that may repeat what was read: whatever it quotes is shortened and [`shown`], and so is each long line and the whole.
+/// A message that may quote its input: quotations are shortened and [`shown`], and long lines and the whole are shortened.
 ///
 /// ```
 /// let told = format!("unknown field `{}`, expected `t`", "x".repeat(10_000));
@@ -291,7 +291,7 @@ pub fn brief(message: &str) -> String {
     }
 }
 
-/// The most characters of a line that is not a quotation.
+/// Largest number of characters of a line that is not a quotation.
 const LONGEST_LINE: usize = 240;
 
 fn brief_line(line: &str) -> String {
@@ -308,7 +308,7 @@ fn brief_line(line: &str) -> String {
         rest = &inside[close + 1..];
     }
     short += &brief_words(rest);
-    // The beginning says what is wrong, and the end what to do.
+    // The beginning states the fault, and the end the remedy.
     let length = short.chars().count();
     if length <= LONGEST_LINE {
         return short;
@@ -318,13 +318,13 @@ fn brief_line(line: &str) -> String {
     format!("{begin}…{end}")
 }
 
-/// What is not quoted, with words of ordinary length.
+/// Unquoted text, with words of ordinary length.
 fn brief_words(text: &str) -> String {
     let words: Vec<String> = text.split(' ').map(shortened).collect();
     words.join(" ")
 }
 
-/// The first quotation mark of a line; an apostrophe within a word is none.
+/// The first quotation mark of a line; an apostrophe within a word does not count.
 fn opening(line: &str) -> Option<(usize, char)> {
     let mut before = ' ';
     line.char_indices().find(|(_, mark)| {
@@ -340,24 +340,24 @@ impl Error {
         Self::Argument { name, value, must }
     }
 
-    /// A [`Error::Layout`].
+    /// An [`Error::Layout`].
     pub fn layout(problem: impl Display) -> Self {
         Self::Layout(brief(&problem.to_string()))
     }
 
-    /// A [`Error::Malformed`].
+    /// An [`Error::Malformed`].
     pub fn malformed(format: &'static str, reason: impl Display) -> Self {
         let reason = brief(&reason.to_string());
         Self::Malformed { format, reason }
     }
 
-    /// A [`Error::Setting`].
+    /// An [`Error::Setting`].
     pub fn setting(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
         let (problem, remedy) = (brief(&problem.into()), remedy.into());
         Self::Setting { problem, remedy }
     }
 
-    /// A [`Error::Shape`].
+    /// An [`Error::Shape`].
     pub fn shape(
         what: impl Into<String>,
         found: usize,
@@ -373,13 +373,13 @@ impl Error {
         }
     }
 
-    /// A [`Error::NotFinite`].
+    /// An [`Error::NotFinite`].
     pub fn not_finite(what: impl Into<String>, index: usize) -> Self {
         let what = what.into();
         Self::NotFinite { what, index }
     }
 
-    /// A [`Error::TooShort`].
+    /// An [`Error::TooShort`].
     pub fn too_short(what: impl Into<String>, found: usize, needed: usize) -> Self {
         let what = what.into();
         Self::TooShort {
@@ -389,7 +389,7 @@ impl Error {
         }
     }
 
-    /// Refuses values of which one is NaN or infinite.
+    /// Refuses values that contain NaN or infinity.
     ///
     /// # Errors
     /// [`Error::NotFinite`] with the index of the first.
@@ -417,10 +417,10 @@ impl Error {
         Err(Self::shape(what, found, expected, remedy))
     }
 
-    /// Refuses more coordinates than a network is trained with.
+    /// Refuses more coordinates than networks are trained with.
     ///
     /// # Errors
-    /// Where `n` is above `most`.
+    /// [`Error::Argument`] if `n` is above `most`.
     pub fn check_dof(n: usize, most: usize) -> Result<()> {
         if n <= most {
             return Ok(());
@@ -430,5 +430,5 @@ impl Error {
     }
 }
 
-/// The result of everything in this library that can fail.
+/// Result with the error type of this library.
 pub type Result<T> = std::result::Result<T, Error>;

@@ -1,4 +1,4 @@
-//! Motions of a mechanical system, and what every other crate of `lagrangian` needs to speak of them.
+//! Motions of a mechanical system, with the types that all other crates of `lagrangian` share.
 //!
 //! | module | holds |
 //! |---|---|
@@ -9,7 +9,7 @@
 //! | [`settings`] | settings as data: names, meaning, values |
 //! | [`Error`] | the errors of all crates |
 //!
-//! Nothing here knows a file, a force, an integrator or a network.
+//! This crate contains no files, forces, integrators or networks.
 
 #![forbid(unsafe_code)]
 

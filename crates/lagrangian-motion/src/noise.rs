@@ -6,7 +6,7 @@ use super::{Signals, Trajectory};
 
 impl Trajectory {
     /// Adds Gaussian noise of standard deviation `sigma` to q (in its unit), to q̇ (in its unit per second) and to p
-    /// (in its unit) where there is any, and removes q̈ and ṗ, which no sensor measures.
+    /// (in its unit) if it is known, and removes q̈ and ṗ, which sensors do not measure.
     pub fn add_noise(&mut self, sigma: f64, rng: &mut dyn Rng) {
         let Signals { q, qd, p, .. } = &mut self.signals;
         for x in q.iter_mut().chain(qd).chain(p) {
@@ -15,7 +15,7 @@ impl Trajectory {
         (self.qdd, self.pd) = (Vec::new(), Vec::new());
     }
 
-    /// Adds Gaussian noise of these standard deviations, `[n]`, to the forces, where there are any.
+    /// Adds Gaussian noise of these standard deviations, `[n]`, to the forces, if they are known.
     pub fn add_force_noise(&mut self, sigma: &[f64], rng: &mut dyn Rng) {
         for (x, sigma) in self.tau.iter_mut().zip(sigma.iter().cycle()) {
             *x += sigma * normal(rng);

@@ -1,21 +1,21 @@
-//! Samples: states with what belongs to them, apart from time.
+//! Samples: states with their accelerations and forces, without time.
 
 use std::ops::{Deref, DerefMut};
 
 use crate::Signals;
 
-/// Samples to fit: states with the accelerations and forces that belong to them, row-major `[m, n]`.
+/// Samples to fit: states with their accelerations and forces, row-major `[m, n]`.
 ///
 /// Its [`Signals`] can be used as if they were its own fields: `samples.q` is `samples.signals.q`. Forces are 0 where
-/// the motion is free; momenta and their rates are empty where they are not known.
+/// the motion is free; momenta and their rates are empty where they are unknown.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Samples {
     /// The number n of degrees of freedom.
     pub n: usize,
     /// The signals q, q̇, q̈, τ, p and ṗ of all samples.
     pub signals: Signals,
-    /// The time steps for losses of positions alone, s, `[m, 2]`, else empty: the steps h⁻ to the middle one of three neighbouring
-    /// positions and h⁺ from it. Then q is the middle one, q̇ the velocity to it, q̈ the second divided difference, and
+    /// Time steps for losses of positions alone, s, `[m, 2]`, else empty: the steps h⁻ to the middle one of three neighbouring
+    /// positions and h⁺ from it. In this case q is the middle one, q̇ the velocity to it, q̈ the second divided difference, and
     /// τ the mean over both steps.
     pub steps: Vec<f64>,
 }
@@ -45,7 +45,7 @@ impl Samples {
         }
     }
 
-    /// The signals of sample `s`.
+    /// Signals of sample `s`.
     #[must_use]
     pub fn row(&self, s: usize) -> Signals<&[f64]> {
         self.signals.row(self.n, s)

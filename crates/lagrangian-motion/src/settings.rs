@@ -1,43 +1,43 @@
-//! Settings as data: their names, their meaning and the values that they take, so that whatever offers them to people
-//! (flags of a command, keyword arguments, forms) is made from one table.
+//! Settings as data: names, meanings and values, so that every interface for people
+//! (flags of a command, keyword arguments, forms) is generated from one table.
 //!
-//! The values that a person gives travel as one JSON object, [`Values`], from names to values.
+//! Values that a person gives are passed as one JSON object, [`Values`], from names to values.
 
 use serde_json::{Map, Value};
 
 use crate::error::shortened;
 use crate::{Error, Result};
 
-/// Values of settings by name; those that are absent were not given.
+/// Values of settings by name; absent names were not given.
 pub type Values = Map<String, Value>;
 
-/// A setting that people can give.
+/// Description of a setting.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Setting {
     /// The name, in lower case with underscores.
     pub name: &'static str,
-    /// What it does, in a sentence without a full stop; with the names of other settings in backticks.
+    /// Effect of the setting, in a sentence without a full stop; with the names of other settings in backticks.
     pub help: &'static str,
-    /// The values that it takes.
+    /// The values that it accepts.
     pub kind: Kind,
-    /// The default, in words; empty where there is none.
+    /// The default, in words; empty without one.
     pub default: &'static str,
     /// The placeholder of its value in a synopsis; empty for its name.
     pub placeholder: &'static str,
-    /// The setting without which it changes nothing, where there is one.
+    /// Another setting without which it has no effect, if there is one.
     pub needs: Option<Need>,
 }
 
-/// A setting that another one needs, so that it changes a fit.
+/// The setting that another one needs to have an effect on a fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Need {
-    /// The name of the setting.
+    /// Name of the setting.
     pub setting: &'static str,
-    /// Its values under which the other one has an effect; any where there are none.
+    /// Its values under which the other one has an effect; empty for any value.
     pub values: &'static [&'static str],
 }
 
-/// The values that a setting takes.
+/// The values that a setting accepts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kind {
     /// One of these names.
@@ -48,9 +48,9 @@ pub enum Kind {
     Flag,
     /// A whole number in this range, both ends included.
     Integer {
-        /// The least.
+        /// The smallest value.
         min: u64,
-        /// The largest.
+        /// The largest value.
         max: u64,
     },
     /// A number in this range.
@@ -61,21 +61,21 @@ pub enum Kind {
     Robot,
 }
 
-/// A value that has a name.
+/// A named value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Named {
     /// The name.
     pub name: &'static str,
-    /// What it stands for.
+    /// The meaning of the value.
     pub help: &'static str,
 }
 
 /// A range of numbers, both ends included.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Range {
-    /// The least.
+    /// The smallest value.
     pub min: f64,
-    /// The largest.
+    /// The largest value.
     pub max: f64,
 }
 
@@ -93,13 +93,13 @@ impl Setting {
         }
     }
 
-    /// The same setting with this default, in words.
+    /// Sets the default, in words.
     #[must_use]
     pub const fn or(self, default: &'static str) -> Self {
         Self { default, ..self }
     }
 
-    /// The same setting, which changes nothing without these values of another one; without any value of it where there are none.
+    /// Declares that the setting has no effect without these values of another one; an empty list means any value.
     #[must_use]
     pub const fn needing(self, setting: &'static str, values: &'static [&'static str]) -> Self {
         Self {
@@ -108,7 +108,7 @@ impl Setting {
         }
     }
 
-    /// The same setting with this placeholder.
+    /// Sets the placeholder.
     #[must_use]
     pub const fn shown_as(self, placeholder: &'static str) -> Self {
         Self {
@@ -122,7 +122,7 @@ impl Setting {
     /// Refuses a value that is not of the kind of the setting.
     ///
     /// # Errors
-    /// [`Error::Setting`], which names the setting, the value, and what it must be.
+    /// [`Error::Setting`], with the setting, the value, and the accepted values.
     pub fn check(&self, value: &Value) -> Result<()> {
         let all =
             |items: &dyn Fn(&Value) -> bool| value.as_array().is_some_and(|v| v.iter().all(items));
@@ -150,7 +150,7 @@ impl Setting {
 }
 
 impl Kind {
-    /// What a value must be, in words.
+    /// The accepted values, in words.
     #[must_use]
     pub fn wanted(&self) -> String {
         let names = |values: &[Named]| {
@@ -170,9 +170,9 @@ impl Kind {
 }
 
 impl Range {
-    /// What no quantity in SI units exceeds, and what only a slip falls below.
+    /// Bounds of positive quantities in SI units: values outside are mistakes.
     pub const POSITIVE: Self = Self::new(1e-12, 1e12);
-    /// The same with 0.
+    /// Bounds of quantities that may be 0.
     pub const NON_NEGATIVE: Self = Self::new(0.0, 1e12);
 
     /// The range between two numbers.
@@ -207,14 +207,14 @@ impl Need {
         words.trim_end().into()
     }
 
-    /// Whether the other setting has such a value.
+    /// Whether the other setting has one of the needed values.
     pub fn is_met(self, value: Option<&Value>) -> bool {
         let named = |value: &Value| value.as_str().is_some_and(|x| self.values.contains(&x));
         value.is_some_and(|value| self.values.is_empty() || named(value))
     }
 }
 
-/// A bound as a person writes it.
+/// A bound as people write it.
 fn shown(x: f64) -> String {
     match x.abs() {
         size if size == 0.0 || (1e-3..1e6).contains(&size) => x.to_string(),
@@ -228,7 +228,7 @@ pub const fn named(name: &'static str, help: &'static str) -> Named {
     Named { name, help }
 }
 
-/// Whether `value` marks a setting that was not given, as older records write it.
+/// Whether `value` is the mark of older records for a setting that was not given.
 #[must_use]
 pub fn is_absent(value: &Value) -> bool {
     match value {
@@ -238,10 +238,10 @@ pub fn is_absent(value: &Value) -> bool {
     }
 }
 
-/// More differences than these are counted and not named.
+/// Larger numbers of differences are counted, not named.
 const MOST_NAMED: usize = 4;
 
-/// The settings in which two JSON objects differ, in words: `optimizer.name was "natural" and is "adam"`; none where they are
+/// The settings in which two JSON objects differ, in words: `optimizer.name was "natural" and is "adam"`; `None` if they are
 /// equal.
 #[must_use]
 pub fn difference(then: &Value, now: &Value) -> Option<String> {
@@ -273,7 +273,7 @@ fn compare(path: &str, then: &Value, now: &Value, found: &mut Vec<String>) {
     }
 }
 
-/// A value as a message shows it.
+/// A value in the form that messages use.
 fn brief(value: &Value) -> String {
     match value {
         Value::Null => "not given".into(),

@@ -1,9 +1,9 @@
-//! Texts from files, where people read them.
+//! Safe display of texts from files.
 
 use std::fmt::Write;
 
-/// Whether a character is shown as something else than itself: control characters, ends of lines, and what reverses, joins or hides
-/// the text around it (Unicode Technical Report 36), or has no place in XML.
+/// Whether a character is displayed as a code: control characters, ends of lines, and characters that reverse, join or hide
+/// the text around them (Unicode Technical Report 36), or are forbidden in XML.
 #[must_use]
 pub fn is_hidden(letter: char) -> bool {
     letter.is_control()
@@ -12,7 +12,7 @@ pub fn is_hidden(letter: char) -> bool {
             | '\u{2060}'..='\u{206f}' | '\u{feff}' | '\u{fff9}'..='\u{fffb}' | '\u{fffe}' | '\u{ffff}' | '\u{e0000}'..='\u{e007f}')
 }
 
-/// A name as it is shown: in one line, and without a character that [`is_hidden`], whose code stands in its place.
+/// A name for display: in one line, with the code in place of each character that [`is_hidden`].
 ///
 /// ```
 /// assert_eq!(lagrangian_motion::shown("θ 1"), "θ 1");
@@ -23,13 +23,13 @@ pub fn shown(name: &str) -> String {
     escaped(name, |_| false)
 }
 
-/// Lines as they are shown: as [`shown`], but for the ends of lines.
+/// Lines for display: like [`shown`], but ends of lines are preserved.
 #[must_use]
 pub fn shown_lines(text: &str) -> String {
     escaped(text, |letter| letter == '\n')
 }
 
-/// The same JSON as it is shown: characters that [`is_hidden`] names stand as their codes, but for the ends of lines between values.
+/// JSON for display: each character that [`is_hidden`] is replaced by its code, except ends of lines between values.
 #[must_use]
 pub fn shown_json(json: &str) -> String {
     let mut shown = String::with_capacity(json.len());

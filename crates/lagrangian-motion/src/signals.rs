@@ -1,4 +1,4 @@
-//! The signals of a motion, listed once: whatever holds, reads or writes them goes through this table.
+//! The signals of a motion, listed once: all code that stores, reads or writes them uses this table.
 
 use std::ops::Range;
 
@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 /// One value for each signal of a motion.
 ///
-/// `Signals` alone holds the values of a whole motion, row-major `[rows, n]`, in SI units, where n is the number of
-/// degrees of freedom; a signal that is not known is empty. `Signals<&[f64]>` is one row of it, and
+/// `Signals` without parameter holds the values of a whole motion, row-major `[rows, n]`, in SI units, where n is the number of
+/// degrees of freedom; an unknown signal is empty. `Signals<&[f64]>` is one row of it, and
 /// `Signals<Vec<String>>` the names of its columns in a file.
 ///
 /// ```
@@ -25,7 +25,7 @@ pub struct Signals<T = Vec<f64>> {
     pub qd: T,
     /// Generalised accelerations q̈.
     pub qdd: T,
-    /// Generalised forces τ, non-conservative and applied; a motion for which they are not known is free.
+    /// Generalised forces τ, non-conservative and applied; a motion with unknown forces is free.
     pub tau: T,
     /// Momenta p = ∂L/∂q̇.
     pub p: T,
@@ -39,7 +39,7 @@ pub struct Signals<T = Vec<f64>> {
     pub supply: T,
     /// Whether motors are on: 0 where they are off.
     pub enabled: T,
-    /// Rates of the momenta ṗ; no file holds them.
+    /// Rates of the momenta ṗ; files do not contain them.
     #[serde(skip)]
     pub pd: T,
 }
@@ -87,16 +87,16 @@ impl Signal {
         Self::Enabled,
     ];
 
-    /// The signals that say what a drive was told, where the forces are not known.
+    /// The command signals of a drive, for motions with unknown forces.
     pub const OF_DRIVES: [Self; 5] = [Self::Goal, Self::Kp, Self::Kd, Self::Supply, Self::Enabled];
 
-    /// Whether it is of a drive, which is told it: no sensor measures it.
+    /// Whether it is a command signal of a drive, which no sensor measures.
     #[must_use]
     pub fn is_of_drive(self) -> bool {
         Self::OF_DRIVES.contains(&self)
     }
 
-    /// The signals that files hold, in the order of their columns.
+    /// The signals in files, in the order of their columns.
     pub const IN_FILES: [Self; 10] = [
         Self::Q,
         Self::Qd,
@@ -128,12 +128,12 @@ impl Signal {
         }
     }
 
-    /// Whether its values are in the unit of q, or in that over a time: those of an angle may be in degrees.
+    /// Whether its unit is that of q, or that of q over a time: values of an angle may be in degrees.
     pub fn has_the_unit_of_q(self) -> bool {
         self.order().is_some() || self == Self::Goal
     }
 
-    /// What its columns hold, in a few words.
+    /// Contents of its columns, in a few words.
     #[must_use]
     pub fn description(self) -> &'static str {
         match self {
@@ -153,7 +153,7 @@ impl Signal {
         }
     }
 
-    /// How many times it is the coordinate differentiated by time; none for momenta, forces and commands.
+    /// Order of its derivative of the coordinate; `None` for momenta, forces and commands.
     #[must_use]
     pub fn order(self) -> Option<i32> {
         match self {
@@ -172,7 +172,7 @@ impl<T> Signals<T> {
         self.as_ref().in_order()[signal as usize]
     }
 
-    /// The value of one signal, to change it.
+    /// A mutable reference to the value of one signal.
     pub fn get_mut(&mut self, signal: Signal) -> &mut T {
         match signal {
             Signal::Q => &mut self.q,
@@ -194,7 +194,7 @@ impl<T> Signals<T> {
         self.as_ref().into_iter()
     }
 
-    /// All signals with their values, to change these.
+    /// All signals with mutable references to their values.
     pub fn iter_mut(&mut self) -> impl Iterator<Item = (Signal, &mut T)> {
         let Self {
             q,
@@ -213,7 +213,7 @@ impl<T> Signals<T> {
         Signal::ALL.into_iter().zip(values)
     }
 
-    /// What `f` makes of each.
+    /// The results of `f` for each signal.
     #[must_use]
     pub fn map<U>(self, mut f: impl FnMut(Signal, T) -> U) -> Signals<U> {
         Signals {
@@ -231,7 +231,7 @@ impl<T> Signals<T> {
         }
     }
 
-    /// References to all of them.
+    /// References to all values.
     #[must_use]
     pub fn as_ref(&self) -> Signals<&T> {
         Signals {
@@ -277,7 +277,7 @@ impl<T> IntoIterator for Signals<T> {
 }
 
 impl<X> Signals<Vec<X>> {
-    /// Fills what is empty here from `other`.
+    /// Fills empty signals from `other`.
     #[must_use]
     pub fn or(self, other: Self) -> Self {
         let mut others = other.into_iter();
@@ -289,19 +289,19 @@ impl<X> Signals<Vec<X>> {
 }
 
 impl Signals {
-    /// The signals that are known.
+    /// The known signals with their values.
     pub fn known(&self) -> impl Iterator<Item = (Signal, &[f64])> {
         let values = self.iter().map(|(signal, x)| (signal, x.as_slice()));
         values.filter(|(_, x)| !x.is_empty())
     }
 
-    /// The values of one signal, if it is known.
+    /// Values of one signal, if it is known.
     #[must_use]
     pub fn values(&self, signal: Signal) -> Option<&[f64]> {
         Some(self.get(signal).as_slice()).filter(|x| !x.is_empty())
     }
 
-    /// Row `k` of a motion of `n` degrees of freedom; empty where a signal is not known.
+    /// Row `k` of a motion of `n` degrees of freedom; unknown signals are empty.
     ///
     /// ```
     /// # use lagrangian_motion::Signals;
@@ -315,7 +315,7 @@ impl Signals {
             .map(|_, x| x.get(k * n..(k + 1) * n).unwrap_or_default())
     }
 
-    /// The rows of a range, which must lie within the motion, of `n` degrees of freedom.
+    /// The rows of a range within the motion, of `n` degrees of freedom.
     #[must_use]
     pub fn rows(&self, n: usize, range: &Range<usize>) -> Self {
         let rows = range.start * n..range.end * n;

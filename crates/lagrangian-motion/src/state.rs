@@ -1,4 +1,4 @@
-//! Where a system is and how fast it moves, at one instant.
+//! Position and velocity of a system at one instant.
 
 /// Generalised coordinates and velocities at one instant.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -1,12 +1,12 @@
 //! Statistics of columns of arrays `[m, n]`.
 
-/// `f` of each column of `x`, `[m, n]`.
+/// The results of `f` for each column of `x`, `[m, n]`.
 pub fn column(x: &[f64], n: usize, f: impl Fn(&mut dyn Iterator<Item = f64>) -> f64) -> Vec<f64> {
     let own = |i| f(&mut x.iter().skip(i).step_by(n).copied());
     (0..n).map(own).collect()
 }
 
-/// Root mean square of each column, `[n]`; 1 where it is 0.
+/// Root mean square of each column, `[n]`; 1 in place of 0.
 pub fn size(x: &[f64], n: usize) -> Vec<f64> {
     column(x, n, |x| positive(root_mean_square(x)))
 }
@@ -16,18 +16,18 @@ pub fn variances(x: &[f64], n: usize) -> Vec<f64> {
     column(x, n, |x| deviation(x).powi(2))
 }
 
-/// The mean, 0 without any.
+/// Mean; 0 of no values.
 pub fn mean(x: &mut dyn Iterator<Item = f64>) -> f64 {
     let (count, sum) = x.fold((0.0, 0.0), |(c, s), x| (c + 1.0, s + x));
     if count > 0.0 { sum / count } else { 0.0 }
 }
 
-/// The root of the mean square, 0 without any.
+/// Root mean square; 0 of no values.
 pub fn root_mean_square(x: &mut dyn Iterator<Item = f64>) -> f64 {
     mean(&mut x.map(|x| x * x)).sqrt()
 }
 
-/// The median of |x|, 0 without any.
+/// Median of |x|; 0 of no values.
 pub fn median_size(x: &mut dyn Iterator<Item = f64>) -> f64 {
     let mut sizes: Vec<f64> = x.map(f64::abs).collect();
     let middle = sizes.len() / 2;
@@ -37,7 +37,7 @@ pub fn median_size(x: &mut dyn Iterator<Item = f64>) -> f64 {
     *sizes.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
-/// The standard deviation, over the number of values (Welford 1962); 0 without any.
+/// Standard deviation, over the number of values (Welford 1962); 0 of no values.
 pub fn deviation(x: &mut dyn Iterator<Item = f64>) -> f64 {
     let (mut count, mut centre, mut squares) = (0.0, 0.0, 0.0);
     for x in x {
@@ -53,7 +53,7 @@ pub fn deviation(x: &mut dyn Iterator<Item = f64>) -> f64 {
     }
 }
 
-/// 1 in place of a scale that cannot divide.
+/// The scale, or 1 if it cannot be a divisor.
 pub fn positive(x: f64) -> f64 {
     if x.is_finite() && x > 1e-150 { x } else { 1.0 }
 }

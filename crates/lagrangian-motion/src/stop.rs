@@ -1,19 +1,19 @@
-//! How long computations are ended from outside.
+//! Requests to end computations early.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A request to end, raised by another thread: at Ctrl-C, or when the time is up. What has been computed by then is kept.
+/// A request to end, raised by another thread: at Ctrl-C, or when the time is up. The results so far are kept.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Stop(Option<&'static AtomicBool>);
 
 impl Stop {
-    /// A request that is made by setting `flag`; without one ([`Stop::default`]) nothing ends early.
+    /// A request that is raised by setting `flag`; without a flag ([`Stop::default`]) nothing ends early.
     #[must_use]
     pub const fn when(flag: &'static AtomicBool) -> Self {
         Self(Some(flag))
     }
 
-    /// Whether to end now.
+    /// Whether the computation is to end now.
     #[must_use]
     pub fn is_asked(self) -> bool {
         self.0.is_some_and(|flag| flag.load(Ordering::Relaxed))

@@ -4,16 +4,16 @@ use std::ops::{Deref, DerefMut, Range};
 
 use crate::{Error, Result, Signal, Signals};
 
-/// One motion, recorded or predicted: both are this type, so one function compares them.
+/// One motion, recorded or predicted: both have this type, so that one function compares them.
 ///
 /// Its [`Signals`] can be used as if they were its own fields: `motion.q` is `motion.signals.q`.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Trajectory {
-    /// A name to tell it from others (file, or the value of its `trajectory` column).
+    /// A name for distinction (file, or the value of its `trajectory` column).
     pub name: String,
     /// Time stamps, s, strictly increasing, `[len]`.
     pub t: Vec<f64>,
-    /// What is known of the motion at these times, `[len, n]` each; q and q̇ always are.
+    /// The known signals at these times, `[len, n]` each; q and q̇ are always present.
     pub signals: Signals,
 }
 
@@ -55,7 +55,7 @@ impl Trajectory {
         self.t.len()
     }
 
-    /// Whether it holds no sample.
+    /// Whether it has no samples.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.t.is_empty()
@@ -67,13 +67,13 @@ impl Trajectory {
         self.q.len().checked_div(self.t.len()).unwrap_or(0)
     }
 
-    /// Sample `k`.
+    /// Signals of sample `k`.
     #[must_use]
     pub fn row(&self, k: usize) -> Signals<&[f64]> {
         self.signals.row(self.dof(), k)
     }
 
-    /// The samples of a range, which must lie within it.
+    /// The samples of a range within the motion.
     #[must_use]
     pub fn part(&self, range: Range<usize>) -> Self {
         Self {
@@ -83,14 +83,14 @@ impl Trajectory {
         }
     }
 
-    /// The samples after the first `skipped`.
+    /// The samples without the first `skipped`.
     #[must_use]
     pub fn after(&self, skipped: usize) -> Self {
         self.part(skipped.min(self.len())..self.len())
     }
 
-    /// The same path `alpha` times as fast, q(t) → q(α t): q̇ grows by α, q̈ by α², and which forces that needs only a
-    /// model can say; nor which momenta, where these are not linear in q̇.
+    /// The same path `alpha` times as fast, q(t) → q(α t): q̇ grows by α, q̈ by α². Forces are removed, since only a model
+    /// can predict them, and so are momenta, which need not be linear in q̇.
     #[must_use]
     pub fn faster(&self, alpha: f64) -> Self {
         let scaled = |signal: Signal, x: &Vec<f64>| {
@@ -107,7 +107,7 @@ impl Trajectory {
     /// Checks shapes, finiteness and that time increases.
     ///
     /// # Errors
-    /// [`Error::Shape`], [`Error::NotFinite`] or [`Error::Argument`], for the first thing that is wrong.
+    /// [`Error::Shape`], [`Error::NotFinite`] or [`Error::Argument`], for the first fault.
     pub fn validate(&self) -> Result<()> {
         let (len, n) = (self.len(), self.dof());
         self.check_signal("t", &self.t, len)?;

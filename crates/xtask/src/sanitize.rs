@@ -46,7 +46,14 @@ fn test(host: &str) -> Result<(), String> {
     let root = crate::root();
     let status = cargo()
         .current_dir(&root)
-        .args(["test", "--package", "lagrangian-nets", "--lib", "--target", host])
+        .args([
+            "test",
+            "--package",
+            "lagrangian-nets",
+            "--lib",
+            "--target",
+            host,
+        ])
         .args(PROFILE)
         // The option is unstable, but the runtime comes with the stable toolchain.
         .env("RUSTC_BOOTSTRAP", "1")

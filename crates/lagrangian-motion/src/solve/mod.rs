@@ -6,25 +6,25 @@
 
 pub mod ridge;
 
-/// Pivots below this many roundings of their row count as zero.
+/// Pivots below this many rounding errors of their row count as zero.
 const PIVOT_ROUNDINGS: f64 = 16.0;
 /// The pseudo-inverse drops eigenvalues below this part of the largest.
 const EIGENVALUE_CUTOFF: f64 = 1e-12;
-/// A 2 × 2 matrix whose Schur complement is below this part of its entry is solved by the general algorithm.
+/// A 2 × 2 matrix whose Schur complement is below this part of its entry is passed to the general algorithm.
 const NEARLY_SINGULAR: f64 = 1e-8;
 /// Jacobi's method converges quadratically; more sweeps than this are never needed.
 const MAX_SWEEPS: usize = 40;
 
-/// The kind of a symmetric matrix, as solving its system has shown.
+/// The kind of a symmetric matrix, as found while solving its system.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Regularity {
     /// Positive definite: solved by Cholesky.
     Definite,
     /// Regular but not positive definite: solved by LU.
     Indefinite,
-    /// Singular to working precision: the answer is the least-norm, least-squares one.
+    /// Singular to working precision: the result is the least-norm, least-squares solution.
     Singular,
-    /// Contains NaN or infinity: the answer is NaN.
+    /// Contains NaN or infinity: the result is NaN.
     NotFinite,
 }
 
@@ -191,7 +191,7 @@ impl SymmetricSolver {
         }
     }
 
-    /// x = Σ vᵢ (vᵢ·b)/λᵢ over the eigenvalues that are not negligible.
+    /// x = Σ vᵢ (vᵢ·b)/λᵢ over the eigenvalues above the cut-off.
     fn pseudo_inverse(&mut self, m: &[f64], b: &[f64], x: &mut [f64]) {
         let n = self.n;
         self.factor.copy_from_slice(m);
@@ -207,7 +207,7 @@ impl SymmetricSolver {
     }
 }
 
-/// The closed forms for one and two unknowns, in place; `None` where they do not apply.
+/// Closed forms for one and two unknowns, in place; `None` where they do not apply.
 fn solve_directly(m: &[f64], x: &mut [f64]) -> Option<Regularity> {
     match (m, x) {
         (&[m], [x]) if m.is_finite() && m != 0.0 => {
@@ -220,7 +220,7 @@ fn solve_directly(m: &[f64], x: &mut [f64]) -> Option<Regularity> {
         }
         (&[a, b, _, d], [x, y]) => {
             let schur = d - b / a * b;
-            // Near singularity the general algorithm decides, and so it does for NaN, which compares false.
+            // Near singularity the general algorithm decides, and also for NaN, which compares false.
             if !(a > 0.0 && schur > NEARLY_SINGULAR * d && d.is_finite()) {
                 return None;
             }
@@ -232,7 +232,7 @@ fn solve_directly(m: &[f64], x: &mut [f64]) -> Option<Regularity> {
     }
 }
 
-/// The closed forms of the inverse for one and two unknowns, where [`solve_directly`] applies.
+/// Closed forms of the inverse for one and two unknowns, where [`solve_directly`] applies.
 fn invert_directly(m: &[f64], inverse: &mut [f64]) -> Option<Regularity> {
     match (m, inverse) {
         (&[a], [x]) if a.is_finite() && a != 0.0 => {
@@ -320,7 +320,7 @@ pub fn inverse_root(b: &[f64], n: usize, cutoff: f64) -> Option<Vec<f64>> {
     Some((0..n * n).map(|ij| entry(ij / n, ij % n)).collect())
 }
 
-/// A B of two `[n, n]`.
+/// The product A B of two `[n, n]` matrices.
 #[must_use]
 pub fn product(a: &[f64], b: &[f64], n: usize) -> Vec<f64> {
     let entry = |i: usize, j: usize| (0..n).map(|k| a[i * n + k] * b[k * n + j]).sum::<f64>();

@@ -1,9 +1,9 @@
-//! Normal equations whose unknowns have units of their own.
+//! Normal equations whose unknowns differ in units.
 
 use faer::linalg::solvers::{Llt, Solve};
 use faer::{Mat, Side};
 
-/// The factor of (S⁻¹ A S⁻¹ + ρ 1) for a symmetric A and the scales S of its rows: Cholesky's method with columns of length 1, and a
+/// The Cholesky factor of S⁻¹ A S⁻¹ + ρ 1 for a symmetric A and the scales S of its rows, which give columns of unit length, with a
 /// ridge ρ in units of their squares.
 pub struct Ridge {
     factor: Llt<f64>,
@@ -11,7 +11,7 @@ pub struct Ridge {
 }
 
 impl Ridge {
-    /// The factor of A, by its entries, with these scales; `None` where it is not positive definite.
+    /// The factor of A, by its entries, with these scales; `None` if it is not positive definite.
     pub fn new(a: impl Fn(usize, usize) -> f64, scale: Vec<f64>, ridge: f64) -> Option<Self> {
         let size = scale.len();
         let matrix = Mat::from_fn(size, size, |k, j| {
@@ -30,7 +30,7 @@ impl Ridge {
         Mat::from_fn(size, columns, |k, c| solved[(k, c)] / scale[k])
     }
 
-    /// The solution of A x = b for one right side; `None` where it is not finite.
+    /// The solution of A x = b for one right side; `None` if it is not finite.
     pub fn solve_one(&self, b: impl Fn(usize) -> f64) -> Option<Vec<f64>> {
         let x = self.solve(1, |k, _| b(k));
         let x: Vec<f64> = (0..self.scale.len()).map(|k| x[(k, 0)]).collect();
@@ -38,7 +38,7 @@ impl Ridge {
     }
 }
 
-/// The roots of the diagonal of A, none below that of `least`.
+/// Square roots of the diagonal of A, bounded below by the square root of `least`.
 pub fn scales(size: usize, diagonal: impl Fn(usize) -> f64, least: f64) -> Vec<f64> {
     (0..size).map(|k| diagonal(k).max(least).sqrt()).collect()
 }
