@@ -1,4 +1,4 @@
-//! Rolling a model out: from an initial state to a predicted trajectory, and how it ended.
+//! Rollouts of a model: from an initial state to a predicted trajectory with its outcome.
 
 mod energy;
 mod grouped;
@@ -26,15 +26,15 @@ pub use recorded::{Hold, recorded, rollout_recorded};
 pub use simulation::{MOST_SAMPLES, Simulation};
 pub use sines::{record_forces, sines, with_friction};
 
-/// Generalised forces as a function: (t, q, q̇, τ), which writes τ.
+/// Generalised forces as a function of (t, q, q̇, τ), which writes τ.
 pub type Force<'a> = dyn Fn(f64, &[f64], &[f64], &mut [f64]) + Sync + 'a;
 
-/// No forces: the motion is free.
+/// Zero forces: the motion is free.
 pub fn free(_t: f64, _q: &[f64], _qd: &[f64], tau: &mut [f64]) {
     tau.fill(0.0);
 }
 
-/// How a rollout is computed.
+/// Settings of a rollout.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct RolloutOptions {
@@ -46,7 +46,7 @@ pub struct RolloutOptions {
     pub rtol: f64,
     /// Absolute tolerance of the adaptive methods, per step, in the units of q and q̇.
     pub atol: f64,
-    /// Steps tried at most: no rollout can hang.
+    /// Maximum number of attempted steps, so that every rollout ends.
     pub max_steps: u64,
     /// Ends the rollout before its next step, with [`Outcome::Stopped`].
     #[serde(skip)]
@@ -67,7 +67,7 @@ impl Default for RolloutOptions {
 }
 
 impl RolloutOptions {
-    /// Near the limit of f64: for the truth that others are measured against.
+    /// Tolerances near the limit of f64, for reference solutions.
     #[must_use]
     pub fn truth() -> Self {
         Self {
@@ -77,7 +77,7 @@ impl RolloutOptions {
         }
     }
 
-    /// For predictions that are compared with recordings: more exact than sensors, and fast where the forces jump at every
+    /// Tolerances for comparisons with recordings: more exact than sensors, and fast where the forces jump at every
     /// sample.
     #[must_use]
     pub fn for_comparison() -> Self {
@@ -89,7 +89,7 @@ impl RolloutOptions {
         }
     }
 
-    /// As the integrators take it.
+    /// The integrator's form of these settings.
     #[must_use]
     pub fn control(&self) -> Control {
         Control {
@@ -102,17 +102,17 @@ impl RolloutOptions {
     }
 }
 
-/// How a rollout ended.
+/// Outcome of a rollout.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "kind")]
 pub enum Outcome {
-    /// At the last of its times.
+    /// The last of its times was reached.
     Finished,
     /// No finite continuation was found.
     Diverged {
         /// Time reached, s.
         t: f64,
-        /// Why.
+        /// Reason of the failure.
         reason: Failure,
     },
     /// The step limit was reached.
@@ -120,7 +120,7 @@ pub enum Outcome {
         /// Time reached, s.
         t: f64,
     },
-    /// It was stopped from outside, by [`RolloutOptions::stop`].
+    /// The rollout was stopped from outside, by [`RolloutOptions::stop`].
     Stopped {
         /// Time reached, s.
         t: f64,
@@ -128,33 +128,33 @@ pub enum Outcome {
 }
 
 impl Outcome {
-    /// Whether it reached the last of its times.
+    /// Whether the last of its times was reached.
     #[must_use]
     pub fn is_finished(&self) -> bool {
         *self == Self::Finished
     }
 
-    /// Whether it was stopped from outside, so that nothing is known of its end.
+    /// Whether it was stopped from outside, so that its end is unknown.
     #[must_use]
     pub fn is_stopped(&self) -> bool {
         matches!(self, Self::Stopped { .. })
     }
 }
 
-/// A predicted trajectory, how it ended and what it cost.
+/// A predicted trajectory with its outcome and cost.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rollout {
-    /// The part that was computed: as many of the times as were reached, with q̈, and τ unless it is zero.
+    /// The computed part: the times that were reached, with q̈, and with τ unless it is zero.
     pub trajectory: Trajectory,
-    /// How it ended.
+    /// Outcome of the rollout.
     pub outcome: Outcome,
-    /// Steps accepted.
+    /// Number of accepted steps.
     pub steps: u64,
-    /// Steps rejected by the error estimate.
+    /// Number of steps rejected by the error estimate.
     pub rejected: u64,
-    /// Evaluations of the forward dynamics.
+    /// Number of evaluations of the forward dynamics.
     pub evaluations: u64,
-    /// Those at which the mass matrix was singular.
+    /// Number of evaluations at which the mass matrix was singular.
     pub singular: u64,
 }
 
@@ -190,7 +190,7 @@ pub fn rollout(
     Ok(run.finish(ending, tau))
 }
 
-/// Rolls `model` out from (q₀, z₀), z being what it moves in: p for a Hamiltonian, else q̇. The trajectory holds the
+/// Rolls `model` out from (q₀, z₀), with z its second state: p for a Hamiltonian, else q̇. The trajectory holds the
 /// z of its samples as momenta.
 ///
 /// # Errors
@@ -217,7 +217,7 @@ pub fn rollout_phase(
     Ok(rollout)
 }
 
-/// The times 0, `step`, 2 `step`, … up to `duration` (and that itself, if it is a multiple), s.
+/// The times 0, `step`, 2 `step`, … up to `duration` (inclusive if it is a multiple), s.
 ///
 /// # Errors
 /// [`Error::Argument`] where `duration` is negative, `step` is not positive, or either is not finite, and for
@@ -292,15 +292,15 @@ fn check(
     Ok(())
 }
 
-/// A rollout in the making: what was computed and counted so far.
+/// A rollout in progress: values and counts so far.
 struct RolloutState<'a> {
     evaluator: Box<dyn Evaluator + 'a>,
-    /// Of the variational methods.
+    /// Evaluator of the variational methods.
     mechanics: Option<EulerLagrange<'a>>,
     options: &'a RolloutOptions,
-    /// The state (q, z) reached, `[2 n]`: z = q̇, or what else the model moves in and the method does not replace by q̇.
+    /// State (q, z) reached, `[2 n]`: z = q̇, or another second state of the model that the method does not replace by q̇.
     x: Vec<f64>,
-    /// Whether that state exists.
+    /// Whether the initial state exists.
     begun: bool,
     qd: Vec<f64>,
     force: Vec<f64>,
@@ -325,7 +325,7 @@ impl<'a> RolloutState<'a> {
         run
     }
 
-    /// From the state (q, z).
+    /// Begins from the state (q, z).
     fn in_phase(
         model: &'a dyn Model,
         q0: &[f64],
@@ -348,7 +348,7 @@ impl<'a> RolloutState<'a> {
         }
     }
 
-    /// Goes on from the state reached, which is that at `times[0]`, and takes samples (there too if `first`).
+    /// Continues from the state reached, which is that at `times[0]`, and takes samples (there too if `first`).
     fn advance(&mut self, times: &[f64], tau: &Force<'_>, first: bool) -> Ending {
         if !self.begun {
             return Ending::Failed {
@@ -440,7 +440,7 @@ impl<'a> RolloutState<'a> {
     }
 }
 
-/// Writes the z of the state (q, q̇) from which a rollout begins; `false` where it has none.
+/// Writes the z of the state (q, q̇) from which a rollout begins; `false` where z does not exist.
 fn initial_phase(evaluator: &mut dyn Evaluator, q: &[f64], qd: &[f64], z: &mut [f64]) -> bool {
     match evaluator.phase_flow() {
         None => {
@@ -502,8 +502,8 @@ impl Rollout {
     }
 }
 
-/// Cuts the trajectory before its first sample that is not finite (interpolation inside the last step of a motion that
-/// runs away may overflow though both ends are finite); returns the time of the cut.
+/// Cuts the trajectory before its first sample that is not finite (interpolation inside the last step of a diverging motion
+/// may overflow although both ends are finite); returns the time of the cut.
 fn keep_finite(trajectory: &mut Trajectory) -> Option<f64> {
     let n = trajectory.dof();
     let finite = |k: usize| {
@@ -519,7 +519,7 @@ fn keep_finite(trajectory: &mut Trajectory) -> Option<f64> {
     Some(t)
 }
 
-/// Takes the sample (q, z) at time t; [`Rollout::end`] makes velocities of z.
+/// Records the sample (q, z) at time t; [`Rollout::end`] converts z to velocities.
 fn record(trajectory: &mut Trajectory, t: f64, x: &[f64]) {
     let (q, qd) = x.split_at(x.len() / 2);
     trajectory.t.push(t);
@@ -527,7 +527,7 @@ fn record(trajectory: &mut Trajectory, t: f64, x: &[f64]) {
     trajectory.qd.extend_from_slice(qd);
 }
 
-/// Adds q̈ (where finite) and τ (where there is any) to a trajectory.
+/// Adds q̈ (where finite) and τ (unless zero) to a trajectory.
 fn complete(
     trajectory: &mut Trajectory,
     evaluator: &mut dyn Evaluator,

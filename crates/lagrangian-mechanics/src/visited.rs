@@ -1,4 +1,4 @@
-//! The states that the data of a fit visited, so that a model can say where it extrapolates (theory.md, 131).
+//! The states that the data of a fit visited, so that a model can report extrapolation (theory.md, 131).
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,23 +7,23 @@ use serde::{Deserialize, Serialize};
 use lagrangian_motion::{Coordinates, Signals};
 use lagrangian_motion::{Error, Result};
 
-/// Samples that are looked at, at most.
+/// Maximum number of samples that are examined.
 const SAMPLES: usize = 4000;
-/// Representatives of them that are kept, at most.
+/// Maximum number of representatives that are kept.
 const REPRESENTATIVES: usize = 64;
-/// The parts that the samples are cut into, in their order, to see how far each is from all others …
+/// Number of parts of the samples, in their order, for the distance of each from all others …
 const PARTS: usize = 5;
-/// … and the share of the samples for which that distance is inside.
+/// … and the fraction of the samples for which that distance is inside.
 const INSIDE: f64 = 0.95;
-/// A state lies outside that leaves the range of an axis by this part of it.
+/// Fraction of the range of an axis by which a state must exceed it to lie outside.
 const MARGIN: f64 = 0.1;
-/// An angle was all around where no gap of its samples is wider, rad.
+/// Widest gap between samples of an angle that has visited the whole circle, rad.
 const WIDEST_GAP: f64 = 0.5;
-/// The least scale of an axis, in parts of the largest value of all coordinates, or of all velocities: what never moved is known at
-/// one place.
+/// Minimum scale of an axis, in parts of the largest value of all coordinates, or of all velocities: an axis that never moved is known
+/// at one value.
 const LEAST: f64 = 1e-3;
 
-/// The states (q, q̇) that the data of a fit visited: the range of each axis, and representatives that the visited states are near to.
+/// The states (q, q̇) that the data of a fit visited: the range of each axis, and representatives near to the visited states.
 ///
 /// A state lies *outside* where its [`distance`](Self::distance) exceeds 1: farther from all representatives than a fifth of the samples
 /// is from those of the others (19 of 20 of them), or beyond the range of a coordinate or velocity by a tenth of that range. Distances are
@@ -31,15 +31,15 @@ const LEAST: f64 = 1e-3;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Visited {
-    /// The smallest value of each coordinate, then of each velocity, `[2n]`; of an angle the beginning of the arc that holds all.
+    /// Smallest value of each coordinate, then of each velocity, `[2n]`; for an angle, the beginning of the arc that holds all.
     low: Vec<f64>,
-    /// The largest value of each, `[2n]`; of an angle the end of its arc, 2π above its beginning where it was all around.
+    /// Largest value of each, `[2n]`; for an angle, the end of its arc, 2π above its beginning for the whole circle.
     high: Vec<f64>,
-    /// The deviation of each, `[2n]`; 0 of what does not count.
+    /// Deviation of each, `[2n]`; 0 for an axis that is ignored.
     scale: Vec<f64>,
     /// The representatives, `[k, 2n]`.
     representatives: Vec<f64>,
-    /// The distance of the border from the nearest representative, in deviations.
+    /// Distance of the border from the nearest representative, in deviations.
     radius: f64,
     /// Whether no force was recorded, so that all energies and forces are known up to one factor.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
@@ -49,34 +49,34 @@ pub struct Visited {
 /// The axis on which a state is farthest beyond the states that were visited.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Beyond {
-    /// The number of the coordinate.
+    /// Index of the coordinate.
     pub coordinate: usize,
-    /// Whether it is the velocity.
+    /// Whether the axis is the velocity.
     pub velocity: bool,
-    /// The value, in SI units; of an angle the one nearest to the range.
+    /// Value, in SI units; for an angle, the turn nearest to the range.
     pub value: f64,
-    /// The range that was visited.
+    /// Range that was visited.
     pub range: (f64, f64),
 }
 
 /// An axis of the visited states: a coordinate or a velocity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Axis {
-    /// The smallest value; of an angle the beginning of the arc that holds all.
+    /// Smallest value; for an angle, the beginning of the arc that holds all.
     pub low: f64,
-    /// The largest value; of an angle the end of its arc.
+    /// Largest value; for an angle, the end of its arc.
     pub high: f64,
-    /// How far beyond this range a state is outside.
+    /// Distance beyond this range at which a state is outside.
     pub margin: f64,
-    /// The deviation of the values, the unit of distances.
+    /// Deviation of the values, the unit of distances.
     pub scale: f64,
-    /// Whether it is an angle.
+    /// Whether the axis is an angle.
     pub circle: bool,
 }
 
 impl Visited {
-    /// The states that these samples visited. The border is so far from the representatives that each fifth of the samples would lie
-    /// within it, had it not been recorded. `None` without a finite state.
+    /// The states that these samples visited. The border is placed so that each fifth of the samples would lie within it if it
+    /// had not been recorded. `None` without a finite state.
     #[must_use]
     pub fn of(coordinates: &Coordinates, samples: &Signals) -> Option<Self> {
         let states = states(coordinates, samples);
@@ -115,16 +115,16 @@ impl Visited {
         Some(visited)
     }
 
-    /// Whether no force was recorded: then nothing but the factor of energies, momenta and forces is unknown.
+    /// Whether no force was recorded: then energies, momenta and forces are unknown only by a factor.
     #[must_use]
     pub fn is_free(&self) -> bool {
         self.free
     }
 
-    /// The distance of a state from those that were visited, 1 at the border. NaN for a state that is not finite.
+    /// Distance of a state from those that were visited, 1 at the border. NaN for a state that is not finite.
     ///
     /// # Panics
-    /// Where `q` and `qd` have another length than the coordinates, which must be those of [`Visited::of`].
+    /// Where `q` and `qd` do not have the length of the coordinates, which must be those of [`Visited::of`].
     #[must_use]
     pub fn distance(&self, coordinates: &Coordinates, q: &[f64], qd: &[f64]) -> f64 {
         let state: Vec<f64> = q.iter().chain(qd).copied().collect();
@@ -136,7 +136,7 @@ impl Visited {
         excess.max(self.nearest(coordinates, &state) / self.radius)
     }
 
-    /// The [`distance`](Self::distance) of each of `m` states, `[m, n]`, to `distances`, `[m]`.
+    /// Writes the [`distance`](Self::distance) of each of `m` states, `[m, n]`, to `distances`, `[m]`.
     pub fn distances(
         &self,
         coordinates: &Coordinates,
@@ -151,7 +151,7 @@ impl Visited {
         }
     }
 
-    /// The axis on which a state is farthest beyond its range, in parts of that; `None` where it is within all ranges.
+    /// The axis on which a state is farthest beyond its range, relative to the range; `None` for a state within all ranges.
     #[must_use]
     pub fn beyond(&self, coordinates: &Coordinates, q: &[f64], qd: &[f64]) -> Option<Beyond> {
         let n = coordinates.dof();
@@ -166,8 +166,8 @@ impl Visited {
         })
     }
 
-    /// How much a correction that was learned from the data counts at a state: 1 within the range of every axis, 0 where one of them
-    /// is left by a tenth of its range, and twice differentiable between.
+    /// Weight of a learned correction at a state: 1 within the range of every axis, 0 where one axis is exceeded by a tenth of
+    /// its range, and twice differentiable between.
     #[must_use]
     pub fn trust(&self, coordinates: &Coordinates, q: &[f64], qd: &[f64]) -> f64 {
         let n = coordinates.dof();
@@ -179,7 +179,7 @@ impl Visited {
         self.axes().map(fade).product()
     }
 
-    /// The axes of coordinates, then of velocities, `[2n]`; `None` for one that does not count.
+    /// Axes of coordinates, then of velocities, `[2n]`; `None` for an axis that is ignored.
     #[must_use]
     pub fn ranges(&self, coordinates: &Coordinates) -> Vec<Option<Axis>> {
         let n = coordinates.dof();
@@ -200,12 +200,12 @@ impl Visited {
         (&self.representatives, self.radius)
     }
 
-    /// How far a state may lie beyond the range of axis `i`.
+    /// Distance beyond the range of axis `i` at which a state is outside.
     fn margin(&self, i: usize) -> f64 {
         MARGIN * (self.high[i] - self.low[i]).max(self.scale[i])
     }
 
-    /// Refuses a description that is not one of states of these coordinates.
+    /// Returns an error for a description that does not fit these coordinates.
     ///
     /// # Errors
     /// [`Error::DamagedModel`].
@@ -230,12 +230,12 @@ impl Visited {
         }
     }
 
-    /// The axes that count.
+    /// Axes that are not ignored.
     fn axes(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.scale.len()).filter(|&i| self.scale[i] > 0.0)
     }
 
-    /// The deviation of the values of axis `i`.
+    /// Deviation of the values of axis `i`.
     fn deviation(
         &self,
         coordinates: &Coordinates,
@@ -252,7 +252,7 @@ impl Visited {
         f64::sqrt(squares / count)
     }
 
-    /// Chooses representatives, each the state that is farthest from those before (Gonzalez 1985), and returns their numbers and the
+    /// Chooses representatives, each the state farthest from those before (Gonzalez 1985), and returns their indices and the
     /// distance of the farthest state from them.
     fn represent(&mut self, coordinates: &Coordinates, states: &[Vec<f64>]) -> (Vec<usize>, f64) {
         let mut nearest = vec![f64::INFINITY; states.len()];
@@ -276,7 +276,7 @@ impl Visited {
         }
     }
 
-    /// The distance from the representatives of all other parts within which [`INSIDE`] of the states lie.
+    /// Distance from the representatives of all other parts within which [`INSIDE`] of the states lie.
     fn apart_from_others(
         &self,
         coordinates: &Coordinates,
@@ -315,7 +315,7 @@ impl Visited {
         self.axes().map(part).sum::<f64>().sqrt()
     }
 
-    /// How far a value lies beyond its range, 1 at a tenth of that.
+    /// Excess of a value beyond its range, 1 at a tenth of the range.
     fn excess(&self, coordinates: &Coordinates, i: usize, x: f64) -> f64 {
         let x = self.unwrapped(coordinates, i, x);
         let beyond = (self.low[i] - x).max(x - self.high[i]).max(0.0);
@@ -342,7 +342,7 @@ impl Visited {
     }
 }
 
-/// How far two values are apart: angles by their chord.
+/// Distance of two values; angles by their chord.
 fn apart(circle: bool, a: f64, b: f64) -> f64 {
     match circle {
         true => 2.0 * (0.5 * (a - b)).sin(),
@@ -350,7 +350,7 @@ fn apart(circle: bool, a: f64, b: f64) -> f64 {
     }
 }
 
-/// The shortest arc that holds all angles, or all around from −π where no gap is wide.
+/// The shortest arc that holds all angles, or the whole circle from −π if each gap is narrow.
 fn arc(mut angles: Vec<f64>) -> (f64, f64) {
     angles.iter_mut().for_each(|x| *x = x.rem_euclid(TAU));
     angles.sort_unstable_by(f64::total_cmp);
@@ -366,7 +366,7 @@ fn arc(mut angles: Vec<f64>) -> (f64, f64) {
     if gap <= WIDEST_GAP {
         return (-PI, PI);
     }
-    // As near to 0 as a turn allows, as people write it.
+    // The turn whose numbers are nearest to 0.
     let begin = match begin + 0.5 * (TAU - gap) > PI {
         true => begin - TAU,
         false => begin,

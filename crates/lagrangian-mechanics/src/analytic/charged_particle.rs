@@ -8,7 +8,7 @@ use super::*;
 /// momentum is not M q̇. Without E it circles at ω = e B/m; with E it drifts along −y at E/B.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChargedParticle {
-    /// 2 (the plane across the field) or more (space).
+    /// Number of dimensions: 2 (the plane across the field) or more (space).
     pub dimensions: usize,
     /// Mass m, kg.
     pub mass: f64,

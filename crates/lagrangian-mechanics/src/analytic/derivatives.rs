@@ -116,8 +116,7 @@ impl<S: System> AnalyticModel for Analytic<S> {
     }
 }
 
-/// The derivatives of a Lagrangian in closed form; it holds the state (q, q̇) as dual and as hyper-dual numbers, `[2 n]`
-/// each.
+/// Derivatives of a Lagrangian in closed form; holds the state (q, q̇) as dual and as hyper-dual numbers, `[2 n]` each.
 pub struct DualJets<'a, S> {
     system: &'a S,
     first: Vec<Dual64>,
@@ -162,7 +161,7 @@ impl<S: OverDuals> Jets for DualJets<'_, S> {
 }
 
 impl<'a, S: OverDuals> DualJets<'a, S> {
-    /// The derivatives of `system`, which has `n` coordinates.
+    /// Evaluator for `system`, which has `n` coordinates.
     pub fn new(system: &'a S, n: usize) -> Self {
         Self {
             system,
@@ -171,7 +170,7 @@ impl<'a, S: OverDuals> DualJets<'a, S> {
         }
     }
 
-    /// ∂L/∂q, one direction eᵢ of q at a time; takes the state into the scratch.
+    /// ∂L/∂q, one direction eᵢ of q at a time; copies the state to the scratch memory.
     fn gradient(&mut self, q: &[f64], qd: &[f64], dl_dq: &mut [f64]) {
         let n = q.len();
         for (i, &x) in q.iter().chain(qd).enumerate() {
@@ -202,7 +201,7 @@ impl<'a, S: OverDuals> DualJets<'a, S> {
         value
     }
 
-    /// ∂²L/∂xᵢ∂qⱼ from t₁ = eᵢ of x, which begins at `first` (q or q̇), and t₂ = eⱼ of q, at the state in the scratch.
+    /// ∂²L/∂xᵢ∂qⱼ from t₁ = eᵢ of x, which begins at `first` (q or q̇), and t₂ = eⱼ of q, at the state in the scratch memory.
     fn second_by(&mut self, first: usize, out: &mut [f64]) {
         let n = self.second.len() / 2;
         for i in 0..n {

@@ -27,7 +27,7 @@ system! {
         (kinetic + potential) * self.mass
     }
 
-    /// Bound orbits either way about: the distance is 0.5 to 1.5 m, the speed 0.7 to 1.2 of the circular one,
+    /// Bound orbits in both directions: the distance is 0.5 to 1.5 m, the speed 0.7 to 1.2 of the circular one,
     /// its direction up to 17° (0.3 rad) off the tangent.
     fn sample_state(&self, rng: &mut dyn Rng) -> State {
         let (r, phi) = (rng.random_range(0.5..1.5), rng.random_range(0.0..TAU));

@@ -3,7 +3,7 @@
 use super::*;
 
 impl MagneticMirror {
-    /// B at the position x, T.
+    /// Magnetic field B at the position x, T.
     #[must_use]
     pub fn field(&self, x: &[f64]) -> [f64; 3] {
         let slope = x[2] / self.length.powi(2);
@@ -15,9 +15,9 @@ impl MagneticMirror {
 system! {
     /// L = ½ m |v|² + e v·A(x) with A = ½ B₀ (1 + z²/a²) (−y, x, 0).
     ///
-    /// The field is B = ∇ × A = B₀ (−x z/a², −y z/a², 1 + z²/a²): without sources, and stronger away from z = 0, so that a
-    /// particle that is slow along z turns round where B = B₀ |v|²/v⊥², v⊥ that across the field at z = 0. Its energy is
-    /// kept exactly, its magnetic moment m v⊥²/(2 B) to all powers of the radius of its circles over a (Northrop 1963).
+    /// The field is B = ∇ × A = B₀ (−x z/a², −y z/a², 1 + z²/a²). It has no sources and grows away from z = 0: a particle that
+    /// is slow along z turns round where B = B₀ |v|²/v⊥², with v⊥ the speed across the field at z = 0. Its energy is
+    /// conserved exactly, its magnetic moment m v⊥²/(2 B) to all powers of (gyroradius / a) (Northrop 1963).
     pub struct MagneticMirror = "magnetic-mirror", "a charged particle that bounces between two magnetic mirrors" {
         /// Mass m, kg.
         mass: positive("kg", 1.0),
@@ -25,7 +25,7 @@ system! {
         charge: finite("C", 1.0),
         /// Field B₀ on the axis at z = 0, T.
         magnetic: finite("T", 1.0),
-        /// Length a over which it doubles, m.
+        /// Length a over which the field doubles, m.
         length: positive("m", 3.0),
     }
 

@@ -3,7 +3,7 @@
 //! Dual numbers give the derivatives exactly, so these are the reference that learned models are measured
 //! against, and the source of training data: there is no separate simulator.
 //!
-//! A new system is one file that implements [`System`] and one line in the table below.
+//! A new system is one file that implements [`System`], and one line in the table below.
 
 mod derivatives;
 mod parameter;
@@ -21,17 +21,17 @@ use lagrangian_motion::{Coordinate, Coordinates, Error, Result, State, Topology}
 
 /// A mechanical system whose Lagrangian is known in closed form.
 pub trait System: Send + Sync + Sized + 'static {
-    /// Its name on the command line and in files.
+    /// Name on the command line and in files.
     const NAME: &'static str;
-    /// What it is, in one line.
+    /// Description, in one line.
     const ABOUT: &'static str;
-    /// Its parameters, in the order that [`System::new`] takes them.
+    /// Parameters, in the order that [`System::new`] takes them.
     const PARAMETERS: &'static [Parameter];
 
     /// The system with these values, one for each of [`System::PARAMETERS`] and within its domain.
     fn new(values: &[f64]) -> Self;
 
-    /// Its coordinates.
+    /// Coordinates of the system.
     fn coordinates(&self) -> Coordinates;
 
     /// L(q, q̇), J, over any scalar.
@@ -48,10 +48,10 @@ pub trait System: Send + Sync + Sized + 'static {
 
 /// An analytic system of any type: a model that has a Lagrangian and samples its states.
 pub trait AnalyticModel: Model {
-    /// Its name, as in [`systems`].
+    /// Name, as in [`systems`].
     fn name(&self) -> &str;
 
-    /// Its Lagrangian.
+    /// Lagrangian of the system.
     fn lagrangian(&self) -> &dyn Lagrangian;
 
     /// A state from the distribution that models of this system are trained on.
@@ -61,14 +61,14 @@ pub trait AnalyticModel: Model {
     fn sample_start(&self, rng: &mut dyn Rng) -> State;
 }
 
-/// A line of the table of systems.
+/// One line of the table of systems.
 #[derive(Debug)]
 pub struct SystemEntry {
-    /// Its name on the command line and in files.
+    /// Name on the command line and in files.
     pub name: &'static str,
-    /// What it is, in one line.
+    /// Description, in one line.
     pub about: &'static str,
-    /// Its parameters, with the values they have unless others are given.
+    /// Parameters with their default values.
     pub parameters: &'static [Parameter],
     build: fn(&[f64]) -> Box<dyn AnalyticModel>,
 }
@@ -86,10 +86,10 @@ impl SystemEntry {
         }
     }
 
-    /// The system with the parameters named here; the others have the values of the table.
+    /// The system with the named parameters set; the others have the values of the table.
     ///
     /// # Errors
-    /// [`Error::UnknownName`] for a parameter that it does not have, [`Error::Argument`] for a value outside
+    /// [`Error::UnknownName`] for a parameter that the system does not have, [`Error::Argument`] for a value outside
     /// its domain.
     pub fn build(&self, parameters: &[(&str, f64)]) -> Result<Box<dyn AnalyticModel>> {
         let mut values: Vec<f64> = self.parameters.iter().map(|p| p.value).collect();
@@ -108,7 +108,7 @@ impl SystemEntry {
     }
 }
 
-/// Declares a system all of whose parameters are numbers: the struct of its parameters with their domains, units and
+/// Declares a system with only numeric parameters: the struct of its parameters with their domains, units and
 /// usual values, and [`System`] with the methods that follow.
 macro_rules! system {
     (

@@ -15,7 +15,7 @@ pub struct NBody {
     pub masses: Vec<f64>,
     /// Gravitational constant G, m³/(kg s²).
     pub gravitation: f64,
-    /// 2 (the plane) or 3 (space).
+    /// Number of dimensions: 2 (the plane) or 3 (space).
     pub dimensions: usize,
 }
 

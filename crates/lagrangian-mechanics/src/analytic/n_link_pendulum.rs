@@ -11,7 +11,7 @@ use super::*;
 pub struct NLinkPendulum {
     /// Mass at the end of each link, from the pivot outwards, kg.
     pub masses: Vec<f64>,
-    /// Length of each link, m; as many as masses.
+    /// Length of each link, m; one for each mass.
     pub lengths: Vec<f64>,
     /// Gravity g, m/s².
     pub gravity: f64,

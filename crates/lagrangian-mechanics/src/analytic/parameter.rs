@@ -20,13 +20,13 @@ pub enum Domain {
 /// One parameter of a system.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameter {
-    /// Its name.
+    /// Name of the parameter.
     pub name: &'static str,
-    /// Its SI unit; empty for pure numbers.
+    /// SI unit; empty for pure numbers.
     pub unit: &'static str,
-    /// Its value unless another is given.
+    /// Default value.
     pub value: f64,
-    /// The values it may take.
+    /// Values that the parameter may take.
     pub domain: Domain,
 }
 
@@ -73,7 +73,7 @@ impl Parameter {
     /// Checks that a value is in the domain.
     ///
     /// # Errors
-    /// [`Error::Argument`] where it is not.
+    /// [`Error::Argument`] for a value outside the domain.
     pub fn check(&self, value: f64) -> Result<()> {
         let whole = value.fract() == 0.0;
         let (fits, must) = match self.domain {

@@ -1,4 +1,4 @@
-//! A relativistic particle in a uniform field: the physical one, and that of the literature on learned Lagrangians.
+//! A relativistic particle in a uniform field: the physical one, and the one of the literature on learned Lagrangians.
 
 use super::*;
 
@@ -6,7 +6,7 @@ system! {
     /// L = −√(1 − q̇²) + g q in units of rest mass and c = 1; q̈ = g (1 − q̇²)^{3/2}.
     ///
     /// Hyperbolic motion: from rest at 0, q(t) = (√(1 + g² t²) − 1)/g. Defined for |q̇| < 1 only. This is the
-    /// physical particle; see [`RelativisticParticlePublished`] for the one of the literature.
+    /// physical particle; see [`RelativisticParticlePublished`] for that of the literature.
     pub struct RelativisticParticle = "relativistic-particle",
         "a relativistic particle in a uniform field, c = 1 (the physical one)" {
         /// Force per rest mass g, 1/s.
@@ -29,8 +29,8 @@ system! {
 system! {
     /// L = (1 − q̇²)^{−1/2} − 1 + g q; q̈ = g (1 − q̇²)^{5/2} / (1 + 2 q̇²) (Cranmer et al. 2020).
     ///
-    /// Its kinetic term is the energy of a relativistic particle, not its Lagrangian, so it moves unlike one; it
-    /// is offered because published figures are for it. Defined for |q̇| < 1 only.
+    /// Its kinetic term is the energy of a relativistic particle, not its Lagrangian, so it moves differently; it
+    /// is offered because published figures use it. Defined for |q̇| < 1 only.
     pub struct RelativisticParticlePublished = "relativistic-particle-published",
         "the relativistic particle as published with Lagrangian networks" {
         /// Field g, 1/s.
@@ -50,7 +50,7 @@ system! {
     }
 }
 
-/// 1 − v², as (1 − v)(1 + v): no digits are lost near the speed of light.
+/// 1 − v² as (1 − v)(1 + v), which loses no digits near the speed of light.
 fn one_minus_square<D: DualNum<Primitive = f64> + Copy>(v: D) -> D {
     (D::from(1.0) - v) * (D::from(1.0) + v)
 }

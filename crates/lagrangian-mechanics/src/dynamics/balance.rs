@@ -1,4 +1,4 @@
-//! What moves a system with dry friction: M q̈ + s ∘ sgn(q̇) ∋ f − b ∘ q̇.
+//! The balance of forces on a system with dry friction: M q̈ + s ∘ sgn(q̇) ∋ f − b ∘ q̇.
 
 use super::{Evaluation, Evaluator};
 use crate::forces::Load;
@@ -6,7 +6,7 @@ use crate::forces::Load;
 /// The balance M q̈ + s ∘ sgn(q̇) ∋ f − b ∘ q̇ of a state, with dry friction as a set of forces, sgn(0) = [−1, 1]
 /// (theory.md, equation 130a).
 ///
-/// The smooth friction of [`crate::Dissipation`] is the same with tanh(q̇ / vₛ) in the place of sgn(q̇).
+/// The smooth friction of [`crate::Dissipation`] replaces sgn(q̇) by tanh(q̇ / vₛ).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Balance {
     /// The mass matrix M, row-major `[n, n]`.
@@ -15,7 +15,7 @@ pub struct Balance {
     pub force: Vec<f64>,
     /// Viscous friction b, N·s/m or N·m·s/rad, `[n]`.
     pub viscous: Vec<f64>,
-    /// The largest dry friction s at the velocities of the state, N or N·m, `[n]`; 0 for a coordinate without.
+    /// The largest dry friction s at the velocities of the state, N or N·m, `[n]`; 0 for a coordinate without dry friction.
     pub dry: Vec<f64>,
 }
 
@@ -32,21 +32,21 @@ impl Balance {
         }
     }
 
-    /// Whether all of it is finite.
+    /// Whether all values are finite.
     #[must_use]
     pub fn is_finite(&self) -> bool {
         let all = [&self.mass_matrix, &self.force, &self.viscous, &self.dry];
         all.into_iter().flatten().all(|x| x.is_finite())
     }
 
-    /// Fills in what the model of an evaluator says of one state under the inputs `tau`, all `[n]`.
+    /// Fills in the balance by an evaluator's model at one state under the inputs `tau`, all `[n]`.
     pub(super) fn fill<E: Evaluator + ?Sized>(
         &mut self,
         model: &mut E,
         [q, qd, tau]: [&[f64]; 3],
     ) -> Evaluation {
         let outcome = model.mass_matrix(q, qd, &mut self.mass_matrix);
-        // Where c goes until the forces are known.
+        // Holds c until the forces are known.
         let bias = &mut self.viscous;
         if !outcome.is_supported() || !model.bias(q, qd, bias).is_supported() {
             return Evaluation::Unsupported;
@@ -58,7 +58,7 @@ impl Balance {
             self.force[i] += external;
             let gear = applied.dissipation.map(|d| d.gear(i)).unwrap_or_default();
             self.viscous[i] = gear.viscous;
-            // What holds a joint at rest is the load; what comes out of the gear of one that moves depends on its friction.
+            // The load of a joint at rest is the force that holds it; the force out of the gear of a moving joint depends on its friction.
             self.dry[i] = match v == 0.0 {
                 true => gear.dry(Load { motor, external }, v),
                 false => (gear.friction(motor, v, v.signum()) - gear.viscous * v) * v.signum(),

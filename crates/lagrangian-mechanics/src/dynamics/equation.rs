@@ -24,7 +24,7 @@ pub fn inverse(jet: &Jet, n: usize, qdd: &[f64], tau: &mut [f64]) {
     }
 }
 
-/// Forward dynamics: writes q̈ = M⁻¹ (f − c) for the forces f = τ − d in `force`, which it overwrites with f − c.
+/// Forward dynamics: writes q̈ = M⁻¹ (f − c) for the forces f = τ − d in `force`, which is overwritten with f − c.
 pub fn forward(
     jet: &Jet,
     solver: &mut SymmetricSolver,
@@ -53,7 +53,7 @@ pub fn energy(jet: &Jet, n: usize, qd: &[f64], energy: &mut [f64]) {
     }
 }
 
-/// The momenta p = ∂L/∂q̇ of states (q, q̇), `[m, n]`.
+/// Momenta p = ∂L/∂q̇ of the states (q, q̇), `[m, n]`.
 #[must_use]
 pub fn momenta(lagrangian: &dyn Lagrangian, q: &[f64], qd: &[f64]) -> Vec<f64> {
     let mut jet = Jet::default();

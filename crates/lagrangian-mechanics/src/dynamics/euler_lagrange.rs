@@ -6,7 +6,7 @@ use crate::lagrangian::{Jet, Jets, Lagrangian};
 use lagrangian_motion::Coordinates;
 use lagrangian_motion::solve::SymmetricSolver;
 
-/// The derivatives of a Lagrangian at a state (q, v) that a variational method needs.
+/// Derivatives of a Lagrangian at a state (q, v) that a variational method needs.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Slopes {
     /// The momentum p = ∂L/∂v, `[n]`.
@@ -39,7 +39,7 @@ pub struct EulerLagrange<'a> {
 }
 
 impl<'a> EulerLagrange<'a> {
-    /// The evaluator of this Lagrangian and its dissipation, which must have coefficients for each of its coordinates.
+    /// The evaluator of this Lagrangian and its dissipation, which must have coefficients for each coordinate.
     #[must_use]
     pub fn new(lagrangian: &'a dyn Lagrangian, dissipation: Option<&'a Dissipation>) -> Self {
         Self {
@@ -55,14 +55,14 @@ impl<'a> EulerLagrange<'a> {
         }
     }
 
-    /// The same evaluator with inputs instead of forces, which must have the coordinates of the Lagrangian.
+    /// This evaluator with inputs instead of forces; the actuation must have the coordinates of the Lagrangian.
     #[must_use]
     pub fn driven(mut self, actuation: Option<&'a Actuation>) -> Self {
         self.applied.actuation = actuation;
         self
     }
 
-    /// Evaluates L; its derivatives by parameters become those of coordinates that never move.
+    /// Evaluates L; coordinates that are parameters get the derivatives of coordinates that never move.
     fn evaluate(&mut self, q: &[f64], qd: &[f64]) {
         self.jets.jet(q, qd, &mut self.jet);
         for state in 0..self.jet.lagrangian.len() {

@@ -1,9 +1,9 @@
-//! What a model answers in a loop, and the one outcome of every answer.
+//! The evaluator of a model in a loop, and the one outcome of every evaluation.
 
 use super::Balance;
 use crate::forces::Applied;
 
-/// How an evaluation at a batch of states ended.
+/// Outcome of an evaluation at a batch of states.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[must_use]
 pub enum Evaluation {
@@ -22,12 +22,12 @@ pub enum Evaluation {
         /// The number of states with a singular mass matrix.
         singular: usize,
     },
-    /// The model does not have this quantity, as a plain network has no mass matrix: nothing was written.
+    /// The model does not have this quantity, as a plain network has no mass matrix; nothing was written.
     Unsupported,
 }
 
 impl Evaluation {
-    /// The outcome of an evaluation that wrote rows of `width` values, and found `singular` singular mass matrices.
+    /// Outcome of an evaluation that wrote rows of `width` values and found `singular` singular mass matrices.
     pub fn of(values: &[f64], width: usize, singular: usize) -> Self {
         match values.iter().position(|x| !x.is_finite()) {
             Some(at) => Self::NotFinite {
@@ -64,7 +64,7 @@ impl Evaluation {
 
 /// Evaluates one model at batches of `m` states; every array is `[m, n]`, in SI units, unless said otherwise.
 ///
-/// M and c contain no friction. Inverse dynamics contain it, and where the model has inputs in the place of forces, τ are
+/// M and c contain no friction; inverse dynamics contain it. Where the model has inputs instead of forces, τ are
 /// these inputs.
 pub trait Evaluator: Send {
     /// Forward dynamics: writes q̈ of states (q, q̇) under forces τ.
@@ -128,27 +128,27 @@ pub trait Evaluator: Send {
         outcome
     }
 
-    /// The friction and the inputs of the model, which tell what part of τ friction makes; none for a model that does not keep
-    /// them apart.
+    /// Friction and inputs of the model, which give the part of τ due to friction; empty for a model that does not separate
+    /// them.
     fn applied(&self) -> Applied<'_> {
         Applied::default()
     }
 
-    /// Writes what moves the model with dry friction as a set of forces, at one state under the inputs `tau`, all `[n]`.
+    /// Writes the balance of forces with dry friction as a set of forces, at one state under the inputs `tau`, all `[n]`.
     fn balance(&mut self, q: &[f64], qd: &[f64], tau: &[f64], balance: &mut Balance) -> Evaluation {
         balance.fill(self, [q, qd, tau])
     }
 
-    /// The flow of a model that does not move in (q, q̇) with dq/dt = q̇. `None`: forward dynamics say all.
+    /// Flow of a model that does not move in (q, q̇) with dq/dt = q̇; `None` where forward dynamics are sufficient.
     fn phase_flow(&mut self) -> Option<&mut dyn PhaseFlow> {
         None
     }
 }
 
-/// Evaluates the flow of a model that moves in states (q, z): z are the momenta p(q, q̇) of a Hamiltonian, or q̇ where
+/// Evaluates the flow of a model that moves in states (q, z), where z are the momenta p(q, q̇) of a Hamiltonian, or q̇ where
 /// dq/dt is another velocity. Every array is `[m, n]`.
 pub trait PhaseFlow {
-    /// Writes the z of states (q, q̇), not finite where there is none, as where H is not convex in p.
+    /// Writes the z of states (q, q̇); not finite where z does not exist, as where H is not convex in p.
     fn phase(&mut self, q: &[f64], qd: &[f64], z: &mut [f64]) -> Evaluation {
         let _ = q;
         z.copy_from_slice(qd);

@@ -1,4 +1,4 @@
-//! The evaluator of a motion that has recursions of its own, with friction and inputs.
+//! The evaluator of a motion that has its own recursions, with friction and inputs.
 
 use super::{Evaluation, Evaluator};
 use crate::forces::Applied;

@@ -33,18 +33,18 @@ impl<L: Lagrangian> Mechanical<L> {
         Self::with_forces(lagrangian, Some(dissipation), None)
     }
 
-    /// The same model with inputs instead of forces.
+    /// This model with inputs instead of forces.
     ///
     /// # Errors
-    /// [`Error::Shape`] where they are not those of its coordinates.
+    /// [`Error::Shape`] where the inputs do not match the coordinates.
     pub fn driven(self, actuation: Actuation) -> Result<Self> {
         Self::with_forces(self.lagrangian, self.dissipation, Some(actuation))
     }
 
-    /// A model with the same friction and inputs and a Lagrangian that `make` makes of this one.
+    /// A model with the same friction and inputs and the Lagrangian that `make` returns for this one.
     ///
     /// # Errors
-    /// That of `make`; [`Error::Shape`] for another number of coordinates.
+    /// Errors of `make`; [`Error::Shape`] for another number of coordinates.
     pub fn with<M: Lagrangian>(self, make: impl FnOnce(L) -> Result<M>) -> Result<Mechanical<M>> {
         Mechanical::with_forces(make(self.lagrangian)?, self.dissipation, self.actuation)
     }
@@ -78,7 +78,7 @@ impl<L: Lagrangian> Mechanical<L> {
         motion.driven(self.actuation.as_ref())
     }
 
-    /// Its friction and inputs.
+    /// Friction and inputs of the model.
     pub fn applied(&self) -> Applied<'_> {
         Applied {
             dissipation: self.dissipation.as_ref(),
@@ -86,13 +86,13 @@ impl<L: Lagrangian> Mechanical<L> {
         }
     }
 
-    /// The map from its inputs to its forces; none where the inputs are the forces.
+    /// Map from inputs to forces; `None` where the inputs are the forces.
     #[must_use]
     pub fn actuation(&self) -> Option<&Actuation> {
         self.actuation.as_ref()
     }
 
-    /// Its dissipation; none where energy is conserved.
+    /// Dissipation; `None` where energy is conserved.
     #[must_use]
     pub fn dissipation(&self) -> Option<&Dissipation> {
         self.dissipation.as_ref()

@@ -3,10 +3,10 @@
 //! From d/dt ∂L/∂q̇ − ∂L/∂q = τ − d with p = ∂L/∂q̇: M = ∂²L/∂q̇∂q̇ and c = (∂p/∂q) q̇ − ∂L/∂q. Along every motion
 //! the energy H = p·q̇ − L changes by the power of the forces, dH/dt = (τ − d)·q̇.
 //!
-//! A [`Model`] answers at two levels, and both report by one outcome, [`Evaluation`]. An [`Evaluator`] is for loops: it
-//! writes to memory of the caller, allocates nothing once warm, and takes the lengths of its arrays for granted.
-//! [`Quantities`] are for single questions: they check the lengths, return new arrays, and make an error of an answer that
-//! does not exist.
+//! A [`Model`] answers at two levels, and both report one outcome, [`Evaluation`]. An [`Evaluator`] is for loops: it
+//! writes to memory of the caller, allocates nothing once warm, and does not check the lengths of its arrays.
+//! [`Quantities`] are for single questions: they check the lengths, return new arrays, and return an error for a quantity
+//! that does not exist.
 //!
 //! ```
 //! use lagrangian_mechanics::analytic::by_name;
@@ -49,7 +49,7 @@ pub trait Model: Send + Sync {
     /// The coordinates of its state.
     fn coordinates(&self) -> &Coordinates;
 
-    /// Whether it has forward dynamics, so that it can be rolled out: all but a plain network of torques.
+    /// Whether the model has forward dynamics, so that it can be rolled out: all but a plain network of torques.
     fn moves(&self) -> bool {
         true
     }
@@ -57,29 +57,29 @@ pub trait Model: Send + Sync {
     /// An evaluator of the model with its own scratch memory; one for each thread.
     fn evaluator(&self) -> Box<dyn Evaluator + '_>;
 
-    /// Its Lagrangian with friction and inputs, for methods that need more than accelerations; `None` for a model
-    /// that has none.
+    /// Lagrangian with friction and inputs, for methods that need more than accelerations; `None` for a model
+    /// without one.
     fn mechanics(&self) -> Option<EulerLagrange<'_>> {
         None
     }
 
-    /// The model that it was built upon, and must not be worse than.
+    /// Nominal model that it was built on, and must not be worse than.
     fn nominal(&self) -> Option<&dyn Model> {
         None
     }
 
-    /// Its drives, where it moves by what these are told; `None` for a model that moves by forces.
+    /// Drives of a model that moves by commanded goals; `None` for a model that moves by forces.
     fn driven(&self) -> Option<&dyn Driven> {
         None
     }
 
-    /// The states that its data visited, for a model that was fitted and knows them.
+    /// States that the data of the fit visited, where they are known.
     fn visited(&self) -> Option<&Visited> {
         None
     }
 }
 
-/// A model whose drives are told where to go.
+/// A model whose drives follow commanded goals.
 pub trait Driven {
     /// Simulates a recording from its first state, by its goals alone, at its times.
     ///

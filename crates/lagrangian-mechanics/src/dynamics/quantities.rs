@@ -1,16 +1,16 @@
-//! What a model says of single states: M, c, gravity, momentum, energy, forward and inverse dynamics.
+//! Quantities of a model at single states: M, c, gravity, momentum, energy, forward and inverse dynamics.
 
 use super::{Evaluation, Evaluator, Model};
 use lagrangian_motion::{Coordinates, Error, Result};
 
-/// What a model says of one state or of many, as new arrays: the short form where speed does not matter. The loop has an
+/// Quantities of a model at one or many states, as new arrays: the short form where speed does not matter. For loops, see
 /// [`Evaluator`].
 ///
 /// All arrays are rows of `m` states, `[m, n]` unless said otherwise, in SI units; one state is m = 1. M, c and gravity
 /// contain no friction; inverse dynamics contain it. Where a mass matrix is singular, forward dynamics are the least-norm
 /// acceleration.
 ///
-/// Each of them fails with [`Error::Shape`] for arrays of wrong lengths, [`Error::Argument`] for a model without the
+/// Each function fails with [`Error::Shape`] for arrays of wrong lengths, [`Error::Argument`] for a model without the
 /// quantity, and [`Error::NotFinite`] where the model is undefined.
 ///
 /// ```
@@ -111,7 +111,7 @@ pub trait Quantities: Model {
 
 impl<M: Model + ?Sized> Quantities for M {}
 
-/// The `quantity` of a model at the states of `given`, rows of `width` values, as `ask` writes it.
+/// The `quantity` of a model at the states of `given`, in rows of `width` values, as `ask` writes it.
 fn answer<M: Model + ?Sized, const G: usize>(
     model: &M,
     quantity: &str,
@@ -135,7 +135,7 @@ fn answer<M: Model + ?Sized, const G: usize>(
     }
 }
 
-/// The number of states of signals, of which the first is q; there must be at least one.
+/// Number of states in the signals, of which the first is q; there must be at least one.
 fn states(coordinates: &Coordinates, signals: &[(&str, &[f64])]) -> Result<usize> {
     let n = coordinates.dof().max(1);
     let states = signals.first().map_or(0, |(_, q)| q.len() / n).max(1);

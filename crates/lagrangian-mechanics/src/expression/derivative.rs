@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::{Graph, Id, Operation, Value};
 
 impl<'g> Value<'g> {
-    /// The change of this vector when each of these vectors changes along its direction.
+    /// Change of this vector when each of these vectors changes along its direction.
     ///
     /// # Panics
     /// For a direction of another length than its vector.
@@ -15,10 +15,10 @@ impl<'g> Value<'g> {
         along[0].unwrap_or_else(|| self.graph.constant(&vec![0.0; self.len()]))
     }
 
-    /// The gradient of this number by a vector.
+    /// Gradient of this number by a vector.
     ///
     /// # Panics
-    /// For more than one number.
+    /// For a vector of more than one number.
     #[must_use]
     pub fn gradient(self, by: Self) -> Self {
         assert_eq!(self.len(), 1, "a gradient of one number");
@@ -52,13 +52,13 @@ impl<'g> Value<'g> {
         graph.constant(&vec![0.0; by.len()])
     }
 
-    /// The same vector in functions that every language has: no activations.
+    /// This vector in functions that every language has: no activations.
     #[must_use]
     pub fn plain(self) -> Self {
         self.graph.plain(self)
     }
 
-    /// Gives the operands of this vector their parts of its adjoint.
+    /// Passes each operand of this vector its part of the adjoint.
     fn carry(self, adjoint: Self, mut give: impl FnMut(Self, Part<'g>)) {
         let graph = self.graph;
         let value = |id: Id| graph.value(id);
@@ -109,7 +109,7 @@ impl<'g> Value<'g> {
 }
 
 impl Graph {
-    /// The changes of `outputs`, `None` where there is none.
+    /// Changes of `outputs`; `None` for an output that does not change.
     pub(super) fn along<'g>(
         &'g self,
         outputs: &[Value<'g>],
@@ -133,7 +133,7 @@ impl Graph {
         ids.iter().map(|id| change.get(id).copied()).collect()
     }
 
-    /// The same vectors without activations.
+    /// These vectors without activations.
     pub(super) fn plain<'g>(&'g self, of: Value<'g>) -> Value<'g> {
         let mut plain: HashMap<Id, Value<'g>> = HashMap::new();
         for id in self.needed(&[of.id]) {
@@ -146,7 +146,7 @@ impl Graph {
         plain[&of.id]
     }
 
-    /// The same vector with `other` in the place of `input`.
+    /// This vector with `other` in the place of `input`.
     pub(super) fn with<'g>(
         &'g self,
         of: Value<'g>,
@@ -164,7 +164,7 @@ impl Graph {
         replaced[&of.id]
     }
 
-    /// The same operation on other operands.
+    /// This operation on other operands.
     fn again<'g>(&'g self, id: Id, others: &HashMap<Id, Value<'g>>) -> Value<'g> {
         let own = |id: Id| others[&id];
         let found = match self.operation(id) {
@@ -193,7 +193,7 @@ impl Graph {
 }
 
 impl<'g> Value<'g> {
-    /// The change of this vector by those of its operands.
+    /// Change of this vector by the changes of its operands.
     fn change(self, changes: &HashMap<Id, Value<'g>>) -> Option<Self> {
         let graph = self.graph;
         let (value, change) = (|id: Id| graph.value(id), |id: Id| changes.get(&id).copied());
@@ -234,7 +234,7 @@ impl<'g> Value<'g> {
         Some(found.repeated(self.len()))
     }
 
-    /// One number `length` times, where it is not a vector of that length already.
+    /// One number `length` times, unless it is a vector of that length already.
     pub(super) fn repeated(self, length: usize) -> Self {
         match self.len() < length {
             true => self.graph.join(&vec![self; length]),
@@ -243,7 +243,7 @@ impl<'g> Value<'g> {
     }
 }
 
-/// The vectors of `order` that depend on `sources`, with these.
+/// The vectors of `order` that depend on `sources`, including the sources.
 fn dependent(graph: &Graph, order: &[Id], sources: &[Id]) -> HashMap<Id, ()> {
     let mut found: HashMap<Id, ()> = sources.iter().map(|id| (*id, ())).collect();
     for id in order {
@@ -255,13 +255,13 @@ fn dependent(graph: &Graph, order: &[Id], sources: &[Id]) -> HashMap<Id, ()> {
     found
 }
 
-/// A part of an adjoint: of the whole vector, or of the numbers from one on.
+/// A part of an adjoint: of the whole vector, or of the numbers from an index on.
 enum Part<'g> {
     Whole(Value<'g>),
     From(usize, Value<'g>),
 }
 
-/// The parts of an adjoint that were given so far.
+/// Parts of an adjoint collected so far.
 #[derive(Default)]
 struct Adjoint<'g> {
     whole: Option<Value<'g>>,
@@ -291,10 +291,10 @@ impl<'g> Adjoint<'g> {
         }
     }
 
-    /// The sum of all parts, `length` numbers.
+    /// Sum of all parts, `length` numbers.
     fn total(mut self, graph: &'g Graph, length: usize) -> Value<'g> {
         self.parts.sort_by_key(|(first, _)| *first);
-        // Parts that do not overlap are put one after the other; those that do begin another vector.
+        // Parts that do not overlap are joined into one vector; a part that overlaps begins another vector.
         while !self.parts.is_empty() {
             let (mut joined, mut at, mut rest) = (Vec::new(), 0, Vec::new());
             for (first, part) in std::mem::take(&mut self.parts) {

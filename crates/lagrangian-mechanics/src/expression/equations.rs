@@ -1,11 +1,11 @@
-//! The equations of a model as expressions, from which all that it says follows.
+//! The equations of a model as expressions, from which all its other quantities follow.
 
 use super::{Function, Graph, Id, Value};
 use crate::forces::Applied;
 use crate::lagrangian::Lagrangian;
 use lagrangian_motion::{Coordinates, Error, Result};
 
-/// The names of the inputs of the expressions.
+/// Names of the inputs of the expressions.
 pub mod input {
     /// The coordinates q, `[n]`.
     pub const Q: &str = "q";
@@ -13,7 +13,7 @@ pub mod input {
     pub const QD: &str = "qd";
     /// The accelerations q̈, `[n]`.
     pub const QDD: &str = "qdd";
-    /// The inputs in the place of forces, τ, `[n]`.
+    /// The inputs that replace forces, τ, `[n]`.
     pub const TAU: &str = "tau";
     /// The momenta p, `[n]`.
     pub const P: &str = "p";
@@ -26,11 +26,11 @@ pub mod input {
 /// The equations of a model.
 #[derive(Debug)]
 pub enum Equations {
-    /// Those of mechanics, M q̈ + c = F.
+    /// Equations of mechanics, M q̈ + c = F.
     Mechanics(Mechanics),
-    /// Those of Hamilton, in (q, p).
+    /// Hamilton's equations, in (q, p).
     Hamiltonian(Hamiltonian),
-    /// Those of a plain network.
+    /// Equations of a plain network.
     Plain(Plain),
 }
 
@@ -67,7 +67,7 @@ pub struct Expressed<'g> {
 }
 
 impl<'g> Expressed<'g> {
-    /// The terms of L, an expression of q and q̇.
+    /// Terms of L, an expression of q and q̇.
     pub fn of(lagrangian: Value<'g>, at: &Moving<'g>) -> Self {
         let momentum = lagrangian.gradient(at.qd);
         let rate = momentum.along(&[(at.q, at.qd), (at.qd, at.qdd)]);
@@ -78,7 +78,7 @@ impl<'g> Expressed<'g> {
         }
     }
 
-    /// The terms of a sum, of which the second counts by `trust`.
+    /// Terms of a sum whose second part is weighted by `trust`.
     pub(crate) fn plus(self, other: Self, trust: Value<'g>) -> Self {
         let sum = |a: Value<'g>, b: Value<'g>| a + trust * b;
         Self {
@@ -89,7 +89,7 @@ impl<'g> Expressed<'g> {
     }
 }
 
-/// The equations of a mechanical system, M q̈ + c = F(q̇, τ). All vectors are `[n]` expressions of the inputs in [`input`],
+/// Equations of a mechanical system, M q̈ + c = F(q̇, τ). All vectors are `[n]` expressions of the inputs in [`input`],
 /// without activations, so that every language can compute them.
 #[derive(Debug)]
 pub struct Mechanics {
@@ -105,24 +105,24 @@ pub struct Mechanics {
     pub momentum: Id,
     /// c of (q, q̇).
     pub bias: Id,
-    /// The column of M of (q, q̇) along the direction.
+    /// Column of M of (q, q̇) along the direction.
     pub mass: Id,
-    /// The friction d of q̇ without a load.
+    /// Friction d of q̇ without a load.
     pub friction: Id,
-    /// The force F of (q̇, τ): what the inputs exert less friction.
+    /// Force F of (q̇, τ): the force of the inputs less friction.
     pub exerted: Id,
-    /// The change of F along the direction, of q̇ and of τ.
+    /// Change of F along the direction, of q̇ and of τ.
     pub exerted_along: [Id; 2],
-    /// The change of M q̈ + c of (q, q̇, q̈) along the direction, of q and of q̇.
+    /// Change of M q̈ + c of (q, q̇, q̈) along the direction, of q and of q̇.
     pub forces_along: [Id; 2],
-    /// The inputs τ of (q, q̇, q̈).
+    /// Inputs τ of (q, q̇, q̈).
     pub needed: Id,
-    /// The change of these inputs along the direction, of q, of q̇ and of q̈.
+    /// Change of these inputs along the direction, of q, of q̇ and of q̈.
     pub needed_along: [Id; 3],
 }
 
 impl Mechanics {
-    /// The equations of a Lagrangian under these forces.
+    /// Equations of a Lagrangian under these forces.
     ///
     /// # Errors
     /// [`Error::Setting`] for a Lagrangian without expressions.
@@ -186,25 +186,25 @@ pub struct Hamiltonian {
     pub energy: Id,
     /// ∂H/∂p of (q, p).
     pub velocity: Id,
-    /// The column of ∂²H/∂p∂p of (q, p) along the direction, the inverse of M.
+    /// Column of ∂²H/∂p∂p of (q, p) along the direction, the inverse of M.
     pub inverse_mass: Id,
     /// ∂H/∂q of (q, p).
     pub slope: Id,
     /// (∂²H/∂p∂q) q̇ of (q, p, q̇), the part of q̈ that comes from the change of q.
     pub drift: Id,
-    /// The friction d of q̇ without a load.
+    /// Friction d of q̇ without a load.
     pub friction: Id,
-    /// The force F of (q̇, τ): what the inputs exert less friction.
+    /// Force F of (q̇, τ): the force of the inputs less friction.
     pub exerted: Id,
-    /// The inputs τ of (q̇, force).
+    /// Inputs τ of (q̇, force).
     pub needed: Id,
 }
 
 impl Hamiltonian {
-    /// The equations of the H that `write` writes as an expression of q and p, of `n` coordinates, under these forces.
+    /// Equations of the H that `write` writes as an expression of q and p, of `n` coordinates, under these forces.
     ///
     /// # Errors
-    /// Where a force has no expression.
+    /// An error for a force without an expression.
     pub fn of(
         n: usize,
         applied: &Applied<'_>,
@@ -236,7 +236,7 @@ impl Hamiltonian {
     }
 }
 
-/// Refuses forces that have no expression.
+/// Returns an error for forces that have no expression.
 fn check(applied: &Applied<'_>) -> Result<()> {
     match applied
         .dissipation
@@ -247,21 +247,21 @@ fn check(applied: &Applied<'_>) -> Result<()> {
     }
 }
 
-/// The equations of a plain network, which has one direction only.
+/// Equations of a plain network, which computes in one direction only.
 #[derive(Debug)]
 pub struct Plain {
     /// The graph of all expressions.
     pub graph: Graph,
-    /// Whether the network computes τ of (q, q̇, q̈), and not q̈ of (q, q̇, τ).
+    /// Whether the network computes τ of (q, q̇, q̈), rather than q̈ of (q, q̇, τ).
     pub inverse: bool,
-    /// What the network computes, `[n]`.
+    /// Output of the network, `[n]`.
     pub output: Id,
-    /// Its change along the direction, of q, of q̇ and of the third input.
+    /// Change of the output along the direction, of q, of q̇ and of the third input.
     pub along: [Id; 3],
 }
 
 impl Plain {
-    /// The equations of a network that `write` writes as an expression of q, q̇ and the third input.
+    /// Equations of a network that `write` writes as an expression of q, q̇ and the third input.
     pub fn of(
         coordinates: &Coordinates,
         inverse: bool,
@@ -286,7 +286,7 @@ impl Plain {
     }
 }
 
-/// The number of the expression in functions that every language has.
+/// Number of the expression, rewritten in functions that every language has.
 fn plain(value: Value<'_>) -> Id {
     value.plain().id()
 }
@@ -317,7 +317,7 @@ pub fn without(what: &str) -> Error {
 }
 
 impl<'g> Value<'g> {
-    /// The same vector with another in the place of an input.
+    /// This vector with another in the place of an input.
     #[must_use]
     pub fn with_input(self, input: Self, other: Self) -> Self {
         self.graph().with(self, input, other)
@@ -330,10 +330,10 @@ impl<'g> Value<'g> {
     }
 }
 
-/// The equations of a model with a Lagrangian under these forces.
+/// Equations of a model with a Lagrangian under these forces.
 ///
 /// # Errors
-/// Where the Lagrangian or a force has no expression.
+/// An error where the Lagrangian or a force has no expression.
 pub fn of(lagrangian: &dyn Lagrangian, applied: &Applied<'_>) -> Result<Equations> {
     Ok(Equations::Mechanics(Mechanics::of(lagrangian, applied)?))
 }

@@ -1,4 +1,4 @@
-//! The numbers of expressions: slow, plain, and what printed code is tested against.
+//! The numbers of expressions: slow and plain, the reference that printed code is tested against.
 
 use std::collections::HashMap;
 
@@ -6,10 +6,10 @@ use super::{Graph, Id, Operation, Value};
 use lagrangian_motion::{Error, Result};
 
 impl Graph {
-    /// The numbers of `outputs` at these inputs.
+    /// Numbers of `outputs` at these inputs.
     ///
     /// # Errors
-    /// [`Error::UnknownName`] for an input that is not given; [`Error::Shape`] for one of another length.
+    /// [`Error::UnknownName`] for a missing input; [`Error::Shape`] for one of another length.
     pub fn evaluate(
         &self,
         inputs: &[(&str, &[f64])],

@@ -54,7 +54,7 @@ impl Actuation {
         like.graph().constant(self.offsets())
     }
 
-    /// A square matrix times a vector; number by number where it is diagonal.
+    /// Product of a square matrix and a vector; elementwise where the matrix is diagonal.
     fn matrix_times<'g>(&self, of: Value<'g>, matrix: &[f64]) -> Value<'g> {
         let n = self.dof();
         let diagonal: Vec<f64> = (0..n).map(|i| matrix[i * n + i]).collect();
@@ -67,7 +67,7 @@ impl Actuation {
 }
 
 impl Dissipation {
-    /// The friction that does not depend on the force of the drive, and the signed share of that force that joins.
+    /// Friction that does not depend on the force of the drive, and the signed share of that force to add to it.
     fn parts<'g>(&self, qd: Value<'g>) -> (Value<'g>, Value<'g>) {
         let graph = qd.graph();
         let constants = |list: &[f64]| graph.constant(list);

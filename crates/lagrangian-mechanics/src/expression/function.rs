@@ -32,12 +32,12 @@ pub enum Function {
     Artanh,
     /// x less whole turns, from 0 to 2π.
     WithinTurn,
-    /// A derivative of an activation, of this order up to the third. [`Value::plain`] replaces it.
+    /// A derivative of an activation, of order up to three. [`Value::plain`] replaces it.
     Activation(Activation, u8),
 }
 
 impl Function {
-    /// f(x); `NaN` for an activation, which is evaluated as what replaces it.
+    /// f(x); `NaN` for an activation, which is evaluated by its replacement.
     #[must_use]
     pub fn evaluate(self, x: f64) -> f64 {
         match self {
@@ -68,7 +68,7 @@ impl Function {
     /// f′(x) as an expression.
     ///
     /// # Panics
-    /// For an activation that was derived three times already.
+    /// For an activation that was differentiated three times already.
     pub(super) fn derivative(self, x: Value<'_>) -> Value<'_> {
         let number = |number: f64| x.graph().number(number);
         let (one, own) = (number(1.0), x.map(self));
@@ -94,7 +94,7 @@ impl Function {
         }
     }
 
-    /// The expression of f(x) in functions that are no activations.
+    /// Expression of f(x) in functions that are not activations.
     pub(super) fn plain(self, x: Value<'_>) -> Value<'_> {
         let Self::Activation(activation, order) = self else {
             return x.map(self);
@@ -175,7 +175,7 @@ fn square(x: Value<'_>, order: u8) -> Value<'_> {
     }
 }
 
-/// Where the exponential becomes a parabola.
+/// Threshold at which the exponential becomes a parabola.
 const STEEPEST: f64 = 40.0;
 
 fn exp(x: Value<'_>, order: u8) -> Value<'_> {

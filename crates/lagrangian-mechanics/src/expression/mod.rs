@@ -1,8 +1,8 @@
-//! The equations of a model as expressions: what code generators print, and derive once more.
+//! The equations of a model as expressions, which code generators print and differentiate once more.
 //!
-//! A [`Graph`] holds vectors that are computed from vectors, each once. Its operations are few, so that a printer for a new language is
+//! A [`Graph`] holds vectors that are computed from vectors, each once. It has few operations, so that a printer for a new language is
 //! short; derivatives along a direction and gradients are expressions in the same graph. A family of models writes its Lagrangian, or its
-//! forces, as such an expression; all else that a model says follows from [`Equations`].
+//! forces, as such an expression; all other quantities of a model follow from [`Equations`].
 //!
 //! ```
 //! use lagrangian_mechanics::expression::Graph;
@@ -39,10 +39,10 @@ pub use network::network;
 /// The number of a vector in its graph.
 pub type Id = usize;
 
-/// How a vector of a [`Graph`] is computed. Vectors of one number are combined with longer ones number by number.
+/// Operation that computes a vector of a [`Graph`]. Vectors of one number are combined with longer ones number by number.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub enum Operation {
-    /// A vector that is given.
+    /// An input vector.
     Input(&'static str),
     /// Numbers, by their bits.
     Constant(Rc<[u64]>),
@@ -58,13 +58,13 @@ pub enum Operation {
     Negate(Id),
     /// f of each number.
     Map(Function, Id),
-    /// The second where the first is not negative, else the third, number by number.
+    /// The second vector where the first is not negative, else the third, number by number.
     Choose(Id, Id, Id),
     /// The sum of all numbers.
     Sum(Id),
-    /// As many numbers as the vector has, from this one on.
+    /// A slice with the length of the vector, from this index on.
     Slice(Id, usize),
-    /// Vectors one after the other.
+    /// Vectors joined end to end.
     Join(Rc<[Id]>),
     /// The product of a [`Matrix`] of the graph, or of its transpose, and a vector.
     Matrix {
@@ -78,7 +78,7 @@ pub enum Operation {
 }
 
 impl Operation {
-    /// The vectors that it is computed from.
+    /// Vectors that it is computed from.
     #[must_use]
     pub fn operands(&self) -> Vec<Id> {
         match self {
@@ -93,7 +93,7 @@ impl Operation {
         }
     }
 
-    /// Whether each of its numbers is computed from those at the same place.
+    /// Whether each number is computed from the operands' numbers at the same index.
     #[must_use]
     pub fn is_elementwise(&self) -> bool {
         matches!(
@@ -116,7 +116,7 @@ pub struct Matrix {
     pub rows: usize,
     /// The number of columns.
     pub columns: usize,
-    /// Its numbers, row by row.
+    /// Values, row by row.
     pub values: Vec<f64>,
 }
 
@@ -165,13 +165,13 @@ impl PartialEq for Value<'_> {
 }
 
 impl Graph {
-    /// A graph of no vectors.
+    /// A graph without vectors.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// The input of this name; the same for the same name.
+    /// The input of this name; a repeated name gives the existing input.
     pub fn input(&self, name: &'static str, length: usize) -> Value<'_> {
         self.add(Operation::Input(name), length)
     }
@@ -187,10 +187,10 @@ impl Graph {
         self.constant(&[number])
     }
 
-    /// Vectors one after the other.
+    /// Vectors joined end to end.
     ///
     /// # Panics
-    /// Without vectors.
+    /// For an empty list.
     pub fn join<'g>(&'g self, parts: &[Value<'g>]) -> Value<'g> {
         if let [only] = parts {
             return *only;
@@ -225,7 +225,7 @@ impl Graph {
     /// The matrix of this number.
     ///
     /// # Panics
-    /// Where there are not so many.
+    /// For a number beyond the last matrix.
     #[must_use]
     pub fn matrix_of(&self, matrix: usize) -> Matrix {
         self.matrices.borrow()[matrix].clone()
@@ -234,26 +234,26 @@ impl Graph {
     /// The vector of this number.
     ///
     /// # Panics
-    /// Where there are not so many.
+    /// For a number beyond the last vector.
     #[must_use]
     pub fn value(&self, id: Id) -> Value<'_> {
         assert!(id < self.nodes.borrow().len(), "vector {id} is not there");
         Value { graph: self, id }
     }
 
-    /// How a vector is computed.
+    /// Operation that computes a vector.
     #[must_use]
     pub fn operation(&self, id: Id) -> Operation {
         self.nodes.borrow()[id].operation.clone()
     }
 
-    /// How many numbers a vector has.
+    /// Length of a vector.
     #[must_use]
     pub fn length(&self, id: Id) -> usize {
         self.nodes.borrow()[id].length
     }
 
-    /// The vectors that `outputs` are computed from, with themselves, each after all that it needs.
+    /// Vectors that `outputs` are computed from, and the outputs themselves, each after all that it needs.
     #[must_use]
     pub fn needed(&self, outputs: &[Id]) -> Vec<Id> {
         let nodes = self.nodes.borrow();
@@ -290,19 +290,19 @@ impl Graph {
 }
 
 impl<'g> Value<'g> {
-    /// The number of the vector in its graph.
+    /// Number of the vector in its graph.
     #[must_use]
     pub fn id(self) -> Id {
         self.id
     }
 
-    /// The graph.
+    /// Graph of the vector.
     #[must_use]
     pub fn graph(self) -> &'g Graph {
         self.graph
     }
 
-    /// How many numbers it has.
+    /// Number of its elements.
     #[must_use]
     #[allow(
         clippy::len_without_is_empty,
@@ -321,32 +321,32 @@ impl<'g> Value<'g> {
         }
     }
 
-    /// Whether all its numbers are this constant.
+    /// Whether all numbers equal this constant.
     fn is(self, number: f64) -> bool {
         let same = |x: &f64| (x - number).abs() <= 0.0;
         self.numbers()
             .is_some_and(|numbers| numbers.iter().all(same))
     }
 
-    /// Number `i`.
+    /// Number at index `i`.
     ///
     /// # Panics
-    /// Where there are not so many.
+    /// For an index beyond the end.
     #[must_use]
     pub fn at(self, i: usize) -> Self {
         self.slice(i, 1)
     }
 
-    /// All its numbers, each as a vector.
+    /// Each of its numbers as a vector.
     #[must_use]
     pub fn each(self) -> Vec<Self> {
         (0..self.len()).map(|i| self.at(i)).collect()
     }
 
-    /// `length` numbers from number `first` on.
+    /// Slice of `length` numbers from index `first` on.
     ///
     /// # Panics
-    /// Where there are not so many.
+    /// For a slice beyond the end.
     #[must_use]
     pub fn slice(self, first: usize, length: usize) -> Self {
         assert!(first + length <= self.len(), "a slice beyond its vector");
@@ -364,7 +364,7 @@ impl<'g> Value<'g> {
         }
     }
 
-    /// The slice of the only part that holds all of it, where there is one.
+    /// The slice of the only part that contains it, or of the whole vector.
     fn slice_of_join(self, parts: &[Id], first: usize, length: usize) -> Self {
         let mut before = 0;
         for part in parts.iter().map(|part| self.graph.value(*part)) {
@@ -376,7 +376,7 @@ impl<'g> Value<'g> {
         self.graph.add(Operation::Slice(self.id, first), length)
     }
 
-    /// The sum of all its numbers.
+    /// Sum of all numbers.
     #[must_use]
     pub fn sum(self) -> Self {
         if self.len() == 1 {
@@ -434,7 +434,7 @@ impl<'g> Value<'g> {
         (self - other).choose(self, other)
     }
 
-    /// The product of a matrix of the graph and this vector.
+    /// Product of a matrix of the graph and this vector.
     ///
     /// # Panics
     /// For a matrix of another width.

@@ -6,7 +6,7 @@ use super::{Function, Value};
 use crate::lagrangian::Scaling;
 use lagrangian_motion::Coordinates;
 
-/// The outputs of a network with these parameters at features `x` and velocities `v`.
+/// Outputs of a network with these parameters at features `x` and velocities `v`.
 pub fn network<'g>(net: &Net, parameters: &[f64], x: Value<'g>, v: Option<Value<'g>>) -> Value<'g> {
     let graph = x.graph();
     let mut outputs: Vec<Value<'g>> = Vec::with_capacity(net.layers.len());
@@ -44,7 +44,7 @@ pub fn network<'g>(net: &Net, parameters: &[f64], x: Value<'g>, v: Option<Value<
 }
 
 impl Scaling {
-    /// The features of the coordinates as an expression: cos and sin of an angle, else a scaled coordinate.
+    /// Features of the coordinates as an expression: cos and sin of an angle, else a scaled coordinate.
     pub fn features_of<'g>(&self, coordinates: &Coordinates, q: Value<'g>) -> Value<'g> {
         let graph = q.graph();
         let mut features = Vec::new();

@@ -1,4 +1,4 @@
-//! + − * / of vectors, and what needs not be computed.
+//! The operators + − * / of vectors, and their simplifications.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -17,7 +17,7 @@ impl<'g> Value<'g> {
         self.graph.add(operation, m.max(n))
     }
 
-    /// The same numbers as often as `other` has them.
+    /// This vector, repeated to the length of `other` where it is one number.
     fn as_long_as(self, other: Self) -> Self {
         self.repeated(other.len())
     }

@@ -1,4 +1,4 @@
-//! How much a correction counts at a state, as an expression.
+//! The weight of a correction at a state, as an expression.
 
 use std::f64::consts::PI;
 

@@ -1,4 +1,4 @@
-//! How forces come from what was commanded or measured: gains, an input matrix, offsets.
+//! The map from commanded or measured inputs to forces: gains, an input matrix, offsets.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,8 +8,8 @@ use lagrangian_motion::{Error, Result};
 /// The forces B u − o that inputs u exert: M q̈ + c = B u − o − d (theory.md, equation 37).
 ///
 /// B is the unit matrix for measured torques, diagonal for motor currents, and has zero rows where a joint is not
-/// driven. u takes the place of τ everywhere: in files, in a rollout and as the result of inverse dynamics, which for
-/// a B without inverse is the least-squares input.
+/// driven. u takes the place of τ everywhere: in files, in a rollout and as the result of inverse dynamics, which is
+/// the least-squares input where B has no inverse.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Described", into = "Described")]
 pub struct Actuation {
@@ -71,7 +71,7 @@ impl Actuation {
         &self.described.matrix
     }
 
-    /// Whether B is the unit matrix: the inputs are forces.
+    /// Whether B is the unit matrix, so that the inputs are forces.
     #[must_use]
     pub fn is_direct(&self) -> bool {
         let n = self.dof();

@@ -2,10 +2,10 @@
 
 use super::{Actuation, Dissipation};
 
-/// Inputs less friction, B u − o − d (theory.md, equations 4 and 37); without an actuation inputs are forces.
+/// Force of the inputs less friction, B u − o − d (theory.md, equations 4 and 37); without an actuation inputs are forces.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Applied<'a> {
-    /// Friction, of as many coordinates as the system has.
+    /// Friction, with the coordinates of the system.
     pub dissipation: Option<&'a Dissipation>,
     /// The map from inputs to forces, of the same coordinates.
     pub actuation: Option<&'a Actuation>,
@@ -38,7 +38,7 @@ impl Applied<'_> {
         }
     }
 
-    /// Writes the part of the inputs of `m` states that friction takes, and the part that is the same everywhere, `[m, n]`.
+    /// Writes the part of the inputs of `m` states due to friction, and the constant part, `[m, n]`.
     pub fn friction_and_offset(
         &self,
         qd: &[f64],

@@ -1,5 +1,5 @@
-//! Forces that take energy out: viscous, smooth Coulomb and Stribeck friction, and friction in proportion to the load of a
-//! gear, coefficients for each coordinate.
+//! Forces that dissipate energy: viscous, smooth Coulomb and Stribeck friction, and friction in proportion to the load of a
+//! gear, with coefficients for each coordinate.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,9 +7,9 @@ use super::{GearFriction, Load};
 use lagrangian_motion::{Error, Result};
 
 /// Friction dᵢ = bᵢ q̇ᵢ + tanh(q̇ᵢ / vₛᵢ) [cᵢ + lᵢ |Fᵢ| + hᵢ exp(−(q̇ᵢ / vₕᵢ)²)], which opposes the motion: M q̈ + c = F − d
-/// with the force F of the drive (theory.md, equations 4, 24, 36 and 130); [`Directional`] adds terms by what comes out of the gear.
+/// with the force F of the drive (theory.md, equations 4, 24, 36 and 130); [`Directional`] adds terms of the force out of the gear.
 ///
-/// All coefficients are non-negative, so that the power d·q̇ taken out is never negative.
+/// All coefficients are non-negative, so that the dissipated power d·q̇ is never negative.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Dissipation {
@@ -19,37 +19,37 @@ pub struct Dissipation {
     pub coulomb: Vec<f64>,
     /// The speeds vₛ over which Coulomb friction changes its sign, m/s or rad/s, `[n]`.
     pub smoothing: Vec<f64>,
-    /// The excess of friction near standstill over Coulomb friction, if there is one (Stribeck 1902).
+    /// Excess of friction near standstill over Coulomb friction, if any (Stribeck 1902).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stribeck: Option<Stribeck>,
-    /// The shares l of the drive's force that friction in its gear takes, below 1, `[n]`, where there are any.
+    /// Shares l of the drive's force that friction in its gear takes, below 1, `[n]`; `None` without such friction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub load: Option<Vec<f64>>,
-    /// What else gears lose, by the direction of the power, where they do.
+    /// Losses of gears by the direction of the power, if any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub directional: Option<Directional>,
 }
 
-/// Friction by what comes out of a gear, y = F − d, and by the squares of F and y near standstill: with σ = exp(−(q̇ / vₕ)²),
-/// kₑ |y| + σ (lₘ |F| + lₑ |y| + s₂) in addition, s₂ = qₑ y² where the drive moves the joint and qₘ F² where the joint moves the drive
+/// Friction by the force out of a gear, y = F − d, and by the squares of F and y near standstill: with σ = exp(−(q̇ / vₕ)²),
+/// it adds kₑ |y| + σ (lₘ |F| + lₑ |y| + s₂), where s₂ = qₑ y² if the drive moves the joint and qₘ F² if the joint moves the drive
 /// (theory.md, equation 130c; the terms of M4 to M6, arXiv 2410.08650). The terms with σ need a [`Stribeck`] speed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Directional {
-    /// Shares kₑ of the force that comes out, `[n]`.
+    /// Shares kₑ of the force out of the gear, `[n]`.
     pub external: Vec<f64>,
-    /// Shares lₘ of the drive's force that are lost near standstill in addition, `[n]`.
+    /// Additional shares lₘ of the drive's force that are lost near standstill, `[n]`.
     pub stribeck_motor: Vec<f64>,
-    /// The same lₑ of the force that comes out, `[n]`.
+    /// Additional shares lₑ of the force out of the gear that are lost near standstill, `[n]`.
     pub stribeck_external: Vec<f64>,
     /// Excess qₘ near standstill by the square of the drive's force, 1/N or 1/(N·m), `[n]`.
     pub quadratic_motor: Vec<f64>,
-    /// Excess qₑ near standstill by the square of the force that comes out, 1/N or 1/(N·m), `[n]`.
+    /// Excess qₑ near standstill by the square of the force out of the gear, 1/N or 1/(N·m), `[n]`.
     pub quadratic_external: Vec<f64>,
 }
 
 impl Directional {
-    /// No loss, of `n` coordinates.
+    /// Zero loss, for `n` coordinates.
     #[must_use]
     pub fn none(n: usize) -> Self {
         let zeros = || vec![0.0; n];
@@ -62,7 +62,7 @@ impl Directional {
         }
     }
 
-    /// Whether any square has a coefficient.
+    /// Whether a coefficient of a square is not zero.
     #[must_use]
     pub fn has_squares(&self) -> bool {
         let mut all = self.quadratic_motor.iter().chain(&self.quadratic_external);
@@ -70,13 +70,13 @@ impl Directional {
     }
 }
 
-/// The excess of static over Coulomb friction: hᵢ exp(−(q̇ᵢ / vₕᵢ)²).
+/// Excess of static over Coulomb friction: hᵢ exp(−(q̇ᵢ / vₕᵢ)²).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Stribeck {
     /// Heights h, N or N·m, `[n]`.
     pub height: Vec<f64>,
-    /// Speeds vₕ at which it has fallen to 37 %, m/s or rad/s, `[n]`.
+    /// Speeds vₕ at which the excess has fallen to 37 %, m/s or rad/s, `[n]`.
     pub speed: Vec<f64>,
 }
 
@@ -97,8 +97,8 @@ impl Dissipation {
     /// Checks the coefficients for a system of `n` degrees of freedom.
     ///
     /// # Errors
-    /// [`Error::Shape`] where there are not `n` of each; [`Error::Argument`] where one is negative or not
-    /// finite, a speed is not positive, or the shares of one force are not below 1 together.
+    /// [`Error::Shape`] unless there are `n` of each coefficient; [`Error::Argument`] where one is negative or not
+    /// finite, a speed is not positive, or the shares of one force add up to 1 or more.
     pub fn validate(&self, n: usize) -> Result<()> {
         let mut lists = vec![
             ("viscous friction", &self.viscous, COEFFICIENT),
@@ -147,7 +147,7 @@ impl Dissipation {
         self.check_shares(n)
     }
 
-    /// A gear that loses all of a force does not move.
+    /// Returns an error for a gear that loses all of a force, which cannot move.
     fn check_shares(&self, n: usize) -> Result<()> {
         for gear in (0..n).map(|i| self.gear(i)) {
             let shares = [
@@ -164,7 +164,7 @@ impl Dissipation {
         Ok(())
     }
 
-    /// The friction of coordinate `i` as that of a gear: the same terms without the smooth change of sign.
+    /// Friction of coordinate `i` as friction of a gear: the same terms without the smooth change of sign.
     #[must_use]
     pub fn gear(&self, i: usize) -> GearFriction {
         let stribeck = self.stribeck.as_ref();
@@ -229,7 +229,7 @@ impl Dissipation {
     }
 }
 
-/// The motion of a gear: its speed, and the smooth sign of it.
+/// Motion of a gear: its speed, and the smooth sign of the speed.
 #[derive(Debug, Clone, Copy)]
 struct Motion {
     v: f64,

@@ -7,8 +7,8 @@ use super::scalar::Scalar;
 /// The torque of a position-controlled motor, τₘ = V sat(a (kₚ (goal − q) − kᵈ q̇)) − e q̇ while it is on, else 0, with
 /// |sat| at most `limit` (theory.md, equation 123).
 ///
-/// The unit of kₚ and kᵈ is that of the controller: the gain a absorbs it, the constant of the motor and the resistance of its
-/// winding, which only appear as a product. Where no supply voltage V is recorded it is 1.
+/// The controller defines the unit of kₚ and kᵈ: the gain a absorbs it, the constant of the motor and the resistance of its
+/// winding, which appear only as a product. V is 1 where the supply voltage is not recorded.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Drive<T = f64> {
@@ -16,27 +16,27 @@ pub struct Drive<T = f64> {
     pub gain: T,
     /// The largest torque, N·m for each volt.
     pub limit: T,
-    /// The loss e by the voltage that the motor induces, N·m·s/rad.
+    /// Loss coefficient e of the voltage that the motor induces, N·m·s/rad.
     pub back_emf: T,
 }
 
-/// What a controller of one joint is told.
+/// Command to the controller of one joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Command {
-    /// The position that it is to reach, rad.
+    /// Goal of the position, rad.
     pub goal: f64,
-    /// The gain of the position kₚ, in the unit of the controller.
+    /// Position gain kₚ, in the unit of the controller.
     pub kp: f64,
-    /// The gain of the velocity kᵈ, in the unit of the controller.
+    /// Velocity gain kᵈ, in the unit of the controller.
     pub kd: f64,
-    /// The voltage of the supply V, or 1.
+    /// Supply voltage V, or 1.
     pub supply: f64,
     /// Whether the motor is on.
     pub on: bool,
 }
 
 impl<T: Scalar> Drive<T> {
-    /// The torque of the controller without the induced voltage, N·m.
+    /// Torque of the controller without the induced voltage, N·m.
     #[inline]
     pub fn commanded(&self, command: &Command, q: T, v: T) -> T {
         if !command.on {
@@ -49,7 +49,7 @@ impl<T: Scalar> Drive<T> {
             .times(command.supply)
     }
 
-    /// The loss by the induced voltage, N·m·s/rad: 0 while the motor is off.
+    /// Loss by the induced voltage, N·m·s/rad; 0 while the motor is off.
     #[inline]
     pub fn damping(&self, command: &Command) -> T {
         if command.on {

@@ -1,30 +1,30 @@
-//! Dry friction as a set of forces: the velocities at which it balances all others.
+//! Dry friction as a set of forces: the velocities at which it balances all other forces.
 
 use super::scalar::Scalar;
 
-/// A joint at rest starts to move where the forces on it exceed its friction by this part of all that act on it: rounding.
+/// Relative excess of the forces over friction at which a joint at rest starts to move; it covers rounding.
 const ROUNDING: f64 = 1e-12;
 /// Pivots below this part of their diagonal count as zero.
 const PIVOT: f64 = 1e-14;
-/// Sets of moving joints at most, for each joint: rounding could otherwise repeat them for ever.
+/// Maximum number of sets of moving joints, for each joint: rounding could otherwise repeat them forever.
 const SETS: usize = 64;
 
 /// Solves M v + l ∘ sgn(v) ∋ r, sgn(0) = [−1, 1], for M ≻ 0 (theory.md, equation 130b).
 ///
-/// v is the minimum of the strictly convex ½ v·M v − r·v + Σ lᵢ |vᵢ|. A primal active-set method finds it: it minimises over
-/// the joints that move with the signs that they have, stops those that would turn, and lets the joint go whose friction
-/// is exceeded most. Each such minimum lies below the one before it, so that no set of signs comes back, and there are
-/// finitely many. A joint whose friction holds it has v = 0 exactly; lᵢ = 0 is a joint without friction, lᵢ = ∞ one that
+/// v is the minimum of the strictly convex ½ v·M v − r·v + Σ lᵢ |vᵢ|. A primal active-set method finds it. It minimises over
+/// the moving joints with their present signs, stops those that would reverse, and releases the joint whose friction is
+/// exceeded most. Each such minimum lies below the one before it, so no set of signs is repeated, and their number is
+/// finite. A joint that its friction holds has v = 0 exactly; lᵢ = 0 is a joint without friction, lᵢ = ∞ one that
 /// does not move.
 ///
 /// The same problem is the linear complementarity problem with bounds of Moreau (1988) and of Stewart and Trinkle (1996), with
 /// M⁻¹ as the matrix from friction to velocities.
 #[derive(Debug, Clone)]
 pub struct DrySolver<T = f64> {
-    /// The direction of each joint that moves, 0 of those at rest.
+    /// Direction of each moving joint, 0 for joints at rest.
     sign: Vec<f64>,
     moving: Vec<usize>,
-    /// L and D of the moving part of M.
+    /// Factors L and D of the moving part of M.
     factor: Vec<T>,
     target: Vec<T>,
 }
@@ -41,8 +41,8 @@ impl<T: Scalar> DrySolver<T> {
         }
     }
 
-    /// Replaces the velocities `v` from which it begins by the solution; M is `[n, n]`, row-major, r, l and v are `[n]`.
-    /// `false` where M is not positive definite, or something is not finite: then v is not a solution.
+    /// Replaces the initial velocities `v` by the solution; M is `[n, n]`, row-major, r, l and v are `[n]`.
+    /// Returns `false` where M is not positive definite or a value is not finite; v is then not a solution.
     #[must_use]
     pub fn solve(&mut self, mass: &[T], rest: &[T], limit: &[T], v: &mut [T]) -> bool {
         if !mass.iter().chain(rest).all(|x| x.value().is_finite()) {
@@ -71,7 +71,7 @@ impl<T: Scalar> DrySolver<T> {
         false
     }
 
-    /// Goes to the minimum with the signs of the joints that move, and stops those that would turn on the way.
+    /// Moves to the minimum with the signs of the moving joints, and stops those that would reverse before it.
     fn minimise(&mut self, mass: &[T], rest: &[T], limit: &[T], v: &mut [T]) -> bool {
         loop {
             let is_moving = |i: &usize| self.sign[*i] != 0.0;
@@ -92,7 +92,7 @@ impl<T: Scalar> DrySolver<T> {
         }
     }
 
-    /// The joint that comes to rest first on the way to the target, and the part of the way until then.
+    /// Joint that comes to rest first on the line to the target, and the fraction of the line up to there.
     fn first_to_stop(&self, limit: &[T], v: &[T]) -> Option<(usize, f64)> {
         let turning = self.moving.iter().zip(&self.target).filter_map(|(&i, y)| {
             let (v, y) = (v[i].value(), y.value());
@@ -103,7 +103,7 @@ impl<T: Scalar> DrySolver<T> {
         turning.min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// The joint at rest whose friction is exceeded most, and the direction in which it starts.
+    /// Joint at rest whose friction is exceeded most, and the direction in which it starts.
     fn exceeded(&self, mass: &[T], rest: &[T], limit: &[T], v: &[T]) -> Option<(usize, f64)> {
         let excess = |i: usize| {
             let (mut force, mut size) = (rest[i].value(), rest[i].value().abs());
@@ -122,7 +122,7 @@ impl<T: Scalar> DrySolver<T> {
         most.map(|(i, direction, _)| (i, direction))
     }
 
-    /// Solves M v = r − l ∘ sgn for the joints that move, the others at rest, by L D Lᵀ; `false` where M is not definite.
+    /// Solves M v = r − l ∘ sgn for the moving joints, the others at rest, by L D Lᵀ; `false` where M is not definite.
     fn aim(&mut self, mass: &[T], rest: &[T], limit: &[T]) -> bool {
         let (n, m) = (self.sign.len(), self.moving.len());
         let a = &mut self.factor;

@@ -7,12 +7,12 @@ use super::scalar::Scalar;
 /// Friction of the gear of one joint, with viscous friction b q̇ and dry friction of at most
 /// s = c + kₘ |τₘ| + kₑ |τₑ| + e^(−(q̇/vₛ)²) (h + lₘ |τₘ| + lₑ |τₑ| + s₂) (theory.md, equations 124 and 125).
 ///
-/// τₘ is the torque of the motor and τₑ that of everything else on the joint: gravity and velocity-dependent inertial forces.
+/// τₘ is the torque of the motor and τₑ the torque of everything else on the joint: gravity and velocity-dependent inertial forces.
 /// Where they have opposite signs, s₂ = qₑ τₑ² while the motor drives the load and qₘ τₘ² while the load drives the motor.
 ///
 /// The terms are those of the models M1 to M6 of Duclusaud, Passault, Padois, Ly 2025 (arXiv 2410.08650), except that the shares of
-/// the torques add up where both have the same sign, too; a term with coefficient 0 is absent. Coefficients are not negative. A
-/// gear with kₘ + lₘ of 1 or more locks itself: its motor cannot move it.
+/// the torques also add up where both have the same sign; a term with coefficient 0 is absent. Coefficients are not negative. A
+/// gear with kₘ + lₘ of 1 or more is self-locking: its motor cannot move it.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GearFriction<T = f64> {
@@ -26,9 +26,9 @@ pub struct GearFriction<T = f64> {
     pub external: T,
     /// Excess of dry friction near standstill h, N·m.
     pub stribeck: T,
-    /// Share of the motor's torque lₘ that is lost to friction in addition near standstill.
+    /// Additional share of the motor's torque lₘ that is lost to friction near standstill.
     pub stribeck_motor: T,
-    /// Share of the external torque lₑ that is lost to friction in addition near standstill.
+    /// Additional share of the external torque lₑ that is lost to friction near standstill.
     pub stribeck_external: T,
     /// Excess near standstill by the square of the motor's torque qₘ, 1/(N·m).
     pub quadratic_motor: T,
@@ -38,17 +38,17 @@ pub struct GearFriction<T = f64> {
     pub speed: T,
 }
 
-/// The torques on a gear.
+/// Torques on a gear.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Load<T = f64> {
-    /// The torque of the motor τₘ, N·m.
+    /// Torque of the motor τₘ, N·m.
     pub motor: T,
-    /// The torque of everything else τₑ, N·m.
+    /// Torque of everything else τₑ, N·m.
     pub external: T,
 }
 
 impl<T: Scalar> GearFriction<T> {
-    /// The largest dry friction s under a load at the speed `v`, N·m; a joint at rest under less does not move.
+    /// Largest dry friction s under a load at the speed `v`, N·m; a joint at rest under a smaller torque does not move.
     #[inline]
     pub fn dry(&self, load: Load<T>, v: T) -> T {
         let Load { motor, external } = load;
@@ -74,7 +74,7 @@ impl<T: Scalar> GearFriction<T> {
         }
     }
 
-    /// e^(−(v/vₛ)²); 0 without a speed.
+    /// e^(−(v/vₛ)²); 0 where vₛ = 0.
     #[inline]
     fn near_standstill(&self, v: T) -> T {
         if self.speed.value() <= 0.0 {
@@ -86,11 +86,11 @@ impl<T: Scalar> GearFriction<T> {
 }
 
 impl<T: Scalar> GearFriction<T> {
-    /// The friction d = b v + `direction` s(τₘ, −y, v), N·m, of a gear from which the torque y = τₘ − d comes out (theory.md,
+    /// Friction d = b v + `direction` s(τₘ, −y, v), N·m, of a gear whose output torque is y = τₘ − d (theory.md,
     /// equation 130c); the direction, within −1 … 1, is that of the motion.
     ///
-    /// The load is what comes out, inertial forces of the joint included: a gear that is driven backwards, where y and the motion
-    /// have opposite signs, loses shares of what drives it. In closed form; not finite where a share of y is 1 or more.
+    /// The load is the output torque, which includes inertial forces of the joint. A gear that is driven backwards, where y and the
+    /// motion have opposite signs, loses shares of the torque that drives it. In closed form; not finite where a share of y is 1 or more.
     #[must_use]
     pub fn friction(&self, motor: T, v: T, direction: T) -> T {
         let near = self.near_standstill(v);
@@ -116,7 +116,7 @@ impl<T: Scalar> GearFriction<T> {
         viscous + direction * (dry + of_out * out + square * out * out)
     }
 
-    /// Whether there is any friction but the viscous one.
+    /// Whether any friction but the viscous one is present.
     pub(super) fn is_dry(&self) -> bool {
         let shares = self.motor.value() + self.external.value();
         let near =
@@ -129,22 +129,22 @@ impl<T: Scalar> GearFriction<T> {
     }
 }
 
-/// The smallest x ≥ 0 with a x + b x² = c, where c ≥ 0; not finite where there is none.
+/// Smallest x ≥ 0 with a x + b x² = c, where c ≥ 0; not finite where it does not exist.
 fn root<T: Scalar>(a: T, b: T, c: T) -> T {
     if a.value() <= 0.0 {
         return T::of(f64::NAN);
     }
-    // OK where b = 0, too: √a² is a, and the slope by b is kept.
+    // Valid for b = 0, too: √a² is a, and the slope by b is kept.
     c.times(2.0) / (a + (a * a + (b * c).times(4.0)).sqrt())
 }
 
 impl GearFriction {
-    /// The motor's torque τₘ that, less friction, exerts `net` on a joint which moves with the speed `v` against an external
+    /// Motor torque τₘ that, less friction, exerts `net` on a joint which moves with the speed `v` against an external
     /// torque: τₘ − `direction` s(τₘ, τₑ, v) − b v = net (theory.md, equation 126), N·m; the direction, within −1 … 1, is that of
     /// the motion.
     ///
-    /// In closed form; where squares leave several torques or none, the one at which the motor drives the load, or that which holds
-    /// it. Not finite where friction locks the gear.
+    /// In closed form. Where squares allow several torques or none, it is the torque at which the motor drives the load, or the one
+    /// that holds the load. Not finite where friction locks the gear.
     #[must_use]
     pub fn motor_torque(&self, net: f64, external: f64, v: f64, direction: f64) -> f64 {
         let near = self.near_standstill(v);

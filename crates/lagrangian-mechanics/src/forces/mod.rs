@@ -1,4 +1,4 @@
-//! Forces beside a Lagrangian or a Hamiltonian: friction d(q̇), that of gears, drives, and the map from inputs to forces.
+//! Forces beside a Lagrangian or a Hamiltonian: friction d(q̇), friction of gears, drives, and the map from inputs to forces.
 
 mod actuation;
 mod applied;

@@ -1,9 +1,9 @@
-//! Numbers, and numbers with their derivatives, for forces and motions that are fitted through a simulation.
+//! Plain numbers, and numbers with derivatives, for forces and motions that are fitted through a simulation.
 
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A real number, or one with its derivatives.
+/// A real number, or a real number with its derivatives.
 pub trait Scalar:
     Copy
     + Debug
@@ -65,7 +65,7 @@ pub trait Scalar:
         self.chain(factor * self.value(), factor)
     }
 
-    /// The number within −limit … limit.
+    /// The number clipped to −limit … limit.
     #[must_use]
     fn within(self, limit: Self) -> Self {
         match self.value() {
@@ -113,7 +113,7 @@ pub struct Sensitive<const K: usize> {
 }
 
 impl<const K: usize> Sensitive<K> {
-    /// An independent variable, direction `k` of which is its own; a constant where there is no such direction.
+    /// An independent variable, with derivative 1 in direction `k`; a constant where `k` is not a direction.
     #[must_use]
     pub fn variable(value: f64, k: usize) -> Self {
         let mut variable = Self::of(value);

@@ -8,7 +8,7 @@ use crate::forces::{Actuation, Applied, Dissipation};
 use crate::lagrangian::Lagrangian;
 use lagrangian_motion::{Coordinates, Result};
 
-/// The model of a Hamiltonian, with dissipation and inputs if there are any: it moves in (q, p), and is a model of
+/// Model of a Hamiltonian, with optional dissipation and inputs. It moves in (q, p), and is a model of
 /// (q, q̇) like any other by its Legendre transform.
 ///
 /// A Hamiltonian that is not [`Hamiltonian::canonical`] moves in (q, q̇), and has no inverse dynamics.
@@ -86,7 +86,7 @@ struct Hamilton<'a> {
 }
 
 impl Hamilton<'_> {
-    /// What the Lagrangian says, where there is one.
+    /// Evaluation by the Lagrangian, where it exists.
     fn legendre(&mut self, ask: impl FnOnce(&mut EulerLagrange<'_>) -> Evaluation) -> Evaluation {
         match self.canonical {
             true => ask(&mut self.motion),
@@ -134,7 +134,7 @@ impl Evaluator for Hamilton<'_> {
 
     fn energy(&mut self, q: &[f64], qd: &[f64], energy: &mut [f64]) -> Evaluation {
         let mut z = vec![0.0; qd.len()];
-        let _ = self.phase(q, qd, &mut z); // where there is no z, the energy is not finite either
+        let _ = self.phase(q, qd, &mut z); // where z does not exist, the energy is not finite either
         self.source.jets.value(q, &z, energy)
     }
 

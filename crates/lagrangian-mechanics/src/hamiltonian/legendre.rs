@@ -1,4 +1,4 @@
-//! The Legendre transform, both ways: H(q, p) = p·q̇ − L at q̇ with ∂L/∂q̇ = p, and L(q, q̇) = p·q̇ − H at p with
+//! The Legendre transform in both directions: H(q, p) = p·q̇ − L at q̇ with ∂L/∂q̇ = p, and L(q, q̇) = p·q̇ − H at p with
 //! ∂H/∂p = q̇ (theory.md, equations 88 and 89).
 
 use super::newton::{Gradient, Newton};
@@ -7,9 +7,9 @@ use crate::lagrangian::{Jet, Jets, Lagrangian};
 use lagrangian_motion::Coordinates;
 use lagrangian_motion::solve::{SymmetricSolver, dot};
 
-/// The Hamiltonian of a Lagrangian; velocities from momenta by Newton's method.
+/// Hamiltonian of a Lagrangian; velocities from momenta by Newton's method.
 ///
-/// Where L is convex in q̇ there is one velocity at most for each momentum; where there is none, or the search does not
+/// Where L is convex in q̇, each momentum has at most one velocity; where it has none, or the search does not
 /// find it, all derivatives are NaN.
 ///
 /// ```
@@ -30,7 +30,7 @@ use lagrangian_motion::solve::{SymmetricSolver, dot};
 pub struct HamiltonianOf<L>(L);
 
 impl<L: Lagrangian> HamiltonianOf<L> {
-    /// The Hamiltonian of this Lagrangian.
+    /// Hamiltonian of this Lagrangian.
     #[must_use]
     pub fn new(lagrangian: L) -> Self {
         Self(lagrangian)
@@ -56,18 +56,18 @@ impl<L: Lagrangian> Hamiltonian for HamiltonianOf<L> {
     }
 }
 
-/// The Lagrangian of a Hamiltonian; momenta from velocities by Newton's method. NaN where there are none.
+/// Lagrangian of a Hamiltonian; momenta from velocities by Newton's method. NaN where the momenta do not exist.
 #[derive(Debug, Clone)]
 pub struct LagrangianOf<H>(H);
 
 impl<H: Hamiltonian> LagrangianOf<H> {
-    /// The Lagrangian of this Hamiltonian, which must be [`Hamiltonian::canonical`] to have one.
+    /// Lagrangian of this Hamiltonian, which must be [`Hamiltonian::canonical`] to have one.
     #[must_use]
     pub fn new(hamiltonian: H) -> Self {
         Self(hamiltonian)
     }
 
-    /// The Hamiltonian.
+    /// Underlying Hamiltonian.
     #[must_use]
     pub fn hamiltonian(&self) -> &H {
         &self.0
@@ -193,7 +193,7 @@ impl Jets for OfHamiltonian<'_> {
     }
 }
 
-/// Inverts the second derivatives of the one function to those of the other.
+/// Converts the second derivatives of one function to those of the other by inversion.
 struct Inverse {
     solver: SymmetricSolver,
     unit: Vec<f64>,

@@ -1,4 +1,4 @@
-//! Hamiltonians H(q, p): Hamilton's equations, the Legendre transform both ways, and networks (theory.md, section 22).
+//! Hamiltonians H(q, p): Hamilton's equations, the Legendre transform in both directions, and networks (theory.md, section 22).
 
 mod canonical;
 mod legendre;
@@ -10,7 +10,7 @@ pub use legendre::{HamiltonianOf, LagrangianOf};
 use crate::dynamics::Evaluation;
 use lagrangian_motion::Coordinates;
 
-/// A Hamiltonian's derivatives at a batch of `m` states, as far as a Lagrangian needs them.
+/// Derivatives of a Hamiltonian at a batch of `m` states, as far as a Lagrangian needs them.
 ///
 /// All row-major; `n` degrees of freedom.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -42,14 +42,14 @@ impl HamiltonianJet {
 ///
 ///   q̇ = ∂H/∂p,   ṗ = −∂H/∂q + τ − d(q̇)   (theory.md, equation 87).
 pub trait Hamiltonian: Send + Sync {
-    /// The coordinates it is a function of.
+    /// Coordinates that it is a function of.
     fn coordinates(&self) -> &Coordinates;
 
-    /// An evaluator of its derivatives with its own scratch memory; one for each thread.
+    /// Evaluator of its derivatives with its own scratch memory; one for each thread.
     fn jets(&self) -> Box<dyn HamiltonianJets + '_>;
 
-    /// Whether its second argument is the momentum. Where it is q̇ instead, the function has a flow, but no Lagrangian
-    /// belongs to it.
+    /// Whether the second argument is the momentum. Where it is q̇ instead, the function has a flow, but does not define a
+    /// Lagrangian.
     fn canonical(&self) -> bool {
         true
     }
@@ -63,7 +63,7 @@ pub trait HamiltonianJets: Send {
     /// Writes H and its derivatives to `jet`, which it resizes.
     fn jet(&mut self, q: &[f64], p: &[f64], jet: &mut HamiltonianJet);
 
-    /// Writes H, J, `[m]`, which a plain flow does not have.
+    /// Writes H, J, `[m]`; unsupported for a flow without a Hamiltonian.
     fn value(&mut self, q: &[f64], p: &[f64], h: &mut [f64]) -> Evaluation {
         let mut jet = HamiltonianJet::default();
         self.jet(q, p, &mut jet);

@@ -2,13 +2,13 @@
 
 use lagrangian_motion::solve::{Regularity, SymmetricSolver};
 
-/// Rounds at most, each one evaluation of the batch.
+/// Maximum number of rounds, each one evaluation of the batch.
 const MAX_ROUNDS: usize = 300;
-/// A state is solved when its residual is below this part of the values that it is the difference of.
+/// Relative residual below which a state is solved: a part of the values that the residual is the difference of.
 const SOLVED: f64 = 2.0 * f64::EPSILON;
-/// Where rounding keeps it from that, this is enough.
+/// Relative residual that is accepted where rounding prevents a smaller one.
 const NEARLY_SOLVED: f64 = 1e-10;
-/// The search ends where steps of this part of Newton's do not help.
+/// Fraction of Newton's step below which the search gives up.
 const SHORTEST: f64 = 1e-9;
 
 /// A function F(q, y) with its derivatives by y.
@@ -18,7 +18,7 @@ pub(super) trait Gradient {
 }
 
 /// Newton's method with a line search on the residual: each step is halved until the residual shrinks, so that it finds
-/// the one solution of a convex F from anywhere in its domain (theory.md, equation 90).
+/// the only solution of a convex F from anywhere in its domain (theory.md, equation 90).
 #[derive(Debug)]
 pub(super) struct Newton {
     n: usize,
@@ -29,7 +29,7 @@ pub(super) struct Newton {
     states: Vec<Search>,
 }
 
-/// The progress of the search at one state.
+/// Progress of the search at one state.
 #[derive(Debug, Clone, Copy)]
 struct Search {
     norm: f64,
@@ -56,7 +56,7 @@ impl Newton {
         }
     }
 
-    /// The number of unknowns of a state.
+    /// Number of unknowns of a state.
     pub(super) fn n(&self) -> usize {
         self.n
     }
@@ -117,7 +117,7 @@ impl Newton {
         let norm = norm.sqrt();
         if norm < state.norm {
             y.copy_from_slice(&self.trial[row.clone()]);
-            // At the end both may vanish, as at rest: rounding is then small compared with the first residual.
+            // At the end both may vanish, as at rest: rounding is then compared with the first residual.
             (state.norm, state.scale, state.part) = (norm, scale.max(state.scale), 1.0);
             state.ended = norm <= SOLVED * state.scale;
             let step = &mut self.step[row.clone()];
@@ -125,7 +125,7 @@ impl Newton {
             state.ended |= matches!(regular, Regularity::Singular | Regularity::NotFinite);
         } else {
             state.part *= 0.5;
-            // The start is outside the domain, or rounding allows no more, or no step helps.
+            // The start is outside the domain, rounding prevents a smaller residual, or shorter steps do not help.
             state.ended = state.norm.is_infinite() || state.solved() || state.part < SHORTEST;
         }
         for (i, trial) in self.trial[row.clone()].iter_mut().enumerate() {

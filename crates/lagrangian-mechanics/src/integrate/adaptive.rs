@@ -1,60 +1,60 @@
 //! Drives the methods that choose their own step: error control, step limit and dense output.
 //!
-//! A solution in progress is a [`Stepper`], which asks for one slope after another. So one caller can serve many of
+//! A solution in progress is a [`Stepper`], which requests one slope after another. One caller can thus serve many of
 //! them together, each at its own time and step, with one batched evaluation a round.
 
 use std::marker::PhantomData;
 
 use super::{Control, Ending, Failure, FirstOrder, Sink, Solution, combine};
 
-/// Steps are chosen this much shorter than the error estimate allows.
+/// Safety factor on the step that the error estimate allows.
 const SAFETY: f64 = 0.9;
-/// A step shorter than this many roundings of the time makes no progress.
+/// Smallest relative step: ten roundings of the time; a shorter step makes no progress.
 const SMALLEST_STEP: f64 = 10.0 * f64::EPSILON;
 
-/// How a method turns its error into the next step (Gustafsson's PI controller):
+/// Conversion of a method's error to its next step (Gustafsson's PI controller):
 /// h ← h · clamp(0.9 e^{−α} e₋₁^β), with e = 1 the error allowed and e₋₁ that of the last accepted step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Controller {
     /// Exponent α of the error of this step.
     pub alpha: f64,
-    /// Exponent β of the error of the last one.
+    /// Exponent β of the error of the last accepted step.
     pub beta: f64,
     /// The smallest factor from one step to the next.
     pub shrink: f64,
     /// The largest factor from one step to the next.
     pub grow: f64,
-    /// One over the order of the error estimate plus one.
+    /// 1 / (order of the error estimate + 1).
     pub exponent: f64,
 }
 
 /// An explicit Runge–Kutta method with an error estimate and dense output, as data: slope s is
 /// kₛ = f(t + cₛ h, x + h Σⱼ aₛⱼ kⱼ), and k₀ belongs to the beginning of the step.
 ///
-/// Slopes 1 to `ATTEMPT` − 1 make the attempt; after an accepted one follow those up to `END`, at the new point,
+/// Slopes 1 to `ATTEMPT` − 1 make the attempt; after an accepted step, the slopes up to `END` follow at the new point,
 /// and for dense output all the others.
 pub trait EmbeddedPair {
-    /// Its step control.
+    /// Step control of the method.
     const CONTROLLER: Controller;
-    /// Nodes c.
+    /// Nodes c of the stages.
     const C: &'static [f64];
-    /// Rows a.
+    /// Rows a of the stages.
     const A: &'static [&'static [f64]];
-    /// Slopes of an attempt.
+    /// Number of slopes of an attempt.
     const ATTEMPT: usize;
-    /// The slope at the end of the step, whose row gives the new point; it is k₀ of the next step.
+    /// Index of the slope at the end of the step, whose row gives the new point; it is k₀ of the next step.
     const END: usize;
-    /// Terms of the dense output.
+    /// Number of terms of the dense output.
     const TERMS: usize;
 
-    /// The error of a step of size h from x to `x_new`, 1 being allowed; `k` holds the slopes, `[·, n]`.
+    /// Error of a step of size h from x to `x_new`, in units of the tolerance; `k` holds the slopes, `[·, n]`.
     fn error(k: &[f64], h: f64, x: &[f64], x_new: &[f64], control: &Control) -> f64;
 
     /// Writes the terms F of the dense output x + θ(F₀ + (1−θ)(F₁ + θ(F₂ + …))), `[TERMS, n]`.
     fn prepare(k: &[f64], h: f64, x: &[f64], x_new: &[f64], terms: &mut [f64]);
 }
 
-/// Solves x' = f(t, x) from x₀ at `times[0]` and gives the state at every one of the `times` (increasing) to
+/// Solves x' = f(t, x) from x₀ at `times[0]` and passes the state at every one of the `times` (increasing) to
 /// `sink`; between steps by dense output, so that sampling does not change the steps.
 pub fn solve<P: EmbeddedPair>(
     f: &mut FirstOrder<'_>,
@@ -71,12 +71,12 @@ pub fn solve<P: EmbeddedPair>(
     stepper.solution()
 }
 
-/// The use of the slope that is asked for.
+/// Purpose of the requested slope.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Phase {
     /// k₀ of the first step.
     Begin,
-    /// A slope a little ahead, to choose the first step.
+    /// A slope a little after the start, to choose the first step.
     Probe,
     /// Slope s of a step.
     Slope(usize),
@@ -93,34 +93,34 @@ pub struct Stepper<'a, P> {
     next: usize,
     control: Control,
     phase: Phase,
-    /// The ending and the cost so far.
+    /// Ending and cost so far.
     solution: Solution,
-    /// The time of the end of the last accepted step.
+    /// Time at the end of the last accepted step.
     t: f64,
-    /// The state there.
+    /// State at that time.
     x: Vec<f64>,
     size: StepSize,
     request: Request,
     attempt: Attempt,
 }
 
-/// The size of the steps, and what its control remembers.
+/// Step size and the memory of its control.
 #[derive(Debug, Clone)]
 struct StepSize {
-    /// The step to try next.
+    /// Step to try next.
     next: f64,
-    /// The step being tried.
+    /// Step being tried.
     tried: f64,
-    /// The error of the last accepted step, 1 being allowed.
+    /// Error of the last accepted step, in units of the tolerance.
     last_error: f64,
-    /// The factor from the step accepted to the next.
+    /// Factor from the accepted step to the next.
     next_factor: f64,
     /// Whether the last attempt was rejected.
     last_rejected: bool,
 }
 
 impl StepSize {
-    /// Notes the error of an accepted step and the factor to the next, which must not grow after a rejection.
+    /// Records the error of an accepted step and the factor to the next, which must not grow after a rejection.
     fn accept(&mut self, error: f64, factor: f64) {
         self.last_error = error.max(1e-4);
         self.next_factor = if self.last_rejected {
@@ -138,30 +138,30 @@ impl StepSize {
     }
 }
 
-/// The slope that is asked for: see [`Stepper::request`].
+/// The requested slope: see [`Stepper::request`].
 #[derive(Debug, Clone)]
 struct Request {
-    /// Its time.
+    /// Time of the request.
     t: f64,
-    /// Its state.
+    /// State of the request.
     x: Vec<f64>,
     /// f(t, x), which the caller writes.
     slope: Vec<f64>,
 }
 
-/// The memory of one attempt of a step.
+/// Memory of one attempted step.
 #[derive(Debug, Clone)]
 struct Attempt {
-    /// The slopes k, `[·, n]`.
+    /// Slopes k, `[·, n]`.
     k: Vec<f64>,
-    /// The state at the end of the step.
+    /// State at the end of the step.
     x_new: Vec<f64>,
-    /// The terms of the dense output, `[TERMS, n]`.
+    /// Terms of the dense output, `[TERMS, n]`.
     terms: Vec<f64>,
 }
 
 impl<'a, P: EmbeddedPair> Stepper<'a, P> {
-    /// Begins at x₀ at `times[0]`, which is given to `sink`.
+    /// Begins at x₀ at `times[0]`, which is passed to `sink`.
     pub fn new(x0: &[f64], times: &'a [f64], control: Control, sink: &mut Sink<'_>) -> Self {
         let n = x0.len();
         if !times.is_empty() {
@@ -205,20 +205,20 @@ impl<'a, P: EmbeddedPair> Stepper<'a, P> {
         }
     }
 
-    /// Time and state at which the slope f(t, x) is needed next, and where to write it before
+    /// Time and state at which the slope f(t, x) is needed next, and the place to write it before
     /// [`Stepper::proceed`]; `None` at the end.
     pub fn request(&mut self) -> Option<(f64, &[f64], &mut [f64])> {
         let Request { t, x, slope } = &mut self.request;
         (self.phase != Phase::Done).then_some((*t, &x[..], &mut slope[..]))
     }
 
-    /// How it ended, or what it has cost so far.
+    /// Ending of the solution and its cost so far.
     #[must_use]
     pub fn solution(&self) -> Solution {
         self.solution
     }
 
-    /// Accepts the slope that was asked for, proceeds to the next request, and gives the samples that were passed to `sink`.
+    /// Accepts the requested slope, proceeds to the next request, and passes the samples on the way to `sink`.
     pub fn proceed(&mut self, sink: &mut Sink<'_>) {
         let n = self.x.len();
         match self.phase {
@@ -246,7 +246,7 @@ impl<'a, P: EmbeddedPair> Stepper<'a, P> {
         }
     }
 
-    /// Asks for slope s of the step being tried.
+    /// Requests slope s of the step being tried.
     fn ask(&mut self, s: usize) {
         let (step, request) = (self.size.tried, &mut self.request);
         combine(&mut request.x, &self.x, step, P::A[s], &self.attempt.k);
@@ -259,7 +259,7 @@ impl<'a, P: EmbeddedPair> Stepper<'a, P> {
         self.phase = Phase::Done;
     }
 
-    /// Begins the next step, cut to the end of the last interval, unless it is time to give up.
+    /// Begins the next step, cut to the end of the last interval, unless a limit ends the solution.
     fn try_step(&mut self) {
         let (t, end) = (self.t, self.times[self.times.len() - 1]);
         if !self.size.next.is_finite() {
@@ -288,7 +288,7 @@ impl<'a, P: EmbeddedPair> Stepper<'a, P> {
         }
     }
 
-    /// Whether the step reaches the end, but for a rounding.
+    /// Whether the step reaches the end up to rounding.
     fn is_last(&self) -> bool {
         self.t + self.size.next * 1.000_000_01 >= self.times[self.times.len() - 1]
     }
@@ -322,12 +322,12 @@ impl<'a, P: EmbeddedPair> Stepper<'a, P> {
         }
     }
 
-    /// Whether a sample lies inside the step, not at its end.
+    /// Whether a sample lies inside the step, before its end.
     fn samples_inside(&self) -> bool {
         self.times[self.next] < self.arrival()
     }
 
-    /// Gives the samples passed and moves to the end of the step.
+    /// Passes the samples of the step to the sink and moves to the end of the step.
     fn conclude(&mut self, sink: &mut Sink<'_>) {
         let (n, t_new) = (self.x.len(), self.arrival());
         if self.samples_inside() {
@@ -356,7 +356,7 @@ impl<'a, P: EmbeddedPair> Stepper<'a, P> {
         }
     }
 
-    /// Asks for a slope one explicit Euler step of 1 % of the first guess of the time scale ahead.
+    /// Requests a slope after one explicit Euler step of 1 % of the first guess of the time scale.
     fn probe(&mut self) {
         let (d0, d1) = (self.norm(&self.x), self.norm(&self.request.slope));
         if !(d0.is_finite() && d1.is_finite()) {
@@ -419,7 +419,7 @@ fn step_factor(controller: &Controller, error: f64, last_error: f64) -> f64 {
     factor.clamp(controller.shrink, controller.grow)
 }
 
-/// The weighted sum of squares Σᵢ (eᵢ/(atol + rtol max(|xᵢ|, |x'ᵢ|)))² of eᵢ = Σₛ wₛ kₛᵢ.
+/// Weighted sum of squares Σᵢ (eᵢ/(atol + rtol max(|xᵢ|, |x'ᵢ|)))² of eᵢ = Σₛ wₛ kₛᵢ.
 pub(super) fn error_square(
     weights: &[f64],
     k: &[f64],
@@ -457,7 +457,7 @@ mod tests {
     use super::*;
     use crate::integrate::{Dop853, Dopri5};
 
-    /// The error at t = 2 of x'' = −sin x from x = 1, with `parts` equal steps.
+    /// Error at t = 2 of x'' = −sin x from x = 1, with `parts` equal steps.
     fn error_in_equal_steps<P: EmbeddedPair>(parts: u32) -> f64 {
         let control = Control {
             step: 1.0,

@@ -5,7 +5,7 @@ use super::adaptive::{Controller, EmbeddedPair, error_square};
 use super::dop853_coefficients::{A, C, D, E3, E5};
 
 /// The method of order 8(5,3): twelve evaluations a step, adaptive, with dense output of order 7 for three
-/// evaluations more. The method for truth: near rounding it needs far fewer evaluations than order 5.
+/// more evaluations. The method for reference solutions: near rounding it needs far fewer evaluations than order 5.
 ///
 /// Dormand and Prince (1989); Hairer, Nørsett, Wanner, Solving Ordinary Differential Equations I, sections
 /// II.5 and II.10.

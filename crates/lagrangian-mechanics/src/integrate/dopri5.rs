@@ -36,7 +36,7 @@ const A: [&[f64]; SLOPES] = [
     ],
 ];
 
-/// The difference of the solutions of order 5 and 4.
+/// Difference of the solutions of order 5 and 4.
 const E: &[f64] = &[
     71.0 / 57600.0,
     0.0,
@@ -47,7 +47,7 @@ const E: &[f64] = &[
     -1.0 / 40.0,
 ];
 
-/// The last term of the dense output.
+/// Last term of the dense output.
 const D: &[f64] = &[
     -12715105075.0 / 11282082432.0,
     0.0,

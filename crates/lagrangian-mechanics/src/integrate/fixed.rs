@@ -2,8 +2,8 @@
 
 use super::{Control, Ending, Failure, Sink, Solution};
 
-/// Solves from x₀ at `times[0]` and gives the state at every one of the `times` to `sink`; `step` makes one step of size h
-/// from time t, (t, h, x), in place, or says why it cannot.
+/// Solves from x₀ at `times[0]` and passes the state at every one of the `times` to `sink`; `step` makes one step of size h
+/// from time t, (t, h, x), in place, or returns the reason of a failure.
 ///
 /// Each interval between sample times is cut into equal steps of at most [`Control::step`].
 pub fn solve(
@@ -24,7 +24,7 @@ pub fn solve(
     };
     sink(0, &x);
     for (k, &next) in times.iter().enumerate().skip(1) {
-        // A hair less than the quotient, so that rounding does not add a step.
+        // Slightly less than the quotient, so that rounding does not add a step.
         let parts = ((next - now) / control.step * (1.0 - 1e-12))
             .ceil()
             .max(1.0);

@@ -1,15 +1,15 @@
-//! The iteration that solves implicit steps, and when it has.
+//! The fixed-point iteration that solves implicit steps, and its criterion of convergence.
 
 use super::Failure;
 
-/// Iterations at most.
+/// Maximum number of iterations.
 pub(super) const MAX_ITERATIONS: usize = 100;
-/// An equation is solved when its unknown changes by less than this part of its size.
+/// Relative change of the unknown below which an equation is solved.
 const SOLVED: f64 = 4.0 * f64::EPSILON;
-/// Where rounding keeps it from that, this is enough.
+/// Relative change that is accepted where rounding prevents a smaller one.
 const NEARLY_SOLVED: f64 = 1e-11;
 
-/// Decides when an iteration has ended: at the precision of its numbers, or where its changes shrink no further.
+/// Decides when an iteration has ended: at the precision of its numbers, or where its changes stop shrinking.
 pub(super) struct Convergence {
     previous: f64,
 }
@@ -21,7 +21,7 @@ impl Convergence {
         }
     }
 
-    /// Whether an unknown of this size is solved that has just changed by `change`.
+    /// Whether an unknown of this size is solved after a change by `change`.
     pub(super) fn is_reached(&mut self, change: f64, size: f64) -> bool {
         let previous = std::mem::replace(&mut self.previous, change);
         change <= SOLVED * size || (change >= previous && change <= NEARLY_SOLVED * size)
@@ -29,7 +29,7 @@ impl Convergence {
 }
 
 /// Solves x = g(x) from the guess in `x` by repeating x ← g(x); `g` writes g(x) to its second argument, for which
-/// `next` is memory. Converges where ‖∂g/∂x‖ < 1.
+/// `next` is scratch memory. Converges where ‖∂g/∂x‖ < 1.
 ///
 /// # Errors
 /// [`Failure::NotConverged`], [`Failure::NotFinite`].

@@ -1,4 +1,4 @@
-//! The leapfrog of any Hamiltonian.
+//! The leapfrog method for any Hamiltonian.
 
 use super::{Failure, Flow, fixed_point};
 

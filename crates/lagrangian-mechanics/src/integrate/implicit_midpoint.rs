@@ -70,7 +70,7 @@ impl ImplicitMidpoint {
                 self.acceleration.fill(0.0);
                 return Err(Failure::NotFinite);
             }
-            // What matters is the change of h a beside the velocity.
+            // The criterion is the change of h a compared with the velocity.
             let (mut change, mut size) = (0.0_f64, f64::MIN_POSITIVE);
             for (i, next) in self.next.iter().enumerate() {
                 change = change.max(h * (next - self.acceleration[i]).abs());

@@ -1,4 +1,4 @@
-//! The implicit midpoint rule of any flow.
+//! The implicit midpoint rule for any flow.
 
 use super::{Failure, FirstOrder, fixed_point};
 

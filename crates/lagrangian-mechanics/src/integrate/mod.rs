@@ -1,12 +1,12 @@
-//! Integrators: one method per file, each knowing only the function that it integrates.
+//! Integrators: one method per file, each using only the function that it integrates.
 //!
-//! Four roles. A first-order method solves x' = f(t, x) ([`Rk4`], [`Dopri5`], [`Dop853`]); a second-order one
+//! Five roles. A first-order method solves x' = f(t, x) ([`Rk4`], [`Dopri5`], [`Dop853`]); a second-order one
 //! solves q'' = f(t, q, q') and treats positions and velocities differently ([`StormerVerlet`],
 //! [`ImplicitMidpoint`]); a partitioned one does so for a flow in (q, z) with any q', such as Hamilton's equations
-//! ([`GeneralisedLeapfrog`], [`Midpoint`]: the same two methods where q' = z). A fourth knows the Lagrangian, and
-//! discretises its action ([`Variational`]). A fifth knows mass matrix, forces and friction apart, and takes dry friction as a set of
-//! forces ([`Moreau`]). Those with a fixed step make one step at a time and [`fixed`] drives
-//! them; those that choose their step are an [`EmbeddedPair`] that [`adaptive`] drives. Nothing allocates per step,
+//! ([`GeneralisedLeapfrog`], [`Midpoint`]: the same two methods where q' = z). A fourth role uses the Lagrangian, and
+//! discretises its action ([`Variational`]). A fifth uses mass matrix, forces and friction separately, and treats dry friction as a set of
+//! forces ([`Moreau`]). Methods with a fixed step make one step at a time and [`fixed`] drives
+//! them; methods that choose their step are an [`EmbeddedPair`] that [`adaptive`] drives. Nothing allocates per step,
 //! and every loop is bounded by [`Control::max_steps`].
 
 pub mod adaptive;
@@ -48,7 +48,7 @@ pub type SecondOrder<'a> = dyn FnMut(f64, &[f64], &[f64], &mut [f64]) + 'a;
 /// The right-hand side of (q, z)' = f(t, q, z): (t, q, z, q', z').
 pub type Flow<'a> = dyn FnMut(f64, &[f64], &[f64], &mut [f64], &mut [f64]) + 'a;
 
-/// Receives the solution: (index of the sample time, state there).
+/// Receives the solution: (index of the sample time, state at that time).
 pub type Sink<'a> = dyn FnMut(usize, &[f64]) + 'a;
 
 /// An integration method.
@@ -123,14 +123,14 @@ impl Method {
         ),
     ];
 
-    /// Its name on the command line and in files.
+    /// Name on the command line and in files.
     #[must_use]
     pub fn name(self) -> &'static str {
         let line = Self::TABLE.iter().find(|(method, _)| *method == self);
         line.map_or("", |(_, named)| named.name)
     }
 
-    /// The rule of a variational method, which needs a Lagrangian: [`Rule::solve`] instead of
+    /// Rule of a variational method, which needs a Lagrangian: [`Rule::solve`] instead of
     /// [`Method::solve`].
     #[must_use]
     pub fn rule(self) -> Option<Rule> {
@@ -156,7 +156,7 @@ impl Method {
         }
     }
 
-    /// Solves q'' = f(t, q, q') from the state x₀ = (q, q') at `times[0]` and gives (q, q') at every one of the
+    /// Solves q'' = f(t, q, q') from the state x₀ = (q, q') at `times[0]` and passes (q, q') at every one of the
     /// `times` (increasing) to `sink`. A variational method, which needs a Lagrangian, and [`Moreau`], which needs a
     /// mass matrix, fail at the first step.
     pub fn solve(
@@ -186,7 +186,7 @@ impl Method {
         }
     }
 
-    /// Solves (q, z)' = f(t, q, z) from the state x₀ = (q, z) at `times[0]` and gives (q, z) at every one of the
+    /// Solves (q, z)' = f(t, q, z) from the state x₀ = (q, z) at `times[0]` and passes (q, z) at every one of the
     /// `times` (increasing) to `sink`; [`Method::solve`] is faster where q' = z. A variational method fails at the first step.
     pub fn solve_flow(
         self,
@@ -242,7 +242,7 @@ impl Method {
 }
 
 impl Rule {
-    /// Solves the discrete Euler–Lagrange equation of `f` from the state x₀ = (q, q') at `times[0]` and gives (q, q') at
+    /// Solves the discrete Euler–Lagrange equation of `f` from the state x₀ = (q, q') at `times[0]` and passes (q, q') at
     /// every one of the `times` (increasing) to `sink`.
     pub fn solve(
         self,
@@ -271,16 +271,16 @@ impl std::str::FromStr for Method {
     }
 }
 
-/// How exact a solution has to be and how much it may cost.
+/// Accuracy and maximum cost of a solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Control {
-    /// Step of the methods that have a fixed one, s: the longest, since each sample time is met exactly.
+    /// Longest step of the methods with a fixed step, s; each sample time is met exactly.
     pub step: f64,
     /// Relative tolerance on the error of one step, for the adaptive methods.
     pub rtol: f64,
     /// Absolute tolerance on the error of one step, in the units of each component.
     pub atol: f64,
-    /// Steps tried at most.
+    /// Maximum number of attempted steps.
     pub max_steps: u64,
     /// Ends the solution before its next step.
     pub stop: Stop,
@@ -290,7 +290,7 @@ impl Control {
     /// Checks that steps and tolerances are positive and finite.
     ///
     /// # Errors
-    /// [`Error::Argument`] for the first that is not.
+    /// [`Error::Argument`] for the first value that is not.
     pub fn validate(&self) -> Result<()> {
         let positive = [
             ("step", self.step),
@@ -309,28 +309,28 @@ impl Control {
     }
 }
 
-/// How an integration ended and what it cost; the samples before its end have been given to the sink.
+/// Ending and cost of an integration; the samples before its end have been passed to the sink.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solution {
-    /// How it ended.
+    /// Ending of the integration.
     pub ending: Ending,
-    /// Steps accepted.
+    /// Number of accepted steps.
     pub steps: u64,
-    /// Steps rejected by the error estimate.
+    /// Number of steps rejected by the error estimate.
     pub rejected: u64,
 }
 
-/// How an integration ended.
+/// Ending of an integration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Ending {
-    /// At the last sample time.
+    /// The last sample time was reached.
     Finished,
     /// The step limit was reached at time `t`.
     StepLimit {
         /// Time reached, s.
         t: f64,
     },
-    /// It was stopped from outside at time `t`.
+    /// The solution was stopped from outside at time `t`.
     Stopped {
         /// Time reached, s.
         t: f64,
@@ -339,12 +339,12 @@ pub enum Ending {
     Failed {
         /// Time reached, s.
         t: f64,
-        /// Why.
+        /// Reason of the failure.
         reason: Failure,
     },
 }
 
-/// Why a solution could not be continued.
+/// Reason why a solution could not be continued.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Failure {
@@ -354,9 +354,9 @@ pub enum Failure {
     StepTooSmall,
     /// The equation of an implicit step was not solved: take a smaller step.
     NotConverged,
-    /// The mass matrix is not positive definite: what dry friction holds is not defined there.
+    /// The mass matrix is not positive definite: the effect of dry friction is not defined there.
     NotDefinite,
-    /// No momentum belongs to the initial velocity: H is not convex in p there.
+    /// The initial velocity has no momentum: H is not convex in p there.
     NoMomentum,
 }
 

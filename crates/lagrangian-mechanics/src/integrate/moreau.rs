@@ -1,10 +1,10 @@
-//! Moreau's time stepping: dry friction as a set of forces, so that it holds what it can.
+//! Moreau's time stepping: dry friction as a set of forces, so that joints stick.
 
 use super::{Control, Failure, Sink, Solution, fixed};
 use crate::dynamics::Balance;
 use crate::forces::DrySolver;
 
-/// The balance of forces with dry friction: (t, q, q', what moves it).
+/// The balance of forces with dry friction: (t, q, q', balance).
 pub type Frictional<'a> = dyn FnMut(f64, &[f64], &[f64], &mut Balance) + 'a;
 
 /// Friction that brakes by less than this part of its limit did not brake a joint throughout a step.
@@ -14,10 +14,10 @@ const STEADY: f64 = 1.0 - 1e-9;
 ///
 ///   q̄ = q + h/2 v,   v̄ = (v + v⁺)/2,   M (v⁺ − v) + h b ∘ v̄ + h s ∘ sgn(v⁺) ∋ h f(t + h/2, q̄, v̄),   q⁺ = q̄ + h/2 v⁺.
 ///
-/// M, f and s are taken at (q̄, v), then once more at (q̄, v̄). A joint that its friction holds has v⁺ = 0 exactly, and stays where
-/// it is for any number of steps; joints that couple stick and slip each by themselves ([`DrySolver`]). A step is cut where a joint
-/// comes to rest in it: so friction never pushes a joint along its velocity, takes energy out only, and the order remains 2 through
-/// stops, starts and reversals. Where nothing has friction and f depends on
+/// M, f and s are evaluated at (q̄, v), then once more at (q̄, v̄). A joint that its friction holds has v⁺ = 0 exactly, and keeps
+/// its position for any number of steps; coupled joints stick and slip individually ([`DrySolver`]). A step is cut where a joint
+/// comes to rest in it. Thus friction never pushes a joint along its velocity, only dissipates energy, and the order remains 2
+/// through stops, starts and reversals. Without friction and with f a function of
 /// q alone it is the method of Störmer and Verlet.
 ///
 /// Moreau, Unilateral contact and dry friction in finite freedom dynamics, 1988, section 12; Stewart, Trinkle, An implicit
@@ -30,13 +30,13 @@ pub struct Moreau {
     velocity: Vec<f64>,
     next: Vec<f64>,
     balance: Balance,
-    /// (M + h/2 diag b) v⁺ + h s ∘ sgn(v⁺) ∋ r: matrix, r and h s.
+    /// Matrix, r and h s of (M + h/2 diag b) v⁺ + h s ∘ sgn(v⁺) ∋ r.
     system: Vec<f64>,
     rest: Vec<f64>,
     limit: Vec<f64>,
-    /// The velocities with another friction.
+    /// Velocities under another friction.
     trial: Vec<f64>,
-    /// The joints that come to rest at the end of the piece.
+    /// Joints that come to rest at the end of the piece.
     stops: Vec<bool>,
     solver: DrySolver,
 }
@@ -81,7 +81,7 @@ impl Moreau {
                 let Some((joint, part)) = self.first_stop(&x[n..]) else {
                     break;
                 };
-                // A joint that turns again and again within one step waits for the next one.
+                // A joint that reverses repeatedly within one step is left to the next step.
                 if pieces <= 2 * n {
                     self.stops.fill(false);
                     (piece, is_cut) = (piece * part, true);
@@ -97,7 +97,7 @@ impl Moreau {
         }
     }
 
-    /// Writes the accelerations of a state: a joint at rest under less than its friction has none.
+    /// Writes the accelerations of a state; a joint at rest under less than its friction has zero acceleration.
     ///
     /// # Errors
     /// As [`Moreau::step`].
@@ -159,7 +159,7 @@ impl Moreau {
         Ok(())
     }
 
-    /// The problem of a piece of h seconds from the velocities v.
+    /// Sets up the problem of a piece of h seconds from the velocities v.
     fn set_up(&mut self, h: f64, v: &[f64]) {
         let n = v.len();
         let balance = &self.balance;
@@ -188,8 +188,8 @@ impl Moreau {
         }
     }
 
-    /// Of the joints that friction does not brake with all its force throughout, though they move with the velocities v at first,
-    /// the one that comes to rest first, and the part of the piece until then.
+    /// Of the joints that friction does not brake at its limit throughout, though they move with the velocities v at first,
+    /// the one that comes to rest first, and the fraction of the piece until then.
     fn first_stop(&mut self, v: &[f64]) -> Option<(usize, f64)> {
         let n = v.len();
         let mut first: Option<(usize, f64)> = None;
@@ -209,7 +209,7 @@ impl Moreau {
         first
     }
 
-    /// The velocity of joint `i` at the end of the piece if its friction kept this direction throughout.
+    /// Velocity of joint `i` at the end of the piece if its friction kept this direction throughout.
     fn with_steady_friction(&mut self, i: usize, direction: f64) -> f64 {
         let (rest, limit) = (self.rest[i], self.limit[i]);
         (self.rest[i], self.limit[i]) = (rest - limit * direction, 0.0);
@@ -230,7 +230,7 @@ impl Moreau {
     }
 }
 
-/// Solves the balance `f` from the state x₀ = (q, q') at `times[0]` and gives (q, q') at every one of the `times` (increasing) to
+/// Solves the balance `f` from the state x₀ = (q, q') at `times[0]` and passes (q, q') at every one of the `times` (increasing) to
 /// `sink`.
 pub fn solve(
     f: &mut Frictional<'_>,

@@ -24,7 +24,7 @@ impl Rk4 {
     /// One step of size h, in place.
     ///
     /// # Errors
-    /// Never; a state that is not finite shows in `x`.
+    /// Never; a state that is not finite is written to `x`.
     pub fn step(
         &mut self,
         f: &mut FirstOrder<'_>,
@@ -34,7 +34,7 @@ impl Rk4 {
     ) -> Result<(), Failure> {
         self.stage.copy_from_slice(x);
         self.sum.copy_from_slice(x);
-        // Node of this stage, weight of its slope, and how far along it the next stage lies.
+        // Node of this stage, weight of its slope, and the distance along it of the next stage.
         for (node, weight, next) in [
             (0.0, 1.0, 0.5),
             (0.5, 2.0, 0.5),

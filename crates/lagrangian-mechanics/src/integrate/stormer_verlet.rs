@@ -1,4 +1,4 @@
-//! The leapfrog.
+//! The leapfrog method.
 
 use super::{Failure, SecondOrder, fixed_point};
 

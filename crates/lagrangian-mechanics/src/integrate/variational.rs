@@ -8,7 +8,7 @@ use lagrangian_motion::solve::{Regularity, SymmetricSolver};
 /// A Lagrangian with its forces: (t, q, v, slopes), which writes the slopes.
 pub type Mechanics<'a> = dyn FnMut(f64, &[f64], &[f64], &mut Slopes) + 'a;
 
-/// How the action of an interval is approximated, with v = (q₁ − q₀)/h (theory.md, equation 101).
+/// Approximation of the action of an interval, with v = (q₁ − q₀)/h (theory.md, equation 101).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Rule {
@@ -19,11 +19,11 @@ pub enum Rule {
     Trapezoidal,
 }
 
-/// Iterations at most.
+/// Maximum number of iterations.
 const MAX_ITERATIONS: usize = 50;
-/// After this many iterations the matrix is made of differences.
+/// Number of iterations with M as the matrix, before differences replace it.
 const WITH_MASS_MATRIX: usize = 8;
-/// Part of the velocity over which the residual is differenced.
+/// Part of the velocity over which differences of the residual are taken.
 const DIFFERENCE: f64 = 1e-6;
 
 /// The integrator of the discrete Euler–Lagrange equation, order 2, fixed step: with the forced discrete Legendre
@@ -32,25 +32,25 @@ const DIFFERENCE: f64 = 1e-6;
 ///   solve p⁻(q, q₁) = p for q₁, then p₁ = p⁺(q, q₁)   (theory.md, equations 102 and 103).
 ///
 /// Symplectic in (q, p) for every regular Lagrangian, also where M depends on q or L is not quadratic in the velocity;
-/// it keeps the momentum of every symmetry that the coordinates show as shifts or linear maps. Newton's method with M
+/// it conserves the momentum of every symmetry that acts on the coordinates as shifts or linear maps. Newton's method with M
 /// in the place of the Jacobian, and with differences where that converges slowly; it fails where h is of the order of
 /// the shortest period.
 /// Marsden, West, Discrete mechanics and variational integrators, Acta Numerica 2001, sections 1.3, 2.6 and 3.2.
 #[derive(Debug, Clone)]
 pub struct Variational {
     rule: Rule,
-    /// The slopes at the midpoint, or at the beginning of the interval.
+    /// Slopes at the midpoint, or at the beginning of the interval.
     first: Slopes,
-    /// The slopes at the end of the interval.
+    /// Slopes at the end of the interval.
     second: Slopes,
     newton: Newton,
-    /// The momentum of [`Variational::step`].
+    /// Momentum of [`Variational::step`].
     p: Vec<f64>,
     /// Trial velocity.
     v: Vec<f64>,
-    /// q at the end of the interval by the trial velocity.
+    /// q at the end of the interval for the trial velocity.
     end: Vec<f64>,
-    /// q at the midpoint by the trial velocity.
+    /// q at the midpoint for the trial velocity.
     middle: Vec<f64>,
     /// p⁻.
     minus: Vec<f64>,
@@ -66,7 +66,7 @@ struct Newton {
     jacobian: Vec<f64>,
     /// p − p⁻.
     residual: Vec<f64>,
-    /// The change of the velocity.
+    /// Change of the velocity.
     change: Vec<f64>,
 }
 
@@ -94,7 +94,7 @@ impl Variational {
         }
     }
 
-    /// The momenta p⁻ at the beginning and p⁺ at the end of the interval from q₀ at t to q₁ at t + h, `[n]` each.
+    /// Momenta p⁻ at the beginning and p⁺ at the end of the interval from q₀ at t to q₁ at t + h, `[n]` each.
     pub fn momenta(
         &mut self,
         f: &mut Mechanics<'_>,
@@ -110,7 +110,7 @@ impl Variational {
         (&self.minus, &self.plus)
     }
 
-    /// One step of size h of x = (q, v), in place: by the Legendre transform to (q, p), on, and back.
+    /// One step of size h of x = (q, v), in place: a Legendre transform to (q, p), a step, and the inverse transform.
     ///
     /// # Errors
     /// [`Failure::NotConverged`] where the step was not solved, [`Failure::NotFinite`] where L is not finite.
@@ -132,7 +132,7 @@ impl Variational {
         outcome
     }
 
-    /// One step of size h of (q, p), in place; `v` is a guess of the velocity, and becomes that over the step.
+    /// One step of size h of (q, p), in place; `v` is a guess of the velocity, and becomes the velocity over the step.
     ///
     /// # Errors
     /// As [`Variational::step`].
@@ -163,7 +163,7 @@ impl Variational {
         Err(Failure::NotConverged)
     }
 
-    /// The residual p − p⁻ at the trial velocity.
+    /// Evaluates the residual p − p⁻ at the trial velocity.
     fn evaluate(&mut self, f: &mut Mechanics<'_>, (t, h): (f64, f64), q: &[f64], p: &[f64]) {
         for (i, end) in self.end.iter_mut().enumerate() {
             *end = q[i] + h * self.v[i];
@@ -174,7 +174,7 @@ impl Variational {
         }
     }
 
-    /// Moves the trial velocity by a Newton step; its largest change and size.
+    /// Moves the trial velocity by a Newton step; returns its largest change and size.
     fn correct(
         &mut self,
         f: &mut Mechanics<'_>,
@@ -214,7 +214,7 @@ impl Variational {
         Ok((change, size))
     }
 
-    /// The Jacobian ∂p⁻/∂v by differences; the residual stays as it was.
+    /// Jacobian ∂p⁻/∂v by differences; the residual keeps its value.
     fn differences(&mut self, f: &mut Mechanics<'_>, at: (f64, f64), q: &[f64], p: &[f64]) {
         let (n, residual) = (self.v.len(), self.newton.residual.clone());
         let size = self.v.iter().fold(1e-3, |size: f64, v| size.max(v.abs()));
@@ -230,7 +230,7 @@ impl Variational {
         self.newton.residual = residual;
     }
 
-    /// p⁻ and p⁺ of the interval from `q` to `end`, whose velocity is `v`.
+    /// Evaluates p⁻ and p⁺ of the interval from `q` to `end`, whose velocity is `v`.
     fn transform(&mut self, f: &mut Mechanics<'_>, (t, h): (f64, f64), q: &[f64]) {
         let half = 0.5 * h;
         match self.rule {

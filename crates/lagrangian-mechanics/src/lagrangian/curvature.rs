@@ -1,4 +1,4 @@
-//! The second derivatives of L that involve q: what the second variation of the action needs beside M.
+//! The second derivatives of L that involve q, which the second variation of the action needs beside M.
 
 use super::{Jet, Jets};
 use lagrangian_motion::Coordinates;
@@ -32,7 +32,7 @@ impl Curvature {
         }
     }
 
-    /// Multiplies those at state `row` of `n` degrees of freedom.
+    /// Multiplies the derivatives at state `row` of `n` degrees of freedom by a factor.
     pub(crate) fn scale(&mut self, row: usize, n: usize, factor: f64) {
         for field in [&mut self.dl_dqdq, &mut self.dp_dq] {
             let own = &mut field[row * n * n..][..n * n];
@@ -40,7 +40,7 @@ impl Curvature {
         }
     }
 
-    /// Adds those of another Lagrangian at the same states.
+    /// Adds the derivatives of another Lagrangian at the same states.
     pub fn add(&mut self, other: &Self) {
         let pairs = [
             (&mut self.dl_dqdq, &other.dl_dqdq),
@@ -52,8 +52,8 @@ impl Curvature {
     }
 }
 
-/// A step of q over which a Lagrangian of coordinates of order one is smooth: the error of the formula, h⁴, is then
-/// as small as that of rounding, 1e-16/h.
+/// Step of q for a Lagrangian that is smooth over coordinates of order one: the error of the formula, h⁴, is then
+/// as small as the rounding error, 1e-16/h.
 pub const STEP: f64 = 1e-3;
 
 /// Weights of f(x + k h), k = −2, −1, 1, 2, in h f′(x): error h⁴ f⁽⁵⁾/30 (Abramowitz, Stegun 1964, 25.3.6).
@@ -126,7 +126,7 @@ mod tests {
             differences(&mut *jets, (&state.q, &state.qd), &vec![STEP; n], &mut near);
             let pairs = [(&near.dl_dqdq, &exact.dl_dqdq), (&near.dp_dq, &exact.dp_dq)];
             for (near, exact) in pairs {
-                // Derivatives that are 0 are so to rounding over a step.
+                // Derivatives that are 0 are zero to rounding over a step.
                 let size = exact.iter().fold(1e-3, |s: f64, x| s.max(x.abs()));
                 let mut both = near.iter().zip(exact);
                 assert!(

@@ -17,7 +17,7 @@ use crate::dynamics::Evaluator;
 use crate::expression::{Expressed, Moving};
 use lagrangian_motion::Coordinates;
 
-/// A Lagrangian's derivatives at a batch of `m` states, as far as the Euler–Lagrange equation needs them.
+/// Derivatives of a Lagrangian at a batch of `m` states, as far as the Euler–Lagrange equation needs them.
 ///
 /// All row-major; `n` degrees of freedom.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -66,7 +66,7 @@ impl Jet {
         }
     }
 
-    /// Multiplies all derivatives at state `row`.
+    /// Multiplies all derivatives at state `row` by a factor.
     pub(crate) fn scale(&mut self, row: usize, factor: f64) {
         let n = self.n();
         let parts = [
@@ -98,19 +98,19 @@ impl Jet {
 
 /// A Lagrangian L(q, q̇): a scalar from which the motion, the energy and the momenta follow.
 pub trait Lagrangian: Send + Sync {
-    /// The coordinates it is a function of.
+    /// Coordinates that it is a function of.
     fn coordinates(&self) -> &Coordinates;
 
-    /// An evaluator of its derivatives with its own scratch memory; one for each thread.
+    /// Evaluator of its derivatives with its own scratch memory; one for each thread.
     fn jets(&self) -> Box<dyn Jets + '_>;
 
-    /// An evaluator of its motion without friction that needs no derivatives of L, as the recursions over the bodies of a robot, where
-    /// there is one; the coordinates must all move.
+    /// Evaluator of its motion without friction that needs no derivatives of L, such as the recursions over the bodies of a robot;
+    /// `None` without one. The coordinates must all move.
     fn recursions(&self) -> Option<Box<dyn Evaluator + '_>> {
         None
     }
 
-    /// Its terms as expressions of a state, for code generators; `None` for one that was not written down.
+    /// Terms as expressions of a state, for code generators; `None` for a Lagrangian without expressions.
     fn expressed<'g>(&self, at: &Moving<'g>) -> Option<Expressed<'g>> {
         let _ = at;
         None
@@ -124,8 +124,8 @@ pub trait Jets: Send {
 
     /// Writes ∂²L/∂q∂q and ∂p/∂q at the `m` states to `curvature`, which it resizes.
     ///
-    /// Taken from differences of [`Jets::jet`] over steps of 10⁻³ of q (to some 10⁻⁹ where L changes over q of order one),
-    /// unless a family has them exactly.
+    /// By default from differences of [`Jets::jet`] over steps of 10⁻³ of q (to some 10⁻⁹ where L changes over q of order one);
+    /// some families compute them exactly.
     fn curvature(&mut self, q: &[f64], qd: &[f64], curvature: &mut Curvature) {
         let mut one = Jet::default();
         self.jet(q, qd, &mut one);

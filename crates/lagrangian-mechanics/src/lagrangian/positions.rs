@@ -1,10 +1,10 @@
-//! The features of the coordinates of one state in a chain of layers, and ∂L/∂q from their sensitivities.
+//! Features of the coordinates of one state in a chain of layers, and ∂L/∂q from their sensitivities.
 
 use super::scaled::{Features, Scaling};
 use lagrangian_motion::Coordinates;
 use nets::Chain;
 
-/// The features of the coordinates of one state, the first of a network.
+/// Features of the coordinates of one state, the first features of a network.
 #[derive(Debug, Default)]
 pub struct Positions(Vec<Features>);
 

@@ -1,4 +1,4 @@
-//! Scales that make a network's inputs and its Lagrangian of order one, without touching the structure.
+//! Scales that bring a network's inputs and its Lagrangian to order one, without a change of the structure.
 
 use num_dual::DualNum;
 use serde::{Deserialize, Serialize};
@@ -21,7 +21,7 @@ pub struct Scaling {
 }
 
 impl Scaling {
-    /// The scaling that changes nothing, for `n` degrees of freedom.
+    /// The identity scaling, for `n` degrees of freedom.
     #[must_use]
     pub fn identity(n: usize) -> Self {
         Self {
@@ -32,7 +32,7 @@ impl Scaling {
         }
     }
 
-    /// Checks that it has positive, finite scales for `n` coordinates.
+    /// Checks for positive, finite scales of `n` coordinates.
     ///
     /// # Errors
     /// [`Error::Shape`] or [`Error::Argument`].
@@ -77,7 +77,7 @@ impl Scaling {
         x
     }
 
-    /// How many features the coordinates have.
+    /// Number of features of the coordinates.
     #[must_use]
     pub fn features(coordinates: &Coordinates) -> usize {
         (0..coordinates.dof())
@@ -95,7 +95,7 @@ pub struct Features {
     pub slopes: [f64; 2],
     /// Second derivatives by q.
     pub bends: [f64; 2],
-    /// How many of them there are, 1 or 2.
+    /// Number of features, 1 or 2.
     pub count: usize,
 }
 

@@ -1,4 +1,4 @@
-//! The feature of a velocity or a momentum, and the kinetic term of the start in the same variable.
+//! The feature of a velocity or a momentum, and the initial kinetic term in the same variable.
 
 use num_dual::DualNum;
 use serde::{Deserialize, Serialize};
@@ -7,10 +7,10 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SpeedChart {
-    /// u = artanh(q̇/c), which has no end: for Lagrangians that grow without bound towards c.
+    /// u = artanh(q̇/c), which is unbounded: for Lagrangians that grow without bound towards c.
     #[default]
     Artanh,
-    /// u = arcsin(q̇/c), which ends at ±π/2: for those that stay finite there, as their momenta may not.
+    /// u = arcsin(q̇/c), which ends at ±π/2: for Lagrangians that stay finite there, though their momenta may not.
     Arcsin,
 }
 
@@ -21,7 +21,7 @@ impl SpeedChart {
     }
 }
 
-/// How the feature of a velocity (or momentum) z comes from it, s being its scale.
+/// Map from a velocity (or momentum) z to its feature, with the scale s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum VelocityTransform {
     /// u = z/s, kinetic term ½ u².
@@ -49,7 +49,7 @@ impl VelocityTransform {
         self != Self::Scaled
     }
 
-    /// Feature and kinetic term over any scalar: the slow, plain evaluation.
+    /// Feature and kinetic term over any scalar: slow and plain, the reference.
     pub fn evaluate<D: DualNum<Primitive = f64> + Copy>(
         self,
         (scale, energy): (f64, f64),

@@ -1,13 +1,13 @@
-//! The sum of two Lagrangians: that of a nominal model, and what was learned of the rest.
+//! The sum of two Lagrangians: that of a nominal model, and a learned correction.
 
 use super::{Curvature, Jet, Jets, Lagrangian};
 use crate::Visited;
 use crate::expression::{Expressed, Moving};
 use lagrangian_motion::{Coordinates, Error, Result};
 
-/// `L = L_known + L_rest`, of the same coordinates (theory.md, 48). All derivatives of L that the Euler–Lagrange
-/// equation needs are sums too, M and c among them.
-///
+/// `L = L_known + L_rest`, of the same coordinates (theory.md, 48). All derivatives of L in the Euler–Lagrange
+/// equation are sums too, M and c among them.
+/// A learned rest can be limited to the states that its data [visited](Self::within): beyond them the motion is that of the
 /// A rest that was learned can be limited to the states that its data [visited](Self::within): beyond them the motion is that of the
 /// known Lagrangian alone (theory.md, 132).
 #[derive(Debug, Clone)]
@@ -21,7 +21,7 @@ impl<A: Lagrangian, B: Lagrangian> Sum<A, B> {
     /// The sum of these two.
     ///
     /// # Errors
-    /// [`Error::Shape`] where they do not have the same number of coordinates.
+    /// [`Error::Shape`] for different numbers of coordinates.
     pub fn new(known: A, rest: B) -> Result<Self> {
         let (found, expected) = (known.coordinates().dof(), rest.coordinates().dof());
         Error::check_shape(
@@ -37,7 +37,7 @@ impl<A: Lagrangian, B: Lagrangian> Sum<A, B> {
         })
     }
 
-    /// The same sum, whose rest fades beyond these states.
+    /// This sum, with a rest that fades beyond these states.
     #[must_use]
     pub fn within(self, visited: Visited) -> Self {
         Self {
@@ -51,7 +51,7 @@ impl<A: Lagrangian, B: Lagrangian> Sum<A, B> {
         &self.known
     }
 
-    /// The Lagrangian that is added to the known one.
+    /// Lagrangian that is added to the known one.
     pub fn rest(&self) -> &B {
         &self.rest
     }
@@ -95,7 +95,7 @@ struct SumJets<'a> {
 }
 
 impl SumJets<'_> {
-    /// The states at which the rest does not count in full, with its part.
+    /// States at which the rest is weighted by less than 1, with the weights.
     fn faded<'b>(
         &self,
         q: &'b [f64],

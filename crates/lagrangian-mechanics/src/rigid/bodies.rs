@@ -10,14 +10,14 @@ use crate::forces::Dissipation;
 use crate::lagrangian::{Jets, Lagrangian};
 use lagrangian_motion::{Coordinates, Error, Result, counted};
 
-/// The gravity of a robot unless another is given, m/s².
+/// Default gravity of a robot, m/s².
 pub const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 
 /// Rigid bodies in a tree on a fixed base, L = ½ q̇ᵀM(q)q̇ − U(q) (theory.md, 40).
 ///
-/// Revolute and continuous joints are angles on the circle, rad; prismatic joints lines, m; each has the name of its
-/// joint. Optional terms of each joint: the inertia of a rotor that turns with it, ½ r q̇², and a constant torque o,
-/// −o q. Friction is no part of a Lagrangian: [`RigidBodies::dissipation`] has that of the description.
+/// Revolute and continuous joints are angles on the circle, rad; prismatic joints lines, m; each coordinate has the name of
+/// its joint. Optional terms of each joint: the inertia of a rotor that turns with it, ½ r q̇², and a constant torque o,
+/// −o q. Friction is not part of a Lagrangian: [`RigidBodies::dissipation`] has that of the description.
 ///
 /// ```
 /// use lagrangian_mechanics::Quantities;
@@ -42,14 +42,14 @@ impl RigidBodies {
     /// The robot of a URDF text, with all joints that can move, depth first in the order of the file.
     ///
     /// # Errors
-    /// [`Error::Robot`] naming the link or joint that cannot be used: no tree on a fixed base, more than
-    /// [`super::MAX_JOINTS`] joints, joints that mimic, float or slide in a plane, masses and inertias that no body
-    /// has.
+    /// [`Error::Robot`] naming the link or joint that cannot be used: links that are not a tree on a fixed base, more than
+    /// [`super::MAX_JOINTS`] joints, joints that mimic, float or slide in a plane, masses and inertias that a body
+    /// cannot have.
     pub fn from_urdf(text: &str) -> Result<Self> {
         Self::with_joints(text, &[])
     }
 
-    /// The robot of a URDF text with these joints in this order; all others are locked at 0. Without names, all move.
+    /// The robot of a URDF text with these joints in this order; all others are locked at 0. An empty list lets all joints move.
     ///
     /// # Errors
     /// As [`RigidBodies::from_urdf`]; [`Error::UnknownName`] for a joint that is not in the text.
@@ -69,10 +69,10 @@ impl RigidBodies {
         })
     }
 
-    /// The same robot under another gravity, m/s² in the axes of the base.
+    /// This robot under another gravity, m/s² in the axes of the base.
     ///
     /// # Errors
-    /// [`Error::Argument`] where it is not finite.
+    /// [`Error::Argument`] for a gravity that is not finite.
     pub fn with_gravity(mut self, gravity: [f64; 3]) -> Result<Self> {
         if let Some(value) = gravity.iter().find(|g| !g.is_finite()) {
             return Err(Error::argument(
@@ -85,11 +85,11 @@ impl RigidBodies {
         Ok(self)
     }
 
-    /// The same robot with a point mass on a link, kg, at `centre` in the link's frame, m: a payload. A negative mass
+    /// This robot with a point mass on a link, kg, at `centre` in the link's frame, m: a payload. A negative mass
     /// removes one.
     ///
     /// # Errors
-    /// [`Error::UnknownName`] for a link that is not there; [`Error::Argument`] where a number is not finite.
+    /// [`Error::UnknownName`] for an unknown link; [`Error::Argument`] for a number that is not finite.
     pub fn with_payload(mut self, link: &str, mass: f64, centre: [f64; 3]) -> Result<Self> {
         if let Some(value) = centre.iter().chain([&mass]).find(|x| !x.is_finite()) {
             let must = "finite: kg, and m in the frame of the link";
@@ -103,7 +103,7 @@ impl RigidBodies {
         Ok(self)
     }
 
-    /// The same robot with rotors that turn with the joints, kg·m² (kg where a joint slides), and constant torques, N·m;
+    /// This robot with rotors that turn with the joints, kg·m² (kg where a joint slides), and constant torques, N·m;
     /// `[n]` each.
     ///
     /// # Errors
@@ -117,8 +117,8 @@ impl RigidBodies {
         Ok(self)
     }
 
-    /// The same robot with coordinates of other names, such as those of a recording; the joints keep theirs. A coordinate without a
-    /// unit has that of its joint.
+    /// This robot with coordinates of other names, such as those of a recording; the joints keep theirs. A coordinate without a
+    /// unit takes the unit of its joint.
     ///
     /// # Errors
     /// [`Error::Robot`] for another number of coordinates, or an angle where a joint slides.
@@ -161,9 +161,9 @@ impl RigidBodies {
         &self.tree.joints
     }
 
-    /// The same robot with other inertial parameters, ten for each joint in the order of [`RigidBodies::inertial_parameters`].
+    /// This robot with other inertial parameters, ten for each joint in the order of [`RigidBodies::inertial_parameters`].
     ///
-    /// Any finite numbers: what is identified from data fixes some combinations only, and need not be a body.
+    /// Any finite numbers are allowed: identified parameters are fixed in some combinations only, and need not be a body.
     ///
     /// # Errors
     /// [`Error::Shape`] for another number; [`Error::NotFinite`].
@@ -187,7 +187,7 @@ impl RigidBodies {
         Ok(self)
     }
 
-    /// Mass, first and second moments of what moves with each joint, in the joint's frame with z along its axis:
+    /// Mass, first and second moments of all that moves with each joint, in the joint's frame with z along its axis:
     /// m, m·x, m·y, m·z, Ixx, Ixy, Ixz, Iyy, Iyz, Izz; `[n, 10]`, bodies depth first.
     #[must_use]
     pub fn inertial_parameters(&self) -> Vec<f64> {
@@ -198,7 +198,7 @@ impl RigidBodies {
             .collect()
     }
 
-    /// Viscous and Coulomb friction of the description's `dynamics`, where there is any; Coulomb friction changes its
+    /// Viscous and Coulomb friction of the description's `dynamics`, if present; Coulomb friction changes its
     /// sign over `smoothing`, rad/s.
     ///
     /// # Errors
@@ -226,13 +226,13 @@ impl RigidBodies {
         self.tree.bodies.len()
     }
 
-    /// The robot's name.
+    /// Name of the robot.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.description.name
     }
 
-    /// The last link that moves with the last joint, where a tool or a payload is.
+    /// Last link that moves with the last joint, which carries a tool or a payload.
     #[must_use]
     pub fn tip(&self) -> &str {
         let last = self.dof().checked_sub(1);
@@ -240,16 +240,16 @@ impl RigidBodies {
         moved.find(|p| p.body == last).map_or("", |p| &p.link)
     }
 
-    /// URDF of what was read, and no more than dynamics needs: what a model file keeps.
+    /// URDF of the parsed description, reduced to what dynamics needs; a model file stores it.
     #[must_use]
     pub fn urdf(&self) -> String {
         self.description.text()
     }
 
-    /// Where the link of this name is.
+    /// Place of the link of this name.
     ///
     /// # Errors
-    /// [`Error::UnknownName`] for a link that is not there.
+    /// [`Error::UnknownName`] for an unknown link.
     pub(super) fn place(&self, link: &str) -> Result<&Place> {
         let places = &self.tree.places;
         let found = places.iter().find(|p| p.link == link);
@@ -263,7 +263,7 @@ impl RigidBodies {
         })
     }
 
-    /// The tree of joints and bodies.
+    /// Tree of joints and bodies.
     #[must_use]
     pub fn tree(&self) -> &Tree {
         &self.tree
@@ -287,7 +287,7 @@ impl RigidBodies {
         &self.offset
     }
 
-    /// Its algorithms, one state a call.
+    /// Algorithms of this robot, one state a call.
     #[must_use]
     pub fn dynamics(&self) -> RigidDynamics<'_> {
         RigidDynamics::new(self)

@@ -1,4 +1,4 @@
-//! What data say about the quantities of links and joints: values before and after, standard errors, and how far the data
+//! Identified quantities of links and joints: values before and after, standard errors, and the degree to which the data
 //! determine each (theory.md, 47a).
 
 use faer::Mat;
@@ -14,39 +14,39 @@ use crate::forces::Dissipation;
 /// A quantity of a link or a joint.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Quantity {
-    /// Its name, such as `mass`, `centre_x`, `ixx` or `damping`.
+    /// Name, such as `mass`, `centre_x`, `ixx` or `damping`.
     pub name: &'static str,
-    /// Its unit.
+    /// Unit of the values.
     pub unit: &'static str,
-    /// Its value in the description, where that has one.
+    /// Value in the description, if it has one.
     pub before: Option<f64>,
     /// The identified value.
     pub after: f64,
-    /// The standard error of the identified value.
+    /// Standard error of the identified value.
     pub standard_error: f64,
-    /// The part of the prior's variance that the data removed, from 0 to 1.
+    /// Fraction of the prior's variance that the data removed, from 0 to 1.
     pub determined: f64,
-    /// Whether URDF has a place for it.
+    /// Whether URDF can store it.
     pub in_urdf: bool,
 }
 
-/// The part of the prior's variance below which the data do not determine a quantity.
+/// Fraction of removed prior variance below which the data do not determine a quantity.
 const LEAST_DETERMINED: f64 = 0.05;
 
 impl Quantity {
-    /// Whether the data say anything about it; where they do not, its value is that of the prior.
+    /// Whether the data determine it; otherwise its value is that of the prior.
     #[must_use]
     pub fn is_determined(&self) -> bool {
         self.determined >= LEAST_DETERMINED
     }
 }
 
-/// The quantities of a link or a joint.
+/// Quantities of a link or a joint.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PartChange {
-    /// The name of the link or joint.
+    /// Name of the link or joint.
     pub name: String,
-    /// Links that are fixed to this one: its quantities are those of all together.
+    /// Links that are fixed to this one: the quantities are those of all of them together.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub fixed: Vec<String>,
     /// The quantities.
@@ -56,10 +56,10 @@ pub struct PartChange {
 /// All quantities of a robot.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Changes {
-    /// Of each link that moves with a joint, with all that is fixed to it: mass, centre of mass and, about that,
+    /// Links that move with a joint, each with all that is fixed to it: mass, centre of mass and, about the centre,
     /// inertia, in the axes of the link.
     pub links: Vec<PartChange>,
-    /// Of each joint: rotor, constant torque and friction.
+    /// Joints: rotor, constant torque and friction of each.
     pub joints: Vec<PartChange>,
 }
 
@@ -71,8 +71,8 @@ pub struct Certainty {
 }
 
 impl Certainty {
-    /// After data about `values` whose residuals have the variance 1 by their weights, in the number of `torques`; the
-    /// strength of the prior is one in parts of the data.
+    /// Covariances after data about `values` whose weighted residuals have the variance 1, for the number of `torques`; the
+    /// strength of the prior is a fraction of the data.
     pub fn after(
         data: &Quadratic,
         torques: f64,
@@ -89,27 +89,27 @@ impl Certainty {
         }
     }
 
-    /// The standard error of each parameter, `[K]`.
+    /// Standard error of each parameter, `[K]`.
     pub fn errors(&self) -> Vec<f64> {
         let size = self.posterior.nrows();
         (0..size).map(|k| self.posterior[(k, k)].sqrt()).collect()
     }
 }
 
-/// A robot, its description, and what is known of its parameters.
+/// A robot, its description, and the identified parameters with their certainty.
 pub struct Known<'a> {
-    /// The robot, as it was identified.
+    /// Robot as identified.
     pub robot: &'a RigidBodies,
-    /// The robot, as it was described.
+    /// Robot as described.
     pub described: &'a RigidBodies,
-    /// The friction that was identified.
+    /// Identified friction.
     pub friction: Option<&'a Dissipation>,
-    /// How well the parameters are known.
+    /// Covariances of the parameters.
     pub certainty: &'a Certainty,
 }
 
 impl Known<'_> {
-    /// All quantities.
+    /// Changes of all quantities.
     pub fn changes(&self) -> Changes {
         let n = self.robot.dof();
         Changes {
@@ -243,14 +243,14 @@ const FRICTION: OfJoint = OfJoint::new("friction", "N·m", "N").in_urdf();
 
 const LOAD_SHARE: OfJoint = OfJoint::new("load share", "", "");
 
-/// The quantities of a link with this frame in its body.
+/// Quantities of a link with this frame in its body.
 fn of_link(inertia: &Inertia, frame: &Frame) -> [f64; PER_BODY] {
     let own = in_link(inertia, frame);
     let ([x, y, z], [xx, xy, xz, yy, yz, zz]) = (own.centre(), own.about_own_centre());
     [own.mass, x, y, z, xx, xy, xz, yy, yz, zz]
 }
 
-/// The derivatives of the quantities of a link by the ten parameters of its body, by central differences.
+/// Derivatives of the quantities of a link by the ten parameters of its body, by central differences.
 fn slopes(inertia: &Inertia, frame: &Frame) -> [[f64; PER_BODY]; PER_BODY] {
     let parameters = inertia.parameters();
     let [xx, _, _, yy, _, zz] = inertia.second;
@@ -289,7 +289,7 @@ fn squared(slope: &[f64; PER_BODY], covariance: &Mat<f64>, first: usize) -> f64 
         .max(0.0)
 }
 
-/// The part of a variance that data removed; a prior that says nothing has the variance 0 here.
+/// Fraction of a variance that data removed; a prior without information has the variance 0 here.
 fn removed(prior: f64, posterior: f64) -> f64 {
     match (prior > 0.0, posterior > 0.0) {
         (true, _) => (1.0 - posterior / prior).clamp(0.0, 1.0),

@@ -9,7 +9,7 @@
 //! | γ | strength of the prior | |
 //!
 //! A body of positive density has the parameters π if and only if J(π) ≻ 0 (Wensing, Kim, Slotine, IEEE RA-L 3, 2018).
-//! What is minimised is
+//! The minimised function is
 //!
 //! ```text
 //! πᵀ G π − 2 rᵀ π + γ Σ [tr(J₀⁻¹ J) − log det(J₀⁻¹ J) − 4] + γ Σ [x/x₀ − log(x/x₀) − 1] + γ Σ (x/x₀)²
@@ -17,7 +17,7 @@
 //!
 //! with the second sum over the coefficients that are positive, such as friction, and the third over those of either sign,
 //! the offsets. The prior of the bodies is the entropic divergence
-//! of Lee, Wensing, Park (IEEE T-RO 36, 2020, eq. 24): it does not depend on the choice of frames and units, and its
+//! of Lee, Wensing, Park (IEEE T-RO 36, 2020, eq. 24). It does not depend on the choice of frames and units, and its
 //! logarithm keeps every J positive definite. Newton's method finds the minimum in some ten steps.
 
 use faer::linalg::solvers::Solve;
@@ -26,28 +26,28 @@ use faer::{Mat, Side};
 use super::regressor::PER_BODY;
 use lagrangian_motion::solve::ridge::{Ridge, scales};
 
-/// The most Newton steps; ten to thirty are usual.
+/// Maximum number of Newton steps; ten to thirty are usual.
 const STEPS: usize = 100;
 
-/// A relative decrease that is rounding.
+/// Relative decrease of the cost that is rounding.
 const DECREASE: f64 = 1e-12;
 
-/// A pseudo-inertia: rows.
+/// A pseudo-inertia, by rows.
 pub(super) type Pseudo = [[f64; 4]; 4];
 
-/// The sums of squares of a least-squares problem, divided by the number of torques.
+/// Sums of squares of a least-squares problem, divided by the number of torques.
 #[derive(Debug, Clone)]
 pub struct Quadratic {
     /// G, `[K, K]`, row-major, both triangles.
     pub gram: Vec<f64>,
     /// r, `[K]`.
     pub right: Vec<f64>,
-    /// The mean square of the weighted torques.
+    /// Mean square of the weighted torques.
     pub torque: f64,
 }
 
 impl Quadratic {
-    /// No data about `size` parameters.
+    /// Zero data about `size` parameters.
     pub(crate) fn nothing(size: usize) -> Self {
         Self {
             gram: vec![0.0; size * size],
@@ -56,7 +56,7 @@ impl Quadratic {
         }
     }
 
-    /// The number of combinations of parameters that the data tell apart: eigenvalues of G with columns of length 1
+    /// Number of combinations of parameters that the data distinguish: eigenvalues of G with columns of length 1
     /// above `tolerance` of the largest.
     pub fn rank(&self, tolerance: f64) -> usize {
         let size = self.size();
@@ -73,7 +73,7 @@ impl Quadratic {
         values.iter().filter(|x| **x > tolerance * largest).count()
     }
 
-    /// K.
+    /// Number of parameters, K.
     pub fn size(&self) -> usize {
         self.right.len()
     }
@@ -82,7 +82,7 @@ impl Quadratic {
         &self.gram[k * self.size()..][..self.size()]
     }
 
-    /// The mean square of the weighted residuals at `values`, never below 0 by rounding.
+    /// Mean square of the weighted residuals at `values`, never below 0 by rounding.
     pub(crate) fn loss(&self, values: &[f64]) -> f64 {
         let terms = values.iter().zip(&self.right).enumerate();
         let sum: f64 = terms
@@ -92,28 +92,28 @@ impl Quadratic {
     }
 }
 
-/// What parameters are before there are data, and how much that weighs.
+/// Parameters before there are data, and the strength of this assumption.
 #[derive(Debug, Clone)]
 pub struct Prior {
     /// Inertial parameters of each body, `[bodies, 10]`; consistent.
     pub bodies: Vec<[f64; PER_BODY]>,
-    /// Values of the coefficients that follow the bodies: positive ones stay positive.
+    /// Coefficients that follow the bodies; positive ones stay positive.
     pub coefficients: Vec<Coefficient>,
 }
 
 /// A coefficient of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Coefficient {
-    /// Positive, and this before there are data.
+    /// Positive, with this value before there are data.
     Positive(f64),
-    /// Of either sign, 0 before there are data, and seldom larger than this.
+    /// Of either sign, 0 before there are data, and rarely larger than this.
     Around0(f64),
 }
 
 impl Prior {
-    /// Bodies that differ in nothing but their place, 3 kg with a radius of gyration of 0.1 m, and `of_joint` coefficients of
-    /// each joint: rotors of 0.1 kg·m², no offsets but for a tenth, friction of a tenth of the deviation `scale` of the torques, `[n]`,
-    /// and of 3 % of the load.
+    /// Bodies that differ only in their place, 3 kg with a radius of gyration of 0.1 m, and `of_joint` coefficients of
+    /// each joint: rotors of 0.1 kg·m², offsets of 0 ± 0.1 and friction of a tenth in units of the deviation `scale` of the torques, `[n]`,
+    /// and friction of 3 % of the load.
     pub fn generic(scale: &[f64], of_joint: usize) -> Self {
         let (mass, gyration) = (3.0, 0.1);
         let moment = 2.0 * mass * gyration * gyration;
@@ -156,13 +156,13 @@ pub fn is_consistent(parameters: &[f64; PER_BODY]) -> bool {
 pub struct Minimum {
     /// π, `[K]`: consistent bodies, positive coefficients.
     pub values: Vec<f64>,
-    /// What was minimised, at the minimum.
+    /// Minimum of the function.
     pub cost: f64,
-    /// Half of its Hessian, `[K, K]`: the information of data and prior, in parts of the variance of a residual.
+    /// Half of the Hessian, `[K, K]`: the information of data and prior, in parts of the variance of a residual.
     pub information: Mat<f64>,
 }
 
-/// Half of the Hessian of what is minimised, `[K, K]`, at `values`: the information of data and prior, in parts of the
+/// Half of the Hessian of the minimised function, `[K, K]`, at `values`: the information of data and prior, in parts of the
 /// variance of a residual.
 pub(crate) fn information(
     data: &Quadratic,
@@ -178,7 +178,7 @@ pub(crate) fn information(
     problem.slope(values).half_hessian
 }
 
-/// The inverse of an information, `[K, K]`; 0 in the rows of what it says nothing about.
+/// The inverse of an information, `[K, K]`; 0 in the rows of parameters without information.
 pub fn covariance(information: &Mat<f64>) -> Mat<f64> {
     let n = information.nrows();
     let scale: Vec<f64> = (0..n)
@@ -230,7 +230,7 @@ pub fn minimise(data: &Quadratic, prior: &Prior, strength: f64, start: &[f64]) -
     })
 }
 
-/// What [`minimise`] minimises.
+/// The function that [`minimise`] minimises.
 struct Problem<'a> {
     data: &'a Quadratic,
     prior: &'a Prior,
@@ -244,7 +244,7 @@ struct Slope {
 }
 
 impl Slope {
-    /// Newton's step, −H⁻¹ g. What neither data nor prior determine, such as an offset of a joint without data, stays.
+    /// Newton's step, −H⁻¹ g. Values without data and prior, such as an offset of a joint without data, do not change.
     fn step(&self) -> Option<Vec<f64>> {
         let n = self.gradient.len();
         let scale = scales(n, |k| self.half_hessian[(k, k)], 1e-300);
@@ -254,7 +254,7 @@ impl Slope {
 }
 
 impl Problem<'_> {
-    /// `None` outside of the consistent parameters.
+    /// Cost at these values; `None` outside of the consistent parameters.
     fn cost(&self, values: &[f64]) -> Option<f64> {
         let (bodies, coefficients) = split(values, self.prior.bodies.len());
         let mut divergence = 0.0;
@@ -309,7 +309,7 @@ impl Problem<'_> {
         }
     }
 
-    /// The first of the halved steps that lowers the cost enough (Armijo).
+    /// First of the halved steps that lowers the cost enough (Armijo).
     fn search(
         &self,
         from: &[f64],
@@ -445,7 +445,7 @@ mod tests {
         }
     }
 
-    /// Data that say which values all parameters have.
+    /// Data that determine all parameters to be these values.
     fn data(values: &[f64]) -> Quadratic {
         let size = values.len();
         let mut gram = vec![0.0; size * size];

@@ -8,18 +8,18 @@ use crate::dynamics::{Evaluation, Evaluator};
 use crate::lagrangian::{Jet, Jets};
 use lagrangian_motion::solve::{Regularity, SymmetricSolver};
 
-/// The quantities of one body in a sweep.
+/// Quantities of one body in a sweep.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Moving {
-    /// Its frame in its parent's at q.
+    /// Frame in the parent's at q.
     pub(super) frame: Frame,
     pub(super) twist: Twist,
     pub(super) acceleration: Twist,
     pub(super) wrench: Wrench,
     pub(super) momentum: Wrench,
-    /// Inertia of all that hangs on it.
+    /// Inertia of the body and all that it carries.
     composite: Inertia,
-    /// Gravity in its axes, and the potential of its origin per mass.
+    /// Gravity in the axes of the body, and the potential of its origin per mass.
     gravity: Vec3,
     height: f64,
 }
@@ -53,7 +53,7 @@ pub struct RigidDynamics<'a> {
 }
 
 impl Body {
-    /// Its frame in its parent's at q.
+    /// Frame in the parent's at q.
     #[inline(always)]
     pub(super) fn at(&self, q: f64) -> Frame {
         let Frame {
@@ -79,7 +79,7 @@ impl Body {
         }
     }
 
-    /// S·w: the part of a wrench that the joint feels.
+    /// S·w: the part of a wrench along the joint.
     #[inline(always)]
     pub(super) fn along(&self, w: &Wrench) -> f64 {
         if self.turns { w.moment[2] } else { w.force[2] }
@@ -95,7 +95,7 @@ impl Body {
         }
     }
 
-    /// A motion given in the frame of the joint before it moves, seen from the body at q.
+    /// A motion given in the frame of the joint before it moves, expressed in the body's frame at q.
     pub(super) fn after_moving(&self, t: Twist, q: f64) -> Twist {
         if !self.turns {
             let linear = add(t.linear, cross(t.angular, [0.0, 0.0, q]));
@@ -171,7 +171,7 @@ impl<'a> RigidDynamics<'a> {
         (own.frame.twist(twist), own.frame.twist(acceleration))
     }
 
-    /// Twists, spatial accelerations that hold gravity, and the wrenches that they need: outwards.
+    /// Twists, spatial accelerations that include gravity, and the wrenches that they need: the outward sweep.
     pub(super) fn outwards(&mut self, qd: &[f64], qdd: &[f64], gravity: Vec3) {
         let base = Twist {
             angular: [0.0; 3],
@@ -199,7 +199,7 @@ impl<'a> RigidDynamics<'a> {
         }
     }
 
-    /// τ from the wrenches: inwards.
+    /// τ from the wrenches: the inward sweep.
     fn inwards(&mut self, tau: &mut [f64]) {
         for (i, body) in self.bodies().iter().enumerate().rev() {
             let own = &self.moving[i];
@@ -321,8 +321,8 @@ impl<'a> RigidDynamics<'a> {
                 .sum::<f64>()
     }
 
-    /// L and its derivatives at one state, in two sweeps (theory.md, 42 to 44): with H the momentum of all that hangs
-    /// on a joint, p = S·H and ∂T/∂q = (v × S)·H; −∂U/∂q is the weight of the same along S.
+    /// L and its derivatives at one state, in two sweeps (theory.md, 42 to 44): with H the momentum of all that a joint
+    /// carries, p = S·H and ∂T/∂q = (v × S)·H; −∂U/∂q is its weight along S.
     fn derivatives(&mut self, q: &[f64], qd: &[f64], s: usize, jet: &mut Jet) {
         let n = self.n();
         let row = s * n..s * n + n;

@@ -1,8 +1,8 @@
 //! A robot written back into the URDF text that it was read from.
 //!
-//! Only `inertial` of the links that move and `dynamics` of the joints are edited. A body is all that moves with a joint:
-//! a link, and what is fixed to it or locked. The fixed links keep their inertia, and the moving link has the rest of the
-//! body; where that rest could not exist, the fixed links keep the largest part 1/2, 1/4, … that leaves a body.
+//! Only `inertial` of the moving links and `dynamics` of the joints are edited. A body is all that moves with a joint:
+//! a link, and all links fixed to it or locked. The fixed links keep their inertia, and the moving link has the rest of the
+//! body; where that rest is not a possible body, the fixed links keep the largest part 1/2, 1/4, … that leaves one.
 
 use roxmltree::Node;
 
@@ -15,16 +15,16 @@ use super::urdf::{Description, Inertial, child, children, document, unusable};
 use crate::forces::Dissipation;
 use lagrangian_motion::Result;
 
-/// How often the part that fixed links keep is halved before they are left without inertia.
+/// Number of halvings of the part that fixed links keep, before they are left without inertia.
 const HALVINGS: i32 = 30;
 
 impl RigidBodies {
-    /// The URDF `text` of this robot with its inertial parameters and, where it is given, viscous and Coulomb friction
+    /// The URDF `text` of this robot with its inertial parameters and, where `friction` is given, viscous and Coulomb friction
     /// (`damping`, `friction`); everything else stays byte for byte.
     ///
-    /// Read again, the text gives this robot but for what URDF has no place for: inertias of rotors, constant torques, the speed
-    /// over which Coulomb friction changes its sign, and Stribeck friction. Fixed links keep their inertia where what
-    /// remains for the link that moves is a body, otherwise a part of it.
+    /// Read again, the text gives this robot except for what URDF cannot store: inertias of rotors, constant torques, the speed
+    /// over which Coulomb friction changes its sign, and Stribeck friction. Fixed links keep their inertia where the
+    /// remainder for the moving link is a possible body, otherwise a part of it.
     ///
     /// # Errors
     /// [`lagrangian_motion::Error::Robot`] where the text is not URDF, is that of a robot with other kinematics, or a body cannot exist.
@@ -65,7 +65,7 @@ impl RigidBodies {
         Ok(edits.apply())
     }
 
-    /// Refuses the text of another robot.
+    /// Returns an error for the text of another robot.
     fn require_kinematics(&self, other: &Self) -> Result<()> {
         let (own, other) = (self.tree(), other.tree());
         let mut pairs = own.bodies.iter().zip(&other.bodies);
@@ -80,7 +80,7 @@ impl RigidBodies {
         }
     }
 
-    /// The inertias of the links of a body, which add up to it.
+    /// Inertias of the links of a body, which add up to the body's.
     fn links(&self, body: usize, description: &Description) -> Result<Vec<LinkInertia>> {
         let mut places = self.tree().places.iter().filter(|p| p.body == Some(body));
         let Some(moving) = places.next() else {
@@ -115,7 +115,7 @@ impl RigidBodies {
     }
 }
 
-/// Inertia seen from the frame of the link that carries it.
+/// Inertia in the frame of the link that carries it.
 pub(crate) fn in_link(inertia: &Inertia, place: &Frame) -> Inertia {
     inertia.seen_from_parent(&place.inverse())
 }
@@ -124,7 +124,7 @@ pub(crate) fn in_link(inertia: &Inertia, place: &Frame) -> Inertia {
 struct Fixed {
     name: String,
     inertial: Inertial,
-    /// In the frame of the body.
+    /// Inertia in the frame of the body.
     inertia: Inertia,
 }
 
@@ -156,13 +156,13 @@ impl Fixed {
     }
 }
 
-/// What is written of a link.
+/// The values that are written for a link.
 struct LinkInertia {
     name: String,
     mass: f64,
-    /// About the centre of mass.
+    /// Inertia about the centre of mass.
     inertia: [f64; 6],
-    /// The centre of mass, where it changes too; the inertia is then in the axes of the link.
+    /// Centre of mass, if it changes too; the inertia is then in the axes of the link.
     centre: Option<[f64; 3]>,
 }
 
@@ -205,7 +205,7 @@ impl LinkInertia {
     }
 }
 
-/// Writes an element that may be there already, which keeps its other attributes, and numbers that say the same.
+/// Writes an element, or updates the existing one, which keeps its other attributes and equal numbers.
 fn write_element(
     edits: &mut TextEdits<'_>,
     parent: Node<'_, '_>,
@@ -224,7 +224,7 @@ fn write_element(
     }
 }
 
-/// Those that are numbers.
+/// Words of the text that are numbers.
 fn numbers(text: &str) -> Vec<f64> {
     text.split_whitespace().flat_map(str::parse).collect()
 }

@@ -21,7 +21,7 @@ struct Placed<'g> {
     origin: Space<'g>,
 }
 
-/// What a body needs of its parent, and what it gives to it.
+/// Values that a body takes from its parent and passes to its children.
 #[derive(Clone, Copy)]
 struct State<'g> {
     twist: Pair<'g>,
@@ -147,7 +147,7 @@ impl Body {
 }
 
 impl RigidBodies {
-    /// L, p and M q̈ + c by one sweep outwards and one inwards.
+    /// L, p and M q̈ + c by one outward and one inward sweep.
     pub(crate) fn terms_of<'g>(&self, at: &Moving<'g>) -> Expressed<'g> {
         let graph = at.q.graph();
         let number = |x: f64| graph.number(x);
@@ -213,7 +213,7 @@ impl RigidBodies {
         }
     }
 
-    /// The parts of wrenches, each with those of all that hangs on its body, along the joints.
+    /// Components of wrenches along the joints, each wrench with those of all that its body carries.
     fn inwards<'g>(&self, frames: &[Placed<'g>], mut wrenches: Vec<Pair<'g>>) -> Vec<Value<'g>> {
         let mut along = Vec::new();
         for (i, body) in self.tree().bodies.iter().enumerate().rev() {

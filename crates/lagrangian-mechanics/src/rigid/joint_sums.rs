@@ -18,24 +18,24 @@ use super::regressor::PER_BODY;
 use lagrangian_motion::samples::Samples;
 use lagrangian_motion::solve::ridge::{Ridge, scales};
 
-/// The number of samples that are summed at a time.
+/// Number of samples that are summed at a time.
 const BLOCK: usize = 512;
 
-/// The friction of the joints.
+/// Friction terms of the joints.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Friction {
-    /// None.
+    /// Without friction.
     Frictionless,
-    /// Viscous and Coulomb friction, the latter with one smoothing speed for each joint, `[n]`.
+    /// Viscous and Coulomb friction, with the index of one smoothing speed for each joint, `[n]`.
     Coulomb(Vec<usize>),
-    /// The same and friction in proportion to the torque.
+    /// As `Coulomb`, with friction in proportion to the torque.
     Loaded(Vec<usize>),
     /// Viscous friction, and Coulomb friction with all smoothing speeds at once.
     Every,
 }
 
 impl Friction {
-    /// The smoothing speed of each joint, `[n]`, where there is one.
+    /// Index of the smoothing speed of each joint, `[n]`, if chosen.
     pub fn speeds(&self) -> Option<&[usize]> {
         match self {
             Self::Coulomb(speeds) | Self::Loaded(speeds) => Some(speeds),
@@ -47,7 +47,7 @@ impl Friction {
 /// Sums over samples.
 #[derive(Debug, Clone)]
 pub struct JointSums {
-    /// The number of samples.
+    /// Number of samples.
     pub samples: usize,
     speeds: usize,
     joints: Vec<Moments>,
@@ -80,7 +80,7 @@ impl Moments {
         self
     }
 
-    /// The sum of the squared residuals for columns with these values, the others being 0.
+    /// Sum of the squared residuals for columns with these values, the others being 0.
     fn residual(&self, terms: &[(usize, f64)]) -> f64 {
         let of_column = |&(k, x): &(usize, f64)| {
             let row: f64 = terms.iter().map(|&(j, y)| self.gram[(k, j)] * y).sum();
@@ -91,7 +91,7 @@ impl Moments {
 }
 
 impl JointSums {
-    /// Over the samples of `range`; Coulomb friction changes its sign over each of `speeds`, rad/s or m/s.
+    /// Sums over the samples of `range`; Coulomb friction changes its sign over each of `speeds`, rad/s or m/s.
     pub fn over(
         samples: &Samples,
         range: Range<usize>,
@@ -113,7 +113,7 @@ impl JointSums {
             .fold(Self::zero(robot.dof(), speeds.len()), Self::plus)
     }
 
-    /// Sums over no samples.
+    /// Sums over an empty set of samples.
     pub fn zero(n: usize, speeds: usize) -> Self {
         let size = PER_BODY * n + 3 + 2 * speeds;
         Self {
@@ -194,12 +194,12 @@ impl JointSums {
         }
     }
 
-    /// n.
+    /// Number of joints n.
     pub(crate) fn dof(&self) -> usize {
         self.joints.len()
     }
 
-    /// The number of coefficients of each joint.
+    /// Number of coefficients of each joint.
     pub fn of_joint(&self, friction: &Friction) -> usize {
         match friction {
             Friction::Frictionless => 2,
@@ -209,7 +209,7 @@ impl JointSums {
         }
     }
 
-    /// The columns of yⱼ that are in use, each with its place in π.
+    /// Columns of yⱼ that are in use, each with its index in π.
     fn columns(&self, j: usize, friction: &Friction) -> Vec<(usize, usize)> {
         let (n, bodies) = (self.dof(), PER_BODY * self.dof());
         let of_joint: Vec<usize> = match friction {
@@ -227,7 +227,7 @@ impl JointSums {
         (0..bodies).map(|k| (k, k)).chain(own).collect()
     }
 
-    /// The weighted sums of all joints: those of joint j count `weights[j]`².
+    /// Weighted sums of all joints: those of joint j are multiplied by `weights[j]`².
     pub fn quadratic(&self, weights: &[f64], friction: &Friction) -> Quadratic {
         let size = (PER_BODY + self.of_joint(friction)) * self.dof();
         let (mut gram, mut right, mut torque) = (vec![0.0; size * size], vec![0.0; size], 0.0);
@@ -250,7 +250,7 @@ impl JointSums {
         }
     }
 
-    /// The mean square of the residuals of each joint at π, `[n]`.
+    /// Mean square of the residuals of each joint at π, `[n]`.
     pub fn mean_squares(&self, values: &[f64], friction: &Friction) -> Vec<f64> {
         let count = self.samples.max(1) as f64;
         let of_joint = |(j, sums): (usize, &Moments)| {
@@ -261,7 +261,7 @@ impl JointSums {
         self.joints.iter().enumerate().map(of_joint).collect()
     }
 
-    /// The smoothing speed of each joint whose regression, on these samples and with any body for each joint, has the
+    /// Smoothing speed of each joint whose regression, on these samples and with any body for each joint, has the
     /// smallest residual on the samples of `other`.
     pub fn smoothing(&self, other: &Self, ridge: f64) -> Friction {
         let joint = |j: usize| {
@@ -273,7 +273,7 @@ impl JointSums {
         Friction::Coulomb((0..self.dof()).into_par_iter().map(joint).collect())
     }
 
-    /// The mean square residual on `other` of a ridge regression of joint j alone; infinite where it has no solution.
+    /// Mean square residual on `other` of a ridge regression of joint j alone; infinite without a solution.
     fn regression(&self, j: usize, speed: usize, other: &Self, ridge: f64) -> f64 {
         let columns: Vec<usize> = self
             .columns(j, &Friction::Coulomb(vec![speed; self.dof()]))

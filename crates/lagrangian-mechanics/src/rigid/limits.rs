@@ -1,4 +1,4 @@
-//! What the joints of a robot may do.
+//! Limits of the joints of a robot.
 
 use std::f64::consts::PI;
 
@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::urdf::{child, children, document, optional_number};
 use lagrangian_motion::{Error, Result};
 
-/// The limits of a joint, as far as they are known; SI units.
+/// Limits of a joint, as far as they are known; SI units.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct JointLimits {
     /// The smallest coordinate, rad or m.
@@ -17,20 +17,20 @@ pub struct JointLimits {
     pub upper: Option<f64>,
     /// The largest speed, rad/s or m/s.
     pub velocity: Option<f64>,
-    /// The largest acceleration, rad/s² or m/s²; where it is not known, the speed is reached in half a second.
+    /// The largest acceleration, rad/s² or m/s²; by default, the speed is reached in half a second.
     pub acceleration: Option<f64>,
-    /// The largest torque, N·m, or force, N; where it is not known, no torque is too large.
+    /// The largest torque, N·m, or force, N; by default unlimited.
     pub effort: Option<f64>,
 }
 
-/// The time in which a joint reaches its speed, where its acceleration is not known, s.
+/// Time in which a joint reaches its speed, if its acceleration is not known, s.
 const TIME_TO_SPEED: f64 = 0.5;
 
 impl JointLimits {
     /// The `limit` of these joints of a URDF text. A continuous joint may turn to ±π.
     ///
     /// # Errors
-    /// [`Error::Robot`] where the text is not URDF, or a limit is not a number.
+    /// [`Error::Robot`] for text that is not URDF, or a limit that is not a number.
     ///
     /// ```
     /// use lagrangian_mechanics::rigid::{self, JointLimits};
@@ -66,7 +66,7 @@ impl JointLimits {
         })
     }
 
-    /// These limits, and those of `other` where they are not known.
+    /// These limits, with those of `other` for the unknown ones.
     #[must_use]
     pub fn or(self, other: Self) -> Self {
         Self {
@@ -79,7 +79,7 @@ impl JointLimits {
     }
 }
 
-/// Limits that are all known, and finite but for the effort.
+/// Limits that are all known, and finite except for the effort.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Bounds {
     pub(super) lower: f64,
@@ -90,10 +90,10 @@ pub(super) struct Bounds {
 }
 
 impl Bounds {
-    /// The part `margin` of the limits of `joint`.
+    /// The fraction `margin` of the limits of `joint`.
     ///
     /// # Errors
-    /// [`Error::Setting`] for one that is missing or leaves no motion.
+    /// [`Error::Setting`] for a limit that is missing or allows no motion.
     pub(super) fn of(limits: &JointLimits, joint: &str, margin: f64) -> Result<Self> {
         let known = |value: Option<f64>, name: &str| {
             value.ok_or_else(|| {

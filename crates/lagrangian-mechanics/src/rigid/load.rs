@@ -1,4 +1,4 @@
-//! A body that is fixed to a link, such as a payload: its torques, and these as a linear function of its ten inertial
+//! A body that is fixed to a link, such as a payload: its torques, and the torques as a linear function of its ten inertial
 //! parameters (theory.md, 45 and 46).
 
 use super::bodies::RigidBodies;
@@ -18,7 +18,7 @@ pub fn is_body(load: &LoadParameters) -> bool {
     is_consistent(load)
 }
 
-/// The torques of a body on a link of a robot, apart from those of the robot itself; it allocates nothing once it is made.
+/// Torques of a body on a link of a robot, apart from those of the robot itself; allocates nothing once constructed.
 ///
 /// ```
 /// use lagrangian_mechanics::Quantities;
@@ -42,11 +42,11 @@ pub fn is_body(load: &LoadParameters) -> bool {
 #[derive(Debug, Clone)]
 pub struct LinkLoad<'a> {
     dynamics: RigidDynamics<'a>,
-    /// The body that carries the link; `None`: the base.
+    /// Body that carries the link; `None` for the base.
     body: Option<usize>,
-    /// The frame of the link in the body.
+    /// Frame of the link in the body.
     frame: Frame,
-    /// Bodies with one parameter of 1 and no other, in the axes of the body.
+    /// Unit bodies, with one parameter of 1 and the others 0, in the axes of the body.
     units: [Inertia; PER_BODY],
 }
 
@@ -54,7 +54,7 @@ impl<'a> LinkLoad<'a> {
     /// A load on the link of this name.
     ///
     /// # Errors
-    /// [`Error::UnknownName`](lagrangian_motion::Error::UnknownName) for a link that is not there.
+    /// [`Error::UnknownName`](lagrangian_motion::Error::UnknownName) for an unknown link.
     pub fn new(robot: &'a RigidBodies, link: &str) -> Result<Self> {
         let place = robot.place(link)?;
         let unit = |k: usize| {
@@ -108,20 +108,20 @@ impl<'a> LinkLoad<'a> {
 }
 
 impl RigidDynamics<'_> {
-    /// Frames, twists and accelerations of all bodies.
+    /// Updates frames, twists and accelerations of all bodies.
     pub(super) fn follow(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) {
         self.place(q);
         self.outwards(qd, qdd, self.robot.gravity());
     }
 
-    /// The wrench that an inertia needs to move with a body.
+    /// Wrench that an inertia needs to move with a body.
     pub(super) fn needed(&self, body: usize, inertia: &Inertia) -> Wrench {
         let own = &self.moving[body];
         let turning = own.twist.cross_wrench(inertia.times(own.twist));
         inertia.times(own.acceleration).plus(turning)
     }
 
-    /// What the joints that carry a body feel of a wrench on it, each by its coordinate.
+    /// Writes the torques that a wrench on a body causes at the joints that carry it, each by its coordinate.
     pub(super) fn felt(&self, body: usize, wrench: Wrench, mut write: impl FnMut(usize, f64)) {
         let (bodies, mut wrench, mut at) = (self.bodies(), wrench, body);
         loop {

@@ -1,36 +1,36 @@
-//! The body that explains torques best, one Newton step at a time (theory.md, 47 and 59b).
+//! The body that best explains torques, one Newton step at a time (theory.md, 47 and 59b).
 //!
 //! | symbol | meaning | shape |
 //! |---|---|---|
 //! | π | inertial parameters of the load | 10 |
 //! | A, b | Σ Yᵀ W Y and Σ Yᵀ W τ over samples | 10 × 10, 10 |
 //! | J(π), J₀ | pseudo-inertia of the load, and of the prior | 4 × 4 |
-//!
-//! What is minimised is f(π) = ½ πᵀ A π − bᵀ π + tr(J₀⁻¹ J) − log det J: the convex function of `consistent` for one body
-//! whose torques are measured in parts of their noise. Its barrier −log det J is self-concordant, so that a Newton step s of
-//! the length 1 / (1 + λ), with λ² = sᵀ B s for the Hessian B of the barrier, lowers f and never leaves the bodies that can
-//! exist (Nesterov, Nemirovskii, *Interior-Point Polynomial Algorithms in Convex Programming*, 1994, chapter 2): there is no
+//! The minimised function is f(π) = ½ πᵀ A π − bᵀ π + tr(J₀⁻¹ J) − log det J: the convex function of `consistent` for one body
+//! whose torques are measured in units of their noise. Its barrier −log det J is self-concordant, so that a Newton step s of
+//! the length 1 / (1 + λ), with λ² = sᵀ B s for the Hessian B of the barrier, lowers f and never leaves the set of possible
+//! bodies (Nesterov, Nemirovskii, *Interior-Point Polynomial Algorithms in Convex Programming*, 1994, chapter 2). A line
+//! search is not needed, and each step costs the same.
 //! search for a length, and each step costs the same.
 
 use super::consistent::{UNITS, inverse_of, times, trace, transposed};
 use super::load::{LoadParameters, is_body};
 use super::regressor::PER_BODY;
 
-/// How far a step may go on the way to the border of the bodies that can exist: further on, many steps would lead so near to
-/// it that rounding holds them there.
+/// Largest fraction of the distance to the border of the possible bodies that a step may cover: beyond it, many steps would
+/// lead so near to the border that rounding holds them there.
 const LARGEST: f64 = 0.8;
 
-/// What torques say about a load: A and b.
+/// Information of torques about a load: A and b.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LoadSums {
-    /// A, whose lower triangle counts; 1/kg² and so on.
+    /// A, of which only the lower triangle is used; 1/kg² and so on.
     pub information: [[f64; PER_BODY]; PER_BODY],
-    /// b.
+    /// Right-hand side b.
     pub right: LoadParameters,
 }
 
 impl LoadSums {
-    /// Multiplies what is known by `factor`, from 0 to 1: forgets.
+    /// Multiplies the sums by `factor`, from 0 to 1, to forget old data.
     pub fn forget(&mut self, factor: f64) {
         self.information
             .iter_mut()
@@ -39,7 +39,7 @@ impl LoadSums {
             .for_each(|x| *x *= factor);
     }
 
-    /// Adds one torque: a row y of the regressor, the torque that y·π is to explain, and its weight, one over the variance
+    /// Adds one torque: a row y of the regressor, the torque that y·π explains, and its weight, 1 / variance
     /// of its noise.
     pub fn add(&mut self, row: &LoadParameters, torque: f64, weight: f64) {
         for (k, y) in row.iter().enumerate() {
@@ -50,7 +50,7 @@ impl LoadSums {
         }
     }
 
-    /// 2 bᵀ π − πᵀ A π: by how much π lowers the sum of the squared torques in parts of their noise.
+    /// 2 bᵀ π − πᵀ A π: the amount by which π lowers the sum of the squared torques in units of their noise.
     #[must_use]
     pub fn explained(&self, load: &LoadParameters) -> f64 {
         dot(&self.right, load) - dot(&self.gradient(load), load)
@@ -65,7 +65,7 @@ impl LoadSums {
     }
 }
 
-/// What a load is like before there are torques: a ball at the origin of the link.
+/// Prior of a load before there are torques: a ball at the origin of the link.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadPrior {
     ball: LoadParameters,
@@ -74,8 +74,8 @@ pub struct LoadPrior {
 }
 
 impl LoadPrior {
-    /// A ball of this mass, kg, and radius of gyration, m; both above 0. The estimate may become as heavy as the torques
-    /// say: the mass only sets what is large.
+    /// A ball of this mass, kg, and radius of gyration, m; both above 0. The estimate may become heavier if the torques
+    /// require it: the mass only sets the scale.
     #[must_use]
     pub fn ball(mass: f64, gyration: f64) -> Self {
         let ball = ball(mass, gyration);
@@ -86,14 +86,14 @@ impl LoadPrior {
         }
     }
 
-    /// A load that can exist and weighs next to nothing, a thousandth of the prior: where an estimate begins.
+    /// Initial estimate: a possible load that weighs very little, a thousandth of the prior.
     #[must_use]
     pub fn start(&self) -> LoadParameters {
         self.ball.map(|x| 1e-3 * x)
     }
 
-    /// Takes one Newton step from `load`, a body that can exist, to another, and returns its length in parts of the
-    /// uncertainty: below 0.01 the estimate is where it belongs. Where the sums are not finite `load` stays, and the length is
+    /// Takes one Newton step from `load`, a possible body, to another, and returns its length in units of the
+    /// uncertainty: below 0.01 the estimate has converged. Where the sums are not finite, `load` is kept and the length is
     /// infinite.
     pub fn step(&self, sums: &LoadSums, load: &mut LoadParameters) -> f64 {
         let barrier = Barrier::at(load);
@@ -110,7 +110,7 @@ impl LoadPrior {
         let norm = barrier.norm(&step);
         let length = (1.0 / (1.0 + norm)).min(LARGEST / norm);
         let next: LoadParameters = std::array::from_fn(|k| load[k] - length * step[k]);
-        // Rounding can do what a step in exact arithmetic cannot.
+        // Rounding can leave the possible bodies, which a step in exact arithmetic cannot.
         if !is_body(&next) {
             return f64::INFINITY;
         }
@@ -119,7 +119,7 @@ impl LoadPrior {
     }
 }
 
-/// −log det J and its derivatives at a body; the lower triangle of the Hessian counts.
+/// −log det J and its derivatives at a body; only the lower triangle of the Hessian is used.
 struct Barrier {
     gradient: LoadParameters,
     hessian: [[f64; PER_BODY]; PER_BODY],
@@ -160,7 +160,7 @@ fn ball(mass: f64, gyration: f64) -> LoadParameters {
     [mass, 0.0, 0.0, 0.0, moment, 0.0, 0.0, moment, 0.0, moment]
 }
 
-/// H⁻¹ g by Cholesky's method in place of the lower triangle of H; `None` where H is not positive definite.
+/// Solves H x = g by Cholesky's method, in place of the lower triangle of H; `None` where H is not positive definite.
 fn solve(h: &mut [[f64; PER_BODY]; PER_BODY], g: &LoadParameters) -> Option<LoadParameters> {
     let mut x = *g;
     for i in 0..PER_BODY {
@@ -190,7 +190,7 @@ mod tests {
     /// 0.5 kg, some centimetres from the origin and wide.
     const LOAD: LoadParameters = [0.5, 0.02, -0.01, 0.03, 6e-3, 1e-4, 0.0, 7e-3, 2e-4, 5e-3];
 
-    /// Torques that tell every parameter of `load`, each with this weight.
+    /// Torques that determine every parameter of `load`, each with this weight.
     fn sums(load: &LoadParameters, weight: f64) -> LoadSums {
         let mut sums = LoadSums::default();
         for k in 0..PER_BODY {

@@ -1,4 +1,4 @@
-//! How torques change with the place of a joint: the tangent of the recursive Newton–Euler algorithm.
+//! Derivatives of torques by the place of a joint: the tangent of the recursive Newton–Euler algorithm.
 //!
 //! A displacement δ of the frame of joint i in its parent, as a twist in the axes of the frame, changes the twist and the
 //! acceleration that the joint passes on by −δ × v and −δ × a, and the wrench that it hands back by δ ×* f.
@@ -6,7 +6,7 @@
 use super::dynamics::RigidDynamics;
 use super::spatial::{Twist, Wrench, add, cross, scale};
 
-/// The memory of [`RigidDynamics::placement_derivative`].
+/// Scratch memory of [`RigidDynamics::placement_derivative`].
 #[derive(Debug, Clone, Default)]
 pub struct Tangents {
     twists: Vec<Option<(Twist, Twist)>>,
@@ -15,7 +15,7 @@ pub struct Tangents {
 
 impl RigidDynamics<'_> {
     /// Writes ∂τ/∂ε for the frame of the joint of coordinate `joint` displaced by ε `displacement` before the joint moves,
-    /// its body and all that it carries with it. To be called after the inverse dynamics of the same state.
+    /// together with its body and all that it carries. To be called after the inverse dynamics of the same state.
     pub fn placement_derivative(
         &self,
         (q, qd): (&[f64], &[f64]),
@@ -68,7 +68,7 @@ impl RigidDynamics<'_> {
 }
 
 impl Twist {
-    /// v × w: how a motion w that moves with the frame changes.
+    /// v × w: the change of a motion w that moves with the frame.
     fn cross(self, other: Self) -> Self {
         Self {
             angular: cross(self.angular, other.angular),

@@ -1,5 +1,5 @@
-//! What no robot has: lengths of hundreds of metres, angles of many turns, friction that drives. It is a matter of units or of a
-//! slip of the pen, and a model of it would be wrong in silence.
+//! Checks for implausible robots: lengths of hundreds of metres, angles of many turns, friction that drives. They come from wrong
+//! units or typing errors, and a model of such a robot would be wrong without notice.
 
 use std::f64::consts::TAU;
 
@@ -7,18 +7,18 @@ use super::spatial::Vec3;
 use super::urdf::{Inertial, JointKind, unusable};
 use lagrangian_motion::Result;
 
-/// Links and joints are nearer to one another than this, m.
+/// Maximum coordinate of the origin of a link or joint, m.
 const FARTHEST: f64 = 100.0;
-/// The rotation of a frame is written within so many turns: 7 may be radians, 90 are degrees.
+/// Maximum angle of the rotation of a frame, in turns: 7 may be radians, 90 are degrees.
 const MOST_TURNS: f64 = 1.05;
-/// The limits of a joint that turns are within so many turns of each other.
+/// Maximum range between the limits of a joint that turns, in turns.
 const MOST_TURNS_OF_JOINT: f64 = 6.0;
-/// No link is heavier, kg.
+/// Maximum mass of a link, kg.
 const HEAVIEST: f64 = 1e5;
-/// The radius of gyration of a link, m.
+/// Maximum radius of gyration of a link, m.
 const WIDEST: f64 = 30.0;
 
-/// Refuses the place of a link or joint that is not in m and rad.
+/// Returns an error for the place of a link or joint that is not in m and rad.
 pub(super) fn place(xyz: Vec3, rpy: Vec3, of: &str) -> Result<()> {
     if let Some(x) = xyz.iter().find(|x| x.abs() > FARTHEST) {
         let finding = format!("{of}: its origin is {x} m away");
@@ -37,7 +37,7 @@ pub(super) fn place(xyz: Vec3, rpy: Vec3, of: &str) -> Result<()> {
     Ok(())
 }
 
-/// Refuses mass and inertia that are not in kg and kg m².
+/// Returns an error for mass and inertia that are not in kg and kg m².
 pub(super) fn inertial(i: &Inertial, of: &str) -> Result<()> {
     place(i.xyz, i.rpy, of)?;
     if i.mass > HEAVIEST {
@@ -59,7 +59,7 @@ pub(super) fn inertial(i: &Inertial, of: &str) -> Result<()> {
     Ok(())
 }
 
-/// Refuses friction that drives a joint.
+/// Returns an error for friction that drives a joint.
 pub(super) fn friction(damping: f64, friction: f64, of: &str) -> Result<()> {
     for (name, value) in [("damping", damping), ("friction", friction)] {
         if value < 0.0 {
@@ -73,7 +73,7 @@ pub(super) fn friction(damping: f64, friction: f64, of: &str) -> Result<()> {
     Ok(())
 }
 
-/// Refuses limits between which there is nothing, or more than a joint turns.
+/// Returns an error for limits that leave no range, or more than a joint turns.
 pub(super) fn limits(
     kind: JointKind,
     lower: Option<f64>,

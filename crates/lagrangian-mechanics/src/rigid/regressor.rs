@@ -4,10 +4,10 @@
 use super::dynamics::RigidDynamics;
 use super::spatial::Inertia;
 
-/// Inertial parameters of a body.
+/// Number of inertial parameters of a body.
 pub const PER_BODY: usize = 10;
 
-/// Their names, in the order of `Inertia::parameters`.
+/// Names of the parameters, in the order of `Inertia::parameters`.
 pub const NAMES: [&str; PER_BODY] = [
     "mass",
     "mass_x",
@@ -23,8 +23,8 @@ pub const NAMES: [&str; PER_BODY] = [
 
 impl RigidDynamics<'_> {
     /// The regressor Y(q, q̇, q̈) with τ = Y π for the inertial parameters π of
-    /// [`RigidBodies::inertial_parameters`](super::RigidBodies::inertial_parameters), `[n, 10 n]`, row-major: what each
-    /// body's wrench of one unit parameter does to the joints that carry it.
+    /// [`RigidBodies::inertial_parameters`](super::RigidBodies::inertial_parameters), `[n, 10 n]`, row-major: for each
+    /// unit parameter of a body, the torques of the resulting wrench at the joints that carry the body.
     pub fn inertial_regressor(
         &mut self,
         q: &[f64],

@@ -6,21 +6,21 @@ use super::bodies::RigidBodies;
 use super::urdf::{Description, unusable};
 use lagrangian_motion::{Coordinates, Result};
 
-/// A robot for a fit, as text, so that settings and model files need no other file.
+/// A robot for a fit, as text, so that settings and model files do not depend on other files.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RobotConfig {
     /// URDF.
     pub urdf: String,
-    /// The joints that move, in the order of the data; none: those that the data name, or all.
+    /// Names of the joints that move, in the order of the data; if empty, those that the data name, or all.
     pub joints: Vec<String>,
 }
 
 impl RobotConfig {
-    /// A robot from URDF, of which only what dynamics needs is kept.
+    /// A robot from URDF, reduced to what dynamics needs.
     ///
     /// # Errors
-    /// [`lagrangian_motion::Error::Robot`] where it cannot be read.
+    /// [`lagrangian_motion::Error::Robot`] for a description that cannot be read.
     pub fn new(urdf: &str, joints: Vec<String>) -> Result<Self> {
         let urdf = Description::read(urdf)?.text();
         Ok(Self { urdf, joints })
@@ -28,7 +28,7 @@ impl RobotConfig {
 
     /// The robot whose coordinates are those of the data.
     ///
-    /// Where the data name joints of the robot, they are taken by name; otherwise by their order.
+    /// Joints are taken by name where the data use names of the robot's joints, otherwise by their order.
     ///
     /// # Errors
     /// As [`RigidBodies::with_joints`] and [`RigidBodies::with_coordinates`]; [`lagrangian_motion::Error::Robot`] where the data
@@ -54,7 +54,7 @@ impl RobotConfig {
 }
 
 impl RigidBodies {
-    /// The configuration that makes this robot.
+    /// Configuration that makes this robot.
     #[must_use]
     pub fn config(&self) -> RobotConfig {
         RobotConfig {
@@ -73,7 +73,7 @@ pub struct RobotShape {
 }
 
 impl RobotShape {
-    /// The robot of these bodies.
+    /// Header of these bodies.
     #[must_use]
     pub fn of(bodies: &RigidBodies) -> Self {
         Self {
@@ -82,7 +82,7 @@ impl RobotShape {
         }
     }
 
-    /// The bodies that move by these coordinates.
+    /// Bodies that move by these coordinates.
     ///
     /// # Errors
     /// As [`RigidBodies::with_joints`] and [`RigidBodies::with_coordinates`].

@@ -1,4 +1,4 @@
-//! Robots to try things on, as URDF text; `robots/README.md` has their sources.
+//! Example robots, as URDF text; `robots/README.md` has their sources.
 
 /// Names of the robots of [`example`].
 pub const EXAMPLES: [&str; 4] = ["two_link_arm", "iiwa7", "ur5", "panda"];

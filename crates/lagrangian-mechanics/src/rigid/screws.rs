@@ -1,4 +1,4 @@
-//! A serial chain from the screws of its joints: the robot of a log, where there is no description.
+//! A serial chain from the screws of its joints: the robot of a log without a description.
 
 use super::bodies::RigidBodies;
 use super::robot_config::RobotConfig;
@@ -9,15 +9,15 @@ use lagrangian_motion::{Coordinates, Result};
 /// A joint of a chain whose links all have the axes of the base at q = 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Screw {
-    /// Revolute or prismatic.
+    /// Kind of the joint, revolute or prismatic.
     pub kind: JointKind,
-    /// Its direction, of length 1.
+    /// Direction of the axis, of length 1.
     pub axis: Vec3,
-    /// A point on it at q = 0, m, in the axes of the base.
+    /// A point on the axis at q = 0, m, in the axes of the base.
     pub point: Vec3,
 }
 
-/// The mass of a link before anything is known of it, kg, and its moments of inertia, kg·m².
+/// Default mass of a link, kg, and its moments of inertia, kg·m².
 const GENERIC: (f64, f64) = (3.0, 0.06);
 
 fn description(screws: &[Screw], coordinates: &Coordinates) -> Description {
@@ -61,7 +61,7 @@ fn description(screws: &[Screw], coordinates: &Coordinates) -> Description {
 }
 
 impl RobotConfig {
-    /// The chain of these screws, one for each coordinate and named as these are, with generic links.
+    /// The chain of these screws, one for each coordinate and with its name, with generic links.
     pub fn of_screws(screws: &[Screw], coordinates: &Coordinates) -> Self {
         Self {
             urdf: description(screws, coordinates).text(),

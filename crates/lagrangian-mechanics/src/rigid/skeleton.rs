@@ -1,15 +1,15 @@
-//! The joints of a robot as points in space, joined by straight lines: what is drawn of it.
+//! The joints of a robot as points in space, joined by straight lines, for drawings.
 
 use super::bodies::RigidBodies;
 use super::spatial::{Frame, Vec3, add, dot, scale, turn_back};
 use super::tree::{Body, Tree};
 use lagrangian_motion::{Error, Result};
 
-/// The points of a robot and the lines between them, by the transforms of its tree.
+/// Points of a robot and the lines between them, by the transforms of its tree.
 ///
-/// Point 0 is the base, the next are the joints, parents before their children, and the last are the tips: for each body that carries
-/// no other, the farthest frame that is fixed to it. A body without such a frame ends in the direction of its centre of mass, as
-/// far away as the joints are from each other on average.
+/// Point 0 is the base, followed by the joints, parents before their children, and by the tips: for each body without
+/// children, the farthest frame that is fixed to it. A body without such a frame ends in the direction of its centre of mass, at
+/// the mean distance between the joints.
 ///
 /// ```
 /// use lagrangian_mechanics::rigid::{self, RigidBodies};
@@ -29,16 +29,16 @@ pub struct Skeleton<'a> {
     tips: Vec<Tip>,
 }
 
-/// The end of a body that carries no other.
+/// The end of a body without children.
 #[derive(Debug, Clone, Copy)]
 struct Tip {
     body: usize,
-    /// Its place in the frame of the body, m.
+    /// Position in the frame of the body, m.
     place: Vec3,
 }
 
 impl RigidBodies {
-    /// The points and lines by which it is drawn.
+    /// Points and lines for a drawing of the robot.
     #[must_use]
     pub fn skeleton(&self) -> Skeleton<'_> {
         let tree = self.tree();
@@ -51,7 +51,7 @@ impl RigidBodies {
 }
 
 impl Skeleton<'_> {
-    /// The point that each point is joined to, always an earlier one; the base has itself.
+    /// Index of the point that each point is joined to, always an earlier one; the base has itself.
     #[must_use]
     pub fn parents(&self) -> Vec<usize> {
         let joint = |body: Option<usize>| body.map_or(0, |k| k + 1);
@@ -60,7 +60,7 @@ impl Skeleton<'_> {
         std::iter::once(0).chain(joints).chain(tips).collect()
     }
 
-    /// The places of all points at `q` (`[n]`, rad or m), m, in the axes of the base.
+    /// Positions of all points at `q` (`[n]`, rad or m), m, in the axes of the base.
     ///
     /// # Errors
     /// [`Error::Shape`] for another number of coordinates.
@@ -149,7 +149,7 @@ mod tests {
         assert!(arm.skeleton().points(&[0.0]).is_err());
     }
 
-    /// The tool of a UR5 by the table of Denavit and Hartenberg that its maker publishes.
+    /// Tool of a UR5 by the table of Denavit and Hartenberg that its maker publishes.
     fn tool(q: &[f64; 6]) -> Vec3 {
         let table = [
             (0.0, 0.089159, 0.5),
@@ -185,7 +185,7 @@ mod tests {
                 [0, 1, 2, 3, 4, 5].map(|i| (1.7 * f64::from(k) + 0.9 * f64::from(i)).sin() * 3.0);
             let found = points(&robot, &q);
             assert_eq!(found.len(), 8);
-            // The description has its turns to eleven digits.
+            // The description gives its angles to eleven digits.
             assert!(length(sub(found[7], tool(&q))) < 1e-9, "{found:?}");
         }
     }
@@ -227,9 +227,9 @@ mod tests {
         assert!(near(found[1], [0.0, 0.7, 0.2]), "{found:?}");
         assert!(near(found[2], [0.3, 0.7, 0.2]), "{found:?}");
         assert!(near(found[3], [0.3, 1.2, 0.2]), "{found:?}");
-        // Generic links have their centre of mass in the joint: the last one has no tip.
+        // Generic links have their centre of mass in the joint, so the last one has no tip.
         assert_eq!(found.len(), 4);
-        // With a centre of mass beside the last joint it has, as far as the joints are from each other.
+        // With a centre of mass beside the last joint there is a tip, at the mean distance of the joints.
         let mut parameters = robot.inertial_parameters();
         parameters[21..24].copy_from_slice(&[0.0, 0.6, 0.0]);
         let robot = robot.with_inertial_parameters(&parameters).unwrap();

@@ -2,7 +2,7 @@
 //!
 //! | symbol | meaning |
 //! |---|---|
-//! | E, r | a frame in its parent's: coordinates turn by v = E v_parent, its origin lies at r, in the parent's axes |
+//! | E, r | a frame in its parent's: coordinates turn by v = E v_parent, its origin is at r, in the parent's axes |
 //! | (ω, v) | twist: angular velocity, and linear velocity of the point at the origin |
 //! | (n, f) | wrench: moment about the origin, and force |
 //! | (m, h, I) | rigid inertia: mass, first moment m·centre, second moment about the origin |
@@ -10,7 +10,7 @@
 /// A vector of space.
 pub type Vec3 = [f64; 3];
 
-/// A rotation, or any 3 × 3 matrix; rows.
+/// A rotation, or any 3 × 3 matrix, by rows.
 pub(crate) type Mat3 = [Vec3; 3];
 
 pub(crate) const IDENTITY: Mat3 = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -86,7 +86,7 @@ pub fn turning_to_z(a: Vec3) -> Mat3 {
             [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]]
         };
     }
-    // Rows: two axes across a, and a itself. Of the axes of the frame, the one most across a begins.
+    // Rows: two axes perpendicular to a, then a itself. The axis of the frame that is most perpendicular to a comes first.
     let smallest = (0..3).min_by(|&i, &k| a[i].abs().total_cmp(&a[k].abs()));
     let mut across = [0.0; 3];
     across[smallest.unwrap_or(0)] = 1.0;
@@ -95,7 +95,7 @@ pub fn turning_to_z(a: Vec3) -> Mat3 {
     [cross(second, a), second, a]
 }
 
-/// The rotation matrix R = Rz(yaw) Ry(pitch) Rx(roll) of URDF's `rpy`: the frame's axes in the parent's, in columns.
+/// Rotation matrix R = Rz(yaw) Ry(pitch) Rx(roll) of URDF's `rpy`: the frame's axes in the parent's, in columns.
 pub(crate) fn from_roll_pitch_yaw([roll, pitch, yaw]: Vec3) -> Mat3 {
     let ((sr, cr), (sp, cp), (sy, cy)) = (roll.sin_cos(), pitch.sin_cos(), yaw.sin_cos());
     [
@@ -132,7 +132,7 @@ impl Wrench {
 }
 
 impl Twist {
-    /// v ×* f: how a momentum f that moves with the frame changes.
+    /// v ×* f: the change of a momentum f that moves with the frame.
     #[inline(always)]
     pub(crate) fn cross_wrench(self, f: Wrench) -> Wrench {
         Wrench {
@@ -165,7 +165,7 @@ impl Frame {
         }
     }
 
-    /// The frame of the parent in this one.
+    /// Frame of the parent in this one.
     pub(crate) fn inverse(&self) -> Self {
         Self {
             turn: transposed(&self.turn),
@@ -173,7 +173,7 @@ impl Frame {
         }
     }
 
-    /// The frame `inner`, given in this one, in this one's parent.
+    /// The frame `inner`, given in this one, expressed in this one's parent.
     pub(crate) fn then(&self, inner: &Self) -> Self {
         Self {
             turn: product(&inner.turn, &self.turn),
@@ -181,7 +181,7 @@ impl Frame {
         }
     }
 
-    /// A twist of the parent, seen from here.
+    /// A twist of the parent, expressed in this frame.
     #[inline(always)]
     pub(crate) fn twist(&self, t: Twist) -> Twist {
         Twist {
@@ -190,7 +190,7 @@ impl Frame {
         }
     }
 
-    /// A wrench of this frame, seen from the parent.
+    /// A wrench of this frame, expressed in the parent.
     #[inline(always)]
     pub(crate) fn wrench_back(&self, w: Wrench) -> Wrench {
         let force = turn_back(&self.turn, w.force);
@@ -253,7 +253,7 @@ impl Inertia {
         sum
     }
 
-    /// The inertia of this part of its density.
+    /// Inertia with the density multiplied by `part`.
     pub(crate) fn scaled(&self, part: f64) -> Self {
         Self {
             mass: part * self.mass,
@@ -294,7 +294,7 @@ impl Inertia {
         }
     }
 
-    /// The same inertia about the origin and in the axes of the parent of `frame`.
+    /// This inertia about the origin and in the axes of the parent of `frame`.
     ///
     /// With h and I turned to the parent's axes: h' = h + m r and
     /// I' = I + 2 (r·h) 1 − h rᵀ − r hᵀ + m (r·r 1 − r rᵀ).

@@ -1,4 +1,4 @@
-//! Where simulated motions of a robot begin.
+//! Initial states of simulated motions of a robot.
 
 use rand::{Rng, RngExt};
 
@@ -7,9 +7,9 @@ use crate::analytic::AnalyticModel;
 use crate::lagrangian::Lagrangian;
 use lagrangian_motion::State;
 
-/// The fastest joint of a random state, rad/s or m/s.
+/// Maximum speed of a joint in a random state, rad/s or m/s.
 const SPEED: f64 = 2.0;
-/// The furthest that a joint slides in a random state, m.
+/// Maximum displacement of a sliding joint in a random state, m.
 const REACH: f64 = 0.3;
 
 impl RigidBodies {
@@ -36,12 +36,12 @@ impl AnalyticModel for RigidBodies {
         self
     }
 
-    /// Any configuration, with speeds to 2 rad/s.
+    /// A random configuration, with speeds to 2 rad/s.
     fn sample_state(&self, rng: &mut dyn Rng) -> State {
         self.sample(rng, SPEED)
     }
 
-    /// Any configuration, at rest.
+    /// A random configuration, at rest.
     fn sample_start(&self, rng: &mut dyn Rng) -> State {
         self.sample(rng, 0.0)
     }

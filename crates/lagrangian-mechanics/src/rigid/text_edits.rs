@@ -1,10 +1,10 @@
-//! Edits of an XML text at the places of its nodes: all that is not edited stays as it was, byte for byte.
+//! Edits of an XML text at the positions of its nodes: all other text is kept byte for byte.
 
 use std::ops::Range;
 
 use roxmltree::Node;
 
-/// A text and what is replaced in it.
+/// A text and its replacements.
 pub(super) struct TextEdits<'t> {
     text: &'t str,
     edits: Vec<Edit>,
@@ -22,12 +22,12 @@ pub(super) struct Element {
     pub(super) children: Vec<Self>,
 }
 
-/// How the lines of inserted elements begin.
+/// Indentation of the lines of inserted elements.
 struct Indentation<'t> {
     newline: &'static str,
-    /// That of the outermost element.
+    /// Indentation of the outermost element.
     first: String,
-    /// What each deeper one has more.
+    /// Additional indentation of each deeper level.
     step: &'t str,
 }
 
@@ -40,7 +40,7 @@ impl Element {
         }
     }
 
-    /// Its text, in lines of their own where there is an indentation.
+    /// Text of the element, on separate lines if there is an indentation.
     fn text(&self, indentation: Option<&Indentation<'_>>) -> String {
         let attributes = self.attributes.iter();
         let attributes: String = attributes
@@ -72,13 +72,13 @@ impl Indentation<'_> {
     }
 }
 
-/// What stands before an element.
+/// Line break and indentation before an element.
 fn lead(indentation: Option<&Indentation<'_>>) -> String {
     indentation.map_or_else(String::new, |i| format!("{}{}", i.newline, i.first))
 }
 
 impl<'t> TextEdits<'t> {
-    /// No edits of a text yet.
+    /// A text without edits yet.
     pub(super) fn of(text: &'t str) -> Self {
         Self {
             text,
@@ -86,7 +86,7 @@ impl<'t> TextEdits<'t> {
         }
     }
 
-    /// Sets an attribute, in its place if it is there already.
+    /// Sets an attribute; an existing one is replaced in place.
     pub(super) fn set(&mut self, node: Node<'_, '_>, key: &str, value: &str) {
         match node.attribute_node(key) {
             Some(attribute) => self.replace(attribute.range_value(), value.into()),
@@ -139,7 +139,7 @@ impl<'t> TextEdits<'t> {
         self.edits.push(Edit { range, new });
     }
 
-    /// Where the name of an element ends.
+    /// Position of the end of an element's name.
     fn after_tag(&self, node: Node<'_, '_>) -> usize {
         let start = node.range().start;
         let is_end = |c: char| c.is_whitespace() || c == '/' || c == '>';
@@ -148,13 +148,13 @@ impl<'t> TextEdits<'t> {
             .map_or(start, |length| start + length)
     }
 
-    /// Where its last attribute ends, or its name.
+    /// Position of the end of the last attribute, or of the name.
     fn after_attributes(&self, node: Node<'_, '_>) -> usize {
         let last = node.attributes().next_back();
         last.map_or_else(|| self.after_tag(node), |a| a.range().end)
     }
 
-    /// What stands before an element in its line, if nothing but blanks does.
+    /// Blanks before an element in its line, if it is preceded only by blanks.
     fn indentation(&self, node: Node<'_, '_>) -> Option<&'t str> {
         let before = &self.text[..node.range().start];
         let line = before.rfind('\n').map_or(0, |k| k + 1);
@@ -163,7 +163,7 @@ impl<'t> TextEdits<'t> {
         blank.chars().all(is_blank).then_some(blank)
     }
 
-    /// The indentation `own`, with the step by which `node` stands deeper than its parent.
+    /// The indentation `own`, with the step by which `node` is deeper than its parent.
     fn stepped(&self, own: &str, node: Node<'_, '_>) -> Indentation<'t> {
         let outer = node.parent().filter(Node::is_element);
         let outer = outer.and_then(|outer| self.indentation(outer));

@@ -1,33 +1,33 @@
-//! From a description to bodies that move: fixed and locked joints merge their link into the body that carries it.
+//! Conversion of a description to moving bodies: fixed and locked joints merge their link into the body that carries it.
 
 use super::spatial::{Frame, Inertia, Vec3, dot, scale, transposed, turning_to_z};
 use super::urdf::{Description, Inertial, Joint, JointKind, unusable};
 use lagrangian_motion::{Coordinate, Topology};
 use lagrangian_motion::{Coordinates, Error, Result};
 
-/// The most joints of a robot.
+/// Maximum number of joints of a robot.
 pub const MAX_JOINTS: usize = 12;
 
-/// A principal moment may exceed the sum of the other two by this part of the largest: descriptions carry two or
+/// Tolerance of the triangle inequality of principal moments, as a part of the largest: descriptions have two or
 /// three digits.
 const TRIANGLE: f64 = 0.01;
 
-/// All that moves with one joint. Its frame lies in the joint, with z along the joint's axis.
+/// All that moves with one joint. The frame is in the joint, with z along the joint's axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
-    /// The body that carries it, always an earlier one; `None`: the base.
+    /// Body that carries it, always an earlier one; `None` for the base.
     pub(crate) parent: Option<usize>,
-    /// Turns, or slides.
+    /// Whether it turns; otherwise it slides.
     pub(crate) turns: bool,
-    /// Which coordinate moves it.
+    /// Index of the coordinate that moves it.
     pub coordinate: usize,
-    /// Its frame in the parent's at q = 0.
+    /// Frame in the parent's at q = 0.
     pub(crate) frame: Frame,
-    /// All that is fixed to it.
+    /// Inertia of all that is fixed to it.
     pub(crate) inertia: Inertia,
 }
 
-/// The place of a link: the body that carries it (`None`: the base), and its frame in the body.
+/// The place of a link: the body that carries it (`None` for the base), and its frame in the body.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Place {
     pub(crate) link: String,
@@ -41,7 +41,7 @@ pub struct Tree {
     pub(crate) coordinates: Coordinates,
     /// Names of the joints, in the order of the coordinates.
     pub(crate) joints: Vec<String>,
-    /// Parents before their children.
+    /// Bodies, parents before their children.
     pub bodies: Vec<Body>,
     pub(crate) places: Vec<Place>,
     /// Viscous and Coulomb friction of the description, `[n]`.
@@ -50,8 +50,8 @@ pub struct Tree {
 }
 
 impl Tree {
-    /// The bodies of `description` that move with `joints`, in their order; all other joints are locked at 0. No
-    /// names: all joints that can move, depth first.
+    /// Bodies of `description` that move with `joints`, in their order; all other joints are locked at 0. An empty
+    /// list means all joints that can move, depth first.
     ///
     /// # Errors
     /// [`Error::Robot`] naming the link or joint that cannot be used; [`Error::UnknownName`] for a joint that is not
@@ -68,7 +68,7 @@ impl Tree {
             damping: chosen().map(|joint| joint.damping).collect(),
             friction: chosen().map(|joint| joint.friction).collect(),
         };
-        // Where each link is, filled from the root outwards.
+        // The place of each link, filled from the root outwards.
         let mut places: Vec<Option<(Option<usize>, Frame)>> = vec![None; description.links.len()];
         places[walk.root] = Some((None, Frame::HERE));
         for &(link, by) in &walk.order {
@@ -100,7 +100,7 @@ impl Tree {
         Ok(tree)
     }
 
-    /// Adds the body of a joint; returns where its link is.
+    /// Adds the body of a joint; returns the place of its link.
     fn add(
         &mut self,
         joint: &Joint,
@@ -135,7 +135,7 @@ impl Tree {
         Ok((Some(self.bodies.len() - 1), link))
     }
 
-    /// A joint that moves nothing heavy has no acceleration.
+    /// Returns an error for a joint that moves no mass, whose acceleration is undefined.
     fn check_masses(&self) -> Result<()> {
         let mut carried: Vec<Inertia> = self.bodies.iter().map(|b| b.inertia).collect();
         for i in (0..self.bodies.len()).rev() {
@@ -145,7 +145,7 @@ impl Tree {
             } else {
                 carried[i].mass
             };
-            // A body further out that is off this one's axis counts in any position but that of q = 0 too.
+            // A body further out may add inertia about this axis in positions other than q = 0.
             let further = self.bodies.iter().any(|b| b.parent == Some(i));
             if !(along > 0.0 || further && carried[i].mass > 0.0) {
                 let name = &self.coordinates.0[body.coordinate].name;
@@ -303,7 +303,7 @@ fn check_movable(joint: &Joint) -> Result<()> {
     }
 }
 
-/// The inertia of a link, if a body can have it: m ≥ 0, principal moments ≥ 0, none above the sum of the others.
+/// Inertia of a link, if a body can have it: m ≥ 0, principal moments ≥ 0, each at most the sum of the others.
 pub(crate) fn checked(inertial: &Inertial, link: &str) -> Result<Inertia> {
     let Inertial {
         xyz,

@@ -12,16 +12,16 @@ use super::spatial::{Frame, Vec3};
 use lagrangian_motion::error::{brief, shortened};
 use lagrangian_motion::{Error, Result, is_hidden, shown};
 
-/// The longest description that is read, bytes.
+/// Maximum length of a description, bytes.
 const MAX_TEXT: usize = 8 << 20;
-/// The most XML nodes of a description.
+/// Maximum number of XML nodes of a description.
 const MAX_NODES: u32 = 200_000;
-/// The deepest nesting of XML elements: URDF needs five.
+/// Maximum nesting depth of XML elements; URDF needs five.
 const MAX_DEPTH: usize = 64;
-/// The most attributes of an element, which a parser compares with one another: URDF needs six.
+/// Maximum number of attributes of an element, which a parser compares with one another; URDF needs six.
 const MAX_ATTRIBUTES: usize = 256;
 
-/// How a joint moves.
+/// Kind of motion of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum JointKind {
     /// Turns about its axis, between limits.
@@ -48,7 +48,7 @@ impl JointKind {
         ("planar", Self::Planar),
     ];
 
-    /// Its name in URDF.
+    /// Name in URDF.
     #[must_use]
     pub fn name(self) -> &'static str {
         let own = Self::NAMES.into_iter().find(|(_, kind)| *kind == self);
@@ -56,7 +56,7 @@ impl JointKind {
     }
 }
 
-/// Mass and inertia of a link, as URDF gives them.
+/// Mass and inertia of a link, in the form of URDF.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Inertial {
     pub(crate) xyz: Vec3,
@@ -82,7 +82,7 @@ pub(crate) struct Joint {
     /// Indices of links.
     pub(crate) parent: usize,
     pub(crate) child: usize,
-    /// The joint that this one follows.
+    /// Joint that this one follows.
     pub(crate) mimic: Option<String>,
     /// Viscous and Coulomb friction.
     pub(crate) damping: f64,
@@ -95,7 +95,7 @@ impl Joint {
     }
 }
 
-/// A robot as its URDF describes it: links and joints, in the order of the file.
+/// A robot in the form of URDF: links and joints, in the order of the file.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Description {
     pub(crate) name: String,
@@ -138,7 +138,7 @@ impl Description {
         })
     }
 
-    /// URDF of what was read and no more: equal descriptions give equal text, and numbers keep every bit.
+    /// URDF of the parsed description: equal descriptions give equal text, and numbers keep every bit.
     pub(crate) fn text(&self) -> String {
         let mut out = format!("<robot name=\"{}\">\n", escaped(&self.name));
         for link in &self.links {
@@ -191,7 +191,7 @@ impl Description {
 /// The XML of a URDF text.
 ///
 /// # Errors
-/// [`Error::Robot`] for text that is too long, nests too deep, is not XML, or not of a `robot`.
+/// [`Error::Robot`] for text that is too long, nests too deep, is not XML, or is not a `robot`.
 pub(super) fn document(text: &str) -> Result<Document<'_>> {
     if text.len() > MAX_TEXT {
         let finding = format!("{} bytes of text, where {MAX_TEXT} is the most", text.len());
@@ -247,7 +247,7 @@ fn unexpanded(element: &str) -> Error {
     )
 }
 
-/// Refuses an element with more attributes than any of URDF. Counts equals signs between `<` and `>`, whatever they stand in.
+/// Returns an error for an element with more attributes than any of URDF. Counts equals signs between `<` and `>`, even in values.
 fn check_attributes(text: &str) -> Result<()> {
     let mut count = 0_usize;
     for byte in text.bytes() {
@@ -267,8 +267,8 @@ fn check_attributes(text: &str) -> Result<()> {
     Ok(())
 }
 
-/// Refuses text that nests deeper than any URDF before a parser follows it. Counts tags, so that it may be wrong about
-/// comments, never by as much as the limit allows.
+/// Returns an error for text that nests deeper than any URDF, before it is parsed. Counts tags, and so may be wrong about
+/// comments, but never by as much as the limit allows.
 fn check_depth(text: &str) -> Result<()> {
     let (mut depth, mut deepest) = (0_usize, 0);
     let bytes = text.as_bytes();
@@ -302,7 +302,7 @@ pub(super) fn children<'a, 'b>(
     node: Node<'a, 'b>,
     tag: &'static str,
 ) -> impl Iterator<Item = Node<'a, 'b>> {
-    // An element of another namespace is of another language.
+    // An element of another namespace belongs to another language.
     let (own, namespace) = (node, node.tag_name().namespace());
     own.children().filter(move |n| {
         let name = n.tag_name();
@@ -410,7 +410,7 @@ fn joint(node: Node<'_, '_>, links: &HashMap<&str, usize>) -> Result<Joint> {
     })
 }
 
-/// The numbers of an attribute that may be absent, as its element may be: they are 0 then.
+/// The numbers of an attribute; 0 if the attribute or its element is absent.
 fn optional<const N: usize>(node: Option<Node<'_, '_>>, key: &str, of: &str) -> Result<[f64; N]> {
     match node.filter(|n| n.has_attribute(key)) {
         Some(node) => numbers(node, key, of),
@@ -418,7 +418,7 @@ fn optional<const N: usize>(node: Option<Node<'_, '_>>, key: &str, of: &str) -> 
     }
 }
 
-/// The number of an attribute that may be absent, as its element may be.
+/// The number of an attribute, if the attribute and its element are present.
 pub(super) fn optional_number(
     node: Option<Node<'_, '_>>,
     key: &str,

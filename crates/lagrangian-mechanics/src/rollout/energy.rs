@@ -1,4 +1,4 @@
-//! The energy that rollouts keep.
+//! Energy conservation of rollouts.
 //!
 //! The protocol of the double pendulum is that of Cranmer et al. 2020 (arXiv 2003.04630): rollouts of 100 s from rest, the
 //! true energy at the end against the true energy at the start.
@@ -9,22 +9,22 @@ use super::Rollout;
 use crate::dynamics::Model;
 use lagrangian_motion::Trajectory;
 
-/// How well free rollouts keep the true energy.
+/// Errors of the true energy in free rollouts.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EnergyTest {
-    /// |E(end) − E(start)| in percent of the reference energy, one figure a finished rollout.
+    /// |E(end) − E(start)| in percent of the reference energy, one value for each finished rollout.
     pub percent: Vec<f64>,
-    /// Their mean.
+    /// Mean of the values.
     pub mean: f64,
-    /// Their median.
+    /// Median of the values.
     pub median: f64,
-    /// The worst.
+    /// Largest value.
     pub worst: f64,
-    /// Rollouts that did not reach the end; they are in none of the figures.
+    /// Number of rollouts that did not reach the end; they are excluded from the values.
     pub unfinished: usize,
 }
 
-/// The energy test of `rollouts` by the energy of `truth`; `reference` is the energy that counts as 100 %, J.
+/// Energy test of `rollouts` by the energy of `truth`; `reference` is the energy that counts as 100 %, J.
 pub fn energy_test(truth: &dyn Model, rollouts: &[Rollout], reference: f64) -> EnergyTest {
     let finished = rollouts.iter().filter(|r| r.outcome.is_finished());
     let percent: Vec<f64> = finished
@@ -46,7 +46,7 @@ pub fn energy_test(truth: &dyn Model, rollouts: &[Rollout], reference: f64) -> E
     }
 }
 
-/// (E(t) − E(0)) / `reference` along a trajectory, in percent, with the energy of `truth`; empty where it has none.
+/// (E(t) − E(0)) / `reference` along a trajectory, in percent, with the energy of `truth`; empty where it has no energy.
 #[must_use]
 pub fn energy_error(truth: &dyn Model, trajectory: &Trajectory, reference: f64) -> Vec<f64> {
     let mut energy = vec![0.0; trajectory.len()];

@@ -1,4 +1,4 @@
-//! Rollouts of one fixed step side by side: the states of a group are one long state.
+//! Rollouts of one fixed step in parallel: the states of a group are one long state.
 
 use std::cell::RefCell;
 
@@ -8,8 +8,8 @@ use crate::dynamics::Model;
 use crate::integrate::{Ending, Rk4, fixed};
 use lagrangian_motion::State;
 
-/// Rolls a group out together by the Runge–Kutta method of order 4. `None` where not all of them came to their last
-/// time, or began: then each is rolled out separately.
+/// Rolls a group out together by the Runge–Kutta method of order 4. `None` where a rollout did not begin or reach its last
+/// time; each is then rolled out separately.
 pub(super) fn run(
     model: &dyn Model,
     starts: &[State],

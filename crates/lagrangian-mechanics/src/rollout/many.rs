@@ -1,4 +1,4 @@
-//! Many rollouts at once: on all threads, and with the evaluations of neighbours in one batch.
+//! Many rollouts at once: on all threads, and with the evaluations of several rollouts in one batch.
 
 use rayon::prelude::*;
 
@@ -11,15 +11,15 @@ use crate::integrate::adaptive::Stepper;
 use crate::integrate::{Dop853, Dopri5, EmbeddedPair, Ending, Failure, Method};
 use lagrangian_motion::{Result, State};
 
-/// Rollouts that share evaluations at most: as many samples as a network takes in one block.
+/// Maximum number of rollouts that share evaluations: as many samples as a network takes in one block.
 const LANES: usize = 16;
-/// Groups that there are at least, where there are as many states: work for that many threads.
+/// Minimum number of groups, given enough states: work for that many threads.
 const GROUPS: usize = 4;
 
-/// Rolls `model` out from each of the states, on all threads; the same bits whatever their number.
+/// Rolls `model` out from each of the states, on all threads; the result is bitwise independent of their number.
 ///
-/// The adaptive methods and the one of Runge and Kutta run in groups: their next evaluations make one batch, which
-/// networks compute several times faster than one after another; an adaptive rollout has its own time and step. An evaluator may round differently
+/// The adaptive methods and the Runge–Kutta method run in groups: their next evaluations make one batch, which
+/// networks compute several times faster than one after another. An adaptive rollout has its own time and step. Rounding may differ
 /// in a batch, so a chaotic motion may differ from that of [`rollout`] once rounding has grown.
 ///
 /// # Errors
@@ -123,7 +123,7 @@ fn begin<'a, P: EmbeddedPair>(
     }
 }
 
-/// Collects the states that the lanes ask for, and (lane, time) of each; `false` when all have ended.
+/// Collects the states that the lanes request, and (lane, time) of each; `false` when all have ended.
 fn gather<P: EmbeddedPair>(
     round: &mut Round<'_>,
     lanes: &mut [Lane<'_, P>],
@@ -140,7 +140,7 @@ fn gather<P: EmbeddedPair>(
     !active.is_empty()
 }
 
-/// Gives each lane the rates that it asked for.
+/// Gives each lane the rates that it requested.
 fn scatter<P: EmbeddedPair>(
     round: &Round<'_>,
     lanes: &mut [Lane<'_, P>],

@@ -1,4 +1,4 @@
-//! Rollouts under forces that were recorded.
+//! Rollouts under recorded forces.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,7 +11,7 @@ use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
 /// Repeats a recording: from its first state under its forces, sampled at its times.
 ///
 /// The integrator starts afresh at each sample, so that it never steps across a jump of the forces: every method
-/// keeps its order, and with [`Hold::Previous`] the motion is that under a digital controller exactly. A model with drives
+/// keeps its order, and with [`Hold::Previous`] the motion is exactly that under a digital controller. A model with drives
 /// follows the goals of a recording without forces, see [`crate::Driven`].
 ///
 /// # Errors
@@ -37,7 +37,7 @@ pub fn rollout_recorded(
     );
     let mut ending = run.advance(&t[..1], &*tau, true);
     for k in 1..t.len() {
-        // The interval's own forces up to its end, where the next ones begin.
+        // Forces of the interval up to its end, where the next interval begins.
         let within = |time: f64, q: &[f64], qd: &[f64], force: &mut [f64]| {
             let held = if hold == Hold::Previous {
                 t[k - 1]
@@ -54,24 +54,24 @@ pub fn rollout_recorded(
     Ok(run.finish(ending, &*tau))
 }
 
-/// How the forces between two samples of a recorded trajectory are taken.
+/// Interpolation of the forces between two samples of a recorded trajectory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Hold {
-    /// As at the sample before: a digital controller's.
+    /// The forces of the sample before, as of a digital controller.
     #[default]
     Previous,
-    /// On the straight line between the two.
+    /// Linear interpolation.
     Linear,
 }
 
-/// The forces of a recorded trajectory as a function of any time; before its begin and after its end, the first
-/// and the last of them. Zero where it has none.
+/// The forces of a recorded trajectory as a function of any time; before its beginning and after its end, the first
+/// and the last of them. Zero where the trajectory has no forces.
 ///
-/// To repeat the recording itself prefer [`rollout_recorded`], which no jump of the forces spoils.
+/// To repeat the recording itself prefer [`rollout_recorded`], which keeps its accuracy at jumps of the forces.
 ///
 /// # Errors
-/// As [`Trajectory::validate`]; [`Error::Shape`] where the trajectory has another number of degrees of freedom
+/// As [`Trajectory::validate`]; [`Error::Shape`] for a trajectory with another number of degrees of freedom
 /// than `coordinates`.
 pub fn recorded<'a>(
     trajectory: &'a Trajectory,

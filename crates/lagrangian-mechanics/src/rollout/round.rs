@@ -1,4 +1,4 @@
-//! The evaluations that several rollouts ask for at one time, as one batch.
+//! Evaluations that several rollouts request at one time, as one batch.
 
 use super::{Force, SampledAccelerations};
 use crate::dynamics::{Evaluation, Evaluator, Model};
@@ -8,14 +8,14 @@ pub(super) struct Round<'a> {
     pub(super) evaluator: Box<dyn Evaluator + 'a>,
     n: usize,
     q: Vec<f64>,
-    /// The velocities, or what else the model moves in.
+    /// Velocities, or another second state of the model.
     z: Vec<f64>,
     qd: Vec<f64>,
     force: Vec<f64>,
     dq: Vec<f64>,
     dz: Vec<f64>,
     alone: [Vec<f64>; 2],
-    /// Singular mass matrices of each row.
+    /// Number of singular mass matrices of each row.
     singular: Vec<u64>,
 }
 
@@ -37,19 +37,19 @@ impl<'a> Round<'a> {
         }
     }
 
-    /// Begins a batch without rows.
+    /// Clears the batch.
     pub(super) fn clear(&mut self) {
         self.q.clear();
         self.z.clear();
     }
 
-    /// Adds the state x = (q, z) as its next row.
+    /// Adds the state x = (q, z) as the next row.
     pub(super) fn add(&mut self, x: &[f64]) {
         self.q.extend_from_slice(&x[..self.n]);
         self.z.extend_from_slice(&x[self.n..]);
     }
 
-    /// The rates of all rows, under the forces at the time of each.
+    /// Evaluates the rates of all rows, under the forces at the time of each.
     pub(super) fn evaluate(&mut self, tau: &Force<'_>, time: impl Fn(usize) -> f64) {
         let n = self.n;
         for signal in [&mut self.qd, &mut self.force, &mut self.dq, &mut self.dz] {
@@ -79,7 +79,7 @@ impl<'a> Round<'a> {
         singular.clear();
         singular.resize(q.len() / n, 0);
         if rates(&mut **evaluator, [q, z, force], dq, dz).singular() > 0 {
-            // Rare enough to ask each row whether it was the one.
+            // Rare enough to evaluate each row again to find the singular ones.
             for (row, singular) in singular.iter_mut().enumerate() {
                 let row = row * n..(row + 1) * n;
                 let (q, z, force) = (&q[row.clone()], &z[row.clone()], &force[row]);
@@ -89,7 +89,7 @@ impl<'a> Round<'a> {
         }
     }
 
-    /// Gives each row its acceleration, where that was evaluated.
+    /// Gives each row its acceleration, if evaluated.
     pub(super) fn record_accelerations(&mut self, known: &mut [SampledAccelerations]) {
         if self.evaluator.phase_flow().is_some() {
             return;
@@ -102,7 +102,7 @@ impl<'a> Round<'a> {
         }
     }
 
-    /// Writes the rates (q̇, ż) of a row; how many mass matrices of it were singular.
+    /// Writes the rates (q̇, ż) of a row; returns its number of singular mass matrices.
     pub(super) fn read(&self, row: usize, slope: &mut [f64]) -> u64 {
         let n = self.n;
         slope[..n].copy_from_slice(&self.dq[row * n..][..n]);

@@ -9,10 +9,10 @@ use crate::dynamics::momenta;
 use crate::forces::Dissipation;
 use lagrangian_motion::{Error, Result, State, Trajectory};
 
-/// The samples of all trajectories of a simulation, at most: they are held in memory.
+/// Maximum number of samples of all trajectories of a simulation, which are held in memory.
 pub const MOST_SAMPLES: u64 = 20_000_000;
 
-/// Motions of a system as a recording has them.
+/// Simulated motions of a system in the form of a recording.
 ///
 /// ```
 /// use lagrangian_mechanics::RolloutOptions;
@@ -30,23 +30,23 @@ pub const MOST_SAMPLES: u64 = 20_000_000;
 pub struct Simulation {
     /// The initial states; empty for random ones.
     pub starts: Vec<State>,
-    /// Whether random initial states are those that rollouts are tested from, and not those that models are trained on.
+    /// Whether random initial states are those that rollouts are tested from, rather than those that models are trained on.
     pub test_starts: bool,
-    /// The number of trajectories from random initial states.
+    /// Number of trajectories from random initial states.
     pub trajectories: usize,
-    /// The duration of each, s.
+    /// Duration of each trajectory, s.
     pub duration: f64,
-    /// The time between two samples, s.
+    /// Time between two samples, s.
     pub step: f64,
-    /// The amplitude of driving forces, sums of random sines; 0 for none.
+    /// Amplitude of driving forces, sums of random sines; 0 for free motions.
     pub drive: f64,
-    /// The coefficient of viscous friction of each coordinate.
+    /// Coefficient of viscous friction of each coordinate.
     pub friction: f64,
     /// Whether momenta are recorded.
     pub momenta: bool,
-    /// The standard deviation of Gaussian noise on q (in its unit), q̇ and p; accelerations are then omitted.
+    /// Standard deviation of Gaussian noise on q (in its unit), q̇ and p; accelerations are then omitted.
     pub noise: Option<f64>,
-    /// The seed of initial states, drive and noise.
+    /// Seed of initial states, drive and noise.
     pub seed: u64,
 }
 
@@ -114,12 +114,12 @@ impl Simulation {
         (0..self.trajectories).map(sample).collect()
     }
 
-    /// The motions as a recording has them: numbered from 1, with momenta and noise where these were asked for, with
+    /// The motions in the form of a recording: numbered from 1, with momenta and noise if requested, and with
     /// accelerations where all have them.
     #[must_use]
     pub fn recorded(&self, system: &dyn AnalyticModel, rollouts: Vec<Rollout>) -> Vec<Trajectory> {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
-        // Another stream than that of the initial states.
+        // A stream independent of that of the initial states.
         rng.set_stream(1);
         let record = |(k, rollout): (usize, Rollout)| {
             let mut motion = rollout.trajectory;

@@ -1,4 +1,4 @@
-//! Forces that move every coordinate, for recordings to identify a system from.
+//! Forces that move every coordinate, for recordings that identify a system.
 
 use std::f64::consts::TAU;
 
@@ -19,7 +19,7 @@ pub fn sines(
     seed: u64,
 ) -> impl Fn(f64, &[f64], &[f64], &mut [f64]) + Send + Sync {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    // Another stream than those of initial states and of noise.
+    // A stream independent of those of initial states and of noise.
     rng.set_stream(2);
     let mut sine = |_| {
         (
@@ -48,7 +48,7 @@ pub fn with_friction(
     }
 }
 
-/// Replaces the recorded forces by those of a drive, without friction, as a sensor at the motor measures them.
+/// Replaces the recorded forces by those of a drive, without friction, as measured by a sensor at the motor.
 pub fn record_forces(
     motion: &mut Trajectory,
     drive: impl Fn(f64, &[f64], &[f64], &mut [f64]) + Send + Sync,
@@ -91,7 +91,7 @@ mod tests {
         for ((tau, needed), v) in tau.iter().zip(&needed).zip(&motion.qd) {
             assert!((tau - needed - 0.4 * v).abs() < 1e-9, "{tau} {needed} {v}");
         }
-        // Friction alone leaves nothing that a sensor would read.
+        // A sensor reads zero where friction is the only force.
         let free = |_: f64, _: &[f64], _: &[f64], tau: &mut [f64]| tau.fill(0.0);
         record_forces(&mut motion, free);
         assert!(motion.tau.is_empty());

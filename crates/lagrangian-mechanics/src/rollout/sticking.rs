@@ -35,7 +35,7 @@ impl RolloutState<'_> {
         let mut balance = |t: f64, q: &[f64], qd: &[f64], balance: &mut Balance| {
             tau(t, q, qd, force);
             *evaluations += 1;
-            let _ = evaluator.balance(q, qd, force, balance); // the method asks whether it is finite
+            let _ = evaluator.balance(q, qd, force, balance); // the method checks that it is finite
         };
         moreau::solve(&mut balance, &x0, times, control, &mut sample)
     }

@@ -1,4 +1,4 @@
-//! The states that data visited.
+//! Tests of the visited states.
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -73,7 +73,7 @@ fn trust_is_whole_within_the_ranges_and_gone_beyond_a_tenth() {
     assert!(trust(0.0, 0.0) >= 1.0 && trust(0.9, -0.9) >= 1.0);
     assert!(trust(1.25, 0.0) <= 0.0 && trust(0.0, -1.3) <= 0.0);
     assert!(trust(1.1, 0.0) > 0.3 && trust(1.1, 0.0) < 0.7);
-    // No step anywhere.
+    // Without a step anywhere.
     let values: Vec<f64> = (0..1000)
         .map(|k| trust(1.3e-3 * f64::from(k), 0.0))
         .collect();

@@ -1,4 +1,4 @@
-//! How much a motion tells: log det of the information about what is unknown of a robot, or about any linear law.
+//! The information of a motion: log det of the information about the unknowns of a robot, or about any linear law.
 
 use faer::{Mat, Side};
 
@@ -12,31 +12,31 @@ use lagrangian_motion::samples::Samples;
 
 /// The smoothing speed of Coulomb friction in a plan, rad/s or m/s.
 pub(super) const SMOOTHING: f64 = 0.05;
-/// A pivot of the normalised information, in parts of 1, below which a column is a combination of the others.
+/// Relative pivot of the normalised information below which a column is a combination of the others.
 const DEPENDENT: f64 = 1e-7;
 
-/// What is to be found, on which torques depend.
+/// The unknowns that are identified from torques.
 pub(super) enum IdentificationTarget<'a> {
     /// The parameters of a robot.
     Robot(RobotUnknown<'a>),
     /// The coefficients of a law that is linear in positions, velocities and accelerations.
     Linear {
-        /// The scales of q, q̇ and q̈ of each joint.
+        /// Scales of q, q̇ and q̈ of each joint.
         bounds: &'a [Bounds],
     },
 }
 
-/// The combinations of parameters of a robot that can be found.
+/// Combinations of parameters of a robot that can be identified.
 pub(super) struct RobotUnknown<'a> {
     robot: &'a RigidBodies,
-    /// One over the noise of each torque.
+    /// 1 / noise of each torque.
     weights: Vec<f64>,
-    /// A largest set of independent columns, and one over the size of each.
+    /// A largest set of independent columns, and 1 / size of each.
     columns: Vec<(usize, f64)>,
 }
 
 impl<'a> RobotUnknown<'a> {
-    /// The independent columns at these states.
+    /// Independent columns at these states.
     pub(super) fn new(robot: &'a RigidBodies, weights: Vec<f64>, states: &Samples) -> Self {
         let information = information(robot, &weights, states);
         Self {
@@ -47,7 +47,7 @@ impl<'a> RobotUnknown<'a> {
     }
 }
 
-/// Puts the torques of a robot without friction beside its states.
+/// Adds the torques of a robot without friction to its states.
 pub(super) fn put_torques(robot: &RigidBodies, signals: &mut Signals) {
     signals.tau.resize(signals.q.len(), 0.0);
     let Signals {
@@ -56,14 +56,14 @@ pub(super) fn put_torques(robot: &RigidBodies, signals: &mut Signals) {
     let _ = robot.dynamics().inverse_dynamics(q, qd, qdd, tau);
 }
 
-/// The mean information of one torque about all parameters of a robot.
+/// Mean information of one torque about all parameters of a robot.
 pub(super) fn information(robot: &RigidBodies, weights: &[f64], states: &Samples) -> Quadratic {
     let sums = JointSums::over(states, 0..states.len(), robot, &[SMOOTHING]);
     sums.quadratic(weights, &Friction::Coulomb(vec![0; robot.dof()]))
 }
 
 impl IdentificationTarget<'_> {
-    /// The number of combinations.
+    /// Number of combinations.
     pub(super) fn combinations(&self) -> usize {
         match self {
             Self::Robot(own) => own.columns.len(),
@@ -71,7 +71,7 @@ impl IdentificationTarget<'_> {
         }
     }
 
-    /// Whether all torques stay within the bounds, where they are known; they are put into `states`.
+    /// Whether all torques stay within the bounds, if a robot is known; they are written to `states`.
     pub(super) fn is_possible(&self, states: &mut Samples, bounds: &[Bounds]) -> bool {
         match self {
             Self::Linear { .. } => {
@@ -86,7 +86,7 @@ impl IdentificationTarget<'_> {
         }
     }
 
-    /// log det of the information; minus infinity where it leaves something open.
+    /// log det of the information; −∞ where it leaves a combination undetermined.
     pub(super) fn score(&self, states: &Samples) -> f64 {
         let matrix = match self {
             Self::Robot(own) => {
@@ -134,7 +134,7 @@ fn log_det(matrix: &Mat<f64>) -> f64 {
     }
 }
 
-/// Columns that are no combinations of others, by Cholesky's method with pivots, each with one over its size.
+/// Columns that are not combinations of others, by Cholesky's method with pivots, each with 1 / its size.
 fn independent(data: &Quadratic) -> Vec<(usize, f64)> {
     let size = data.size();
     let scale = |k: usize| {

@@ -1,11 +1,11 @@
-//! Motions from which a robot can be identified: they move all joints within their limits so that the torques tell as
-//! much as possible about all combinations of parameters (theory.md, 47b).
+//! Motions from which a robot can be identified: they move all joints within their limits so that the torques carry as
+//! much information as possible about all combinations of parameters (theory.md, 47b).
 //!
-//! | file | what it holds |
+//! | file | content |
 //! |---|---|
 //! | `series.rs` | motions: Fourier series that begin and end at rest |
-//! | `criterion.rs` | how much a motion tells |
-//! | `search.rs` | the search for the motion that tells the most |
+//! | `criterion.rs` | information of a motion |
+//! | `search.rs` | the search for the most informative motion |
 
 mod criterion;
 mod search;
@@ -31,23 +31,23 @@ use lagrangian_motion::Signals;
 use lagrangian_motion::samples::Samples;
 use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
 
-/// What a motion for the identification of a robot must be.
+/// Requirements of a motion for the identification of a robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExcitationConfig {
     /// Duration, s.
     pub duration: f64,
-    /// Samples in a second.
+    /// Sample rate, Hz.
     pub rate: f64,
-    /// The waves of each joint: harmonics of a period of 10 s at most.
+    /// Number of waves of each joint: harmonics of a period of 10 s at most.
     pub harmonics: usize,
-    /// The part of each limit that is used.
+    /// Fraction of each limit that is used.
     pub margin: f64,
-    /// The deviation of the noise of the torques, in parts of the limits of effort; where these are not known, of the root mean
+    /// Deviation of the noise of the torques, in parts of the limits of effort; where these are not known, of the root mean
     /// squares of the torques.
     pub noise: f64,
-    /// The random motions that the search begins with.
+    /// Number of random motions that the search begins with.
     pub starts: usize,
-    /// The seed of all that is random.
+    /// Seed of all random numbers.
     pub seed: u64,
 }
 
@@ -67,20 +67,20 @@ impl Default for ExcitationConfig {
 
 /// The shortest and the longest motion, s; a longer one is a repetition.
 const DURATIONS: [f64; 2] = [0.1, 600.0];
-/// The fewest and the most samples of a motion.
+/// Minimum and maximum number of samples of a motion.
 const SAMPLES: [f64; 2] = [20.0, 1_000_000.0];
-/// The most waves of a joint.
+/// Maximum number of waves of a joint.
 const HARMONICS: usize = 50;
-/// Random states that decide which combinations of parameters there are.
+/// Number of random states that determine the identifiable combinations of parameters.
 const STATES: usize = 600;
-/// The strength of the prior of expected errors, in torques: bodies are known to a factor of two or so.
+/// Strength of the prior of expected errors, in torques: bodies are known to a factor of about two.
 const STRENGTH: f64 = 1.0;
 
 impl ExcitationConfig {
-    /// Checks all values.
+    /// Checks all settings.
     ///
     /// # Errors
-    /// [`Error::Argument`] for the first that is outside of its domain.
+    /// [`Error::Argument`] for the first value outside of its domain.
     pub fn validate(&self) -> Result<()> {
         let within = |x: f64, [least, most]: [f64; 2]| (least..=most).contains(&x);
         let checks = [
@@ -146,29 +146,29 @@ impl ExcitationConfig {
 /// A motion for identification.
 #[derive(Debug, Clone)]
 pub struct Excitation {
-    /// The motion, with the torques of the description where there is one; friction is no part of these.
+    /// The motion, with the torques of the description where there is one; these do not include friction.
     pub plan: Trajectory,
-    /// The factor by which the information about a combination of parameters grew in the search, the geometric mean of all.
+    /// Factor by which the information about a combination of parameters grew in the search, as the geometric mean of all.
     pub gain: f64,
-    /// The combinations of parameters that can be found.
+    /// Number of combinations of parameters that can be identified.
     pub combinations: usize,
-    /// The motions that were tried.
+    /// Number of motions that were tried.
     pub tried: usize,
-    /// The deviation of the noise of each torque that was assumed, `[n]`; empty without a robot.
+    /// Assumed deviation of the noise of each torque, `[n]`; empty without a robot.
     pub noise: Vec<f64>,
-    /// What an identification with this motion is expected to tell, where there is a robot: standard errors of all quantities
+    /// Expected result of an identification with this motion, if there is a robot: standard errors of all quantities
     /// under noise that is independent from sample to sample.
     pub expected: Option<Changes>,
 }
 
-/// Searches for a motion of a robot from which its parameters can be identified, until `watch` breaks; of the same `seed` and number of
-/// rounds it is always the same. Collisions are not looked at.
+/// Searches for a motion of a robot from which its parameters can be identified, until `watch` breaks; a given `seed` and number of
+/// rounds always give the same motion. Collisions are not checked.
 ///
 /// The motion maximises log det of the information about all combinations of inertial parameters, rotors, constant torques and
-/// friction that can be found (D-optimality; Swevers et al. 1997), within `margin` times the `limits` of the joints.
+/// friction that can be identified (D-optimality; Swevers et al. 1997), within `margin` times the `limits` of the joints.
 ///
 /// # Errors
-/// As [`ExcitationConfig::validate`]; [`Error::Setting`] for limits that are missing or leave no motion, or
+/// As [`ExcitationConfig::validate`]; [`Error::Setting`] for limits that are missing or allow no motion, or
 /// where every motion needs more torque than `effort`; [`Error::Shape`] for another number of limits.
 ///
 /// ```
@@ -206,7 +206,7 @@ pub fn excite(
     Ok(found)
 }
 
-/// Searches for a motion of joints of which nothing but their limits is known: positions, velocities and accelerations of all
+/// Searches for a motion of joints that are known only by their limits: positions, velocities and accelerations of all
 /// joints are large and not correlated, as far as the limits allow. Otherwise as [`excite`].
 ///
 /// # Errors
@@ -277,7 +277,7 @@ fn search(
     })
 }
 
-/// States within the bounds, with their torques.
+/// Random states within the bounds, with their torques.
 fn random_states(robot: &RigidBodies, bounds: &[Bounds], seed: u64) -> Samples {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut signals = Signals::<Vec<f64>>::default();
@@ -294,7 +294,7 @@ fn random_states(robot: &RigidBodies, bounds: &[Bounds], seed: u64) -> Samples {
     Samples::new(bounds.len(), signals)
 }
 
-/// The noise of each torque.
+/// Noise of each torque.
 fn noise(states: &Samples, bounds: &[Bounds], config: &ExcitationConfig) -> Vec<f64> {
     let n = bounds.len();
     let of = |(i, b): (usize, &Bounds)| {
@@ -310,7 +310,7 @@ fn noise(states: &Samples, bounds: &[Bounds], config: &ExcitationConfig) -> Vec<
     bounds.iter().enumerate().map(of).collect()
 }
 
-/// What is known after a motion about the robot of the description, beside a weak prior.
+/// Certainty after a motion about the robot of the description, with a weak prior.
 fn expected(robot: &RigidBodies, weights: &[f64], samples: &Samples) -> Result<Changes> {
     let n = robot.dof();
     let scale: Vec<f64> = weights.iter().map(|w| 100.0 / w).collect();

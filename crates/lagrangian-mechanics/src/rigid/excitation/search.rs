@@ -1,8 +1,8 @@
-//! The search for the motion that tells the most: random changes of the best motion so far, many at a time.
+//! The search for the most informative motion: random changes of the best motion so far, several at a time.
 //!
 //! A motion is a number in [0, 1] for the centre of each joint and the coefficients of its series, in units of the largest
-//! that the speed allows. Whatever they are, the motion is made smaller until it is within its bounds, so that every change is a
-//! motion that is possible. Steps grow where a round finds a better motion and shrink where it does not (Rechenberg's rule).
+//! that the speed allows. Every candidate is made smaller until it is within its bounds, so that every change is a
+//! possible motion. Steps grow where a round finds a better motion and shrink where it does not (Rechenberg's rule).
 
 use std::ops::ControlFlow;
 
@@ -17,33 +17,33 @@ use lagrangian_motion::Signals;
 use lagrangian_motion::noise::normal;
 use lagrangian_motion::samples::Samples;
 
-/// Times in each period of the fastest wave: for the bounds, and for what is found.
+/// Times in each period of the fastest wave, for the bounds and for the resulting motion.
 const FINE: usize = 40;
 const COARSE: usize = 10;
-/// Changes that are tried in a round.
+/// Number of changes that are tried in a round.
 const CHANGES: usize = 8;
-/// The first step, the smallest and the largest, in the units of the coefficients.
+/// First, smallest and largest step, in the units of the coefficients.
 const STEP: [f64; 3] = [0.4, 0.01, 1.0];
-/// How the step changes with a better motion, and without.
+/// Factors of the step after a better motion, and after a round without one.
 const STEP_CHANGE: [f64; 2] = [1.5, 0.93];
-/// How often a motion is made smaller by this factor for the sake of its torques.
+/// Maximum number of reductions of a motion for the sake of its torques, and the factor of each.
 const SHRINK: (usize, f64) = (12, 0.8);
 
-/// The state of a search after a round.
+/// State of a search after a round.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SearchProgress {
-    /// The rounds of changes done, after the random motions.
+    /// Rounds of changes completed after the random motions.
     pub rounds: usize,
-    /// The motions that were tried.
+    /// Number of motions that were tried.
     pub tried: usize,
-    /// The factor by which the information about a combination of parameters grew since the best of the first motions, the geometric mean of all.
+    /// Factor by which the information about a combination of parameters grew since the best first motion, as the geometric mean of all.
     pub gain: f64,
 }
 
-/// States that the information is summed over, at most.
+/// Maximum number of states that the information is summed over.
 const SCORED: usize = 1500;
 
-/// Every Nth state, so that they are not too many.
+/// Every Nth state, to limit their number.
 fn thinned(states: Samples) -> Samples {
     let every = states.len().div_ceil(SCORED);
     let n = states.n;
@@ -73,7 +73,7 @@ fn thinned(states: Samples) -> Samples {
     }
 }
 
-/// What is searched.
+/// Definition of the search.
 pub(super) struct Problem<'a> {
     pub(super) unknown: IdentificationTarget<'a>,
     pub(super) bounds: &'a [Bounds],
@@ -82,15 +82,15 @@ pub(super) struct Problem<'a> {
     coarse: Vec<f64>,
 }
 
-/// A motion before it is made to fit its bounds.
+/// Parameters of a motion before it is fitted to its bounds.
 #[derive(Debug, Clone)]
 struct MotionParameters {
     centres: Vec<f64>,
-    /// aₖ and bₖ of each joint.
+    /// Coefficients aₖ and bₖ of each joint.
     waves: Vec<Vec<[f64; 2]>>,
 }
 
-/// A possible motion.
+/// A possible motion with its score.
 #[derive(Debug, Clone)]
 pub(super) struct Found {
     genes: MotionParameters,
@@ -113,7 +113,7 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// The best of `starts` random motions, changed until `watch` ends the search; `None` where none that was tried is possible.
+    /// The best of `starts` random motions, changed until `watch` ends the search; `None` if every tried motion is impossible.
     pub(super) fn search(
         &self,
         seed: u64,
@@ -167,7 +167,7 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Changes of one joint, or smaller ones of all.
+    /// A change of one joint, or smaller changes of all joints.
     fn changed(
         &self,
         genes: &MotionParameters,
@@ -191,7 +191,7 @@ impl<'a> Problem<'a> {
         genes
     }
 
-    /// The best of the motions that are possible; the first of equally good ones.
+    /// The best of the possible motions; the first of equal ones.
     fn best(&self, genes: Vec<MotionParameters>) -> Option<Found> {
         let found: Vec<Option<Found>> = genes.into_par_iter().map(|g| self.found(g)).collect();
         let found = found.into_iter().flatten().filter(|f| f.score.is_finite());
@@ -221,7 +221,7 @@ impl<'a> Problem<'a> {
         Samples::new(series.len(), motion.signals)
     }
 
-    /// The largest motion of this form within the bounds, and `size` of it.
+    /// The largest motion of this form within the bounds, times `size`.
     fn series(&self, genes: &MotionParameters, size: f64) -> Vec<Series> {
         let joints = genes.waves.iter().zip(&genes.centres).zip(self.bounds);
         let joint = |((waves, centre), bounds): ((&Vec<[f64; 2]>, &f64), &Bounds)| {

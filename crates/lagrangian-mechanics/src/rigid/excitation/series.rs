@@ -9,7 +9,7 @@
 //! q(t) = c + s(t) Σₖ [aₖ sin kωt + bₖ cos kωt]
 //! ```
 //!
-//! Series that have no envelope begin with a jump of the velocity, or give coefficients up for conditions at the ends
+//! Series without an envelope begin with a jump of the velocity, or sacrifice coefficients for conditions at the ends
 //! (Swevers, Ganseman, Tükel, De Schutter, Van Brussel, IEEE Trans. Robotics and Automation 13, 1997).
 
 use std::f64::consts::TAU;
@@ -18,10 +18,10 @@ use lagrangian_motion::{Signals, Trajectory};
 
 /// The longest period of a series, s.
 const LONGEST: f64 = 10.0;
-/// The longest time of rising from rest, s, and its largest part of the duration.
+/// Longest rise time from rest, s, and its largest fraction of the duration.
 const RISE: (f64, f64) = (2.0, 0.25);
 
-/// The times of the series of a plan.
+/// Timing of the series of a plan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Timing {
     pub(super) duration: f64,
@@ -38,7 +38,7 @@ impl Timing {
         TAU * self.periods() * k as f64 / self.duration
     }
 
-    /// `count` times in each period of the fastest wave, from the start to the end.
+    /// Times from the start to the end, `count` in each period of the fastest wave.
     pub(super) fn times(self, count: usize) -> Vec<f64> {
         let steps = count * self.harmonics * self.periods() as usize;
         (0..=steps)
@@ -46,7 +46,7 @@ impl Timing {
             .collect()
     }
 
-    /// s and its first two derivatives: 10x³ − 15x⁴ + 6x⁵ of the time since the start, or to the end, in parts of the rise.
+    /// s and its first two derivatives: 10x³ − 15x⁴ + 6x⁵ of the time since the start, or to the end, in units of the rise time.
     fn envelope(self, t: f64) -> [f64; 3] {
         let rise = RISE.0.min(RISE.1 * self.duration);
         let (near, sign) = match t < 0.5 * self.duration {
@@ -91,7 +91,7 @@ impl Table {
         }
     }
 
-    /// The deviation from the centre at each time, for coefficients [aₖ, bₖ].
+    /// Deviation from the centre at each time, for the coefficients [aₖ, bₖ].
     pub(super) fn moments(&self, coefficients: &[[f64; 2]]) -> Vec<Moment> {
         let rows = self.waves.chunks_exact(self.frequencies.len());
         let moment = |(s, row): (&[f64; 3], &[[f64; 2]])| {
@@ -114,11 +114,11 @@ impl Table {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Series {
     pub(super) centre: f64,
-    /// aₖ and bₖ.
+    /// Coefficients aₖ and bₖ.
     pub(super) coefficients: Vec<[f64; 2]>,
 }
 
-/// The motion of all joints at some times; no torques.
+/// Motion of all joints at some times, without torques.
 pub(super) fn motion(series: &[Series], timing: Timing, times: &[f64]) -> Trajectory {
     let (table, n) = (Table::new(timing, times), series.len());
     let size = times.len() * n;
