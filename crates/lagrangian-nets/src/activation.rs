@@ -21,7 +21,7 @@ pub enum Activation {
     XTanh,
     /// ½ x²: convex, for quadratic forms.
     Square,
-    /// eˣ, continued by its parabola at 40 so that it cannot overflow: convex and increasing, for what spans decades.
+    /// eˣ, continued by its parabola at 40 so that it cannot overflow: convex and increasing, for values that span decades.
     Exp,
 }
 
@@ -78,7 +78,7 @@ impl Activation {
     }
 }
 
-/// Where the exponential becomes a parabola.
+/// Threshold at which the exponential becomes a parabola.
 const STEEPEST: f64 = 40.0;
 
 fn exponential<D: DualNum<Primitive = f64> + Copy>(x: D) -> D {
@@ -238,7 +238,7 @@ fn twice_artanh<V: Vector>(s: V) -> V {
     s.add(s).mul(sum)
 }
 
-/// Σ cₖ xᵏ, even and odd powers apart: half the length of the chain of additions.
+/// Σ cₖ xᵏ, with even and odd powers separate: half the length of the chain of additions.
 #[inline(always)]
 fn polynomial<V: Vector, const N: usize>(c: &[f64; N], x: V) -> V {
     let square = x.mul(x);
@@ -270,7 +270,7 @@ const EXP_SINGLE: [f64; 7] = [
     0.001_383_681_226_994_477,
 ];
 
-/// The same; 2⁻⁵⁸.
+/// As [`EXP_SINGLE`]; relative error 2⁻⁵⁸.
 const EXP_DOUBLE: [f64; 12] = [
     1.0,
     1.0,
@@ -295,7 +295,7 @@ const ARTANH_SINGLE: [f64; 5] = [
     0.140_891_664_117_409_75,
 ];
 
-/// The same; 2⁻⁵⁹.
+/// As [`ARTANH_SINGLE`]; relative error 2⁻⁵⁹.
 const ARTANH_DOUBLE: [f64; 11] = [
     1.0,
     0.333_333_333_333_330_67,

@@ -1,8 +1,8 @@
 //! One state through a chain of dense layers: the derivatives that [`Pass`](super::Pass) computes for blocks of samples,
 //! in one kernel that reads the weights of a layer once.
 //!
-//! Row 0 of a layer is the value, row 1 the tangent ′, then one row for each direction. A direction moves one feature, so
-//! that the first layer costs it a column of the weights and no product.
+//! Row 0 of a layer is the value, row 1 the tangent ′, followed by one row for each direction. A direction moves one feature, so
+//! that it needs a column of the weights of the first layer, but no product.
 
 use super::Activation;
 use super::net::{Kind, Net, Source};
@@ -12,10 +12,10 @@ use super::simd::{
     dispatch, product, pull,
 };
 
-/// The number of values in a vector of f64.
+/// Number of values in a vector of f64.
 const LANES: usize = 8;
 
-/// The rows of one state in one layer, `[rows, stride]`.
+/// Rows of one state in one layer, `[rows, stride]`.
 #[derive(Debug)]
 struct Units {
     stride: usize,
@@ -26,26 +26,26 @@ struct Units {
     second: Buffer<f64>,
     /// Sensitivities of the output to a, then to z.
     y: Buffer<f64>,
-    /// σ″ times the first of them.
+    /// σ″ times the sensitivities to a.
     weight: Buffer<f64>,
 }
 
 /// One state in a network whose layers form a chain: its value, gradient and second derivatives in double precision.
 #[derive(Debug)]
 pub struct Chain {
-    /// The feature that direction 0 moves; direction d moves feature `moved` + d.
+    /// Feature that direction 0 moves; direction d moves feature `moved` + d.
     moved: usize,
-    /// The change of its feature along each direction.
+    /// Change of its feature along each direction.
     slopes: Vec<f64>,
-    /// The value and the tangent ′ of the features.
+    /// Value and tangent ′ of the features.
     x: Buffer<f64>,
     x_stride: usize,
     layers: Vec<Units>,
     yx: Buffer<f64>,
-    /// Vectors whose sums are second derivatives, and these.
+    /// Vectors whose sums are second derivatives, and those sums.
     vectors: Buffer<f64>,
     hessian: Buffer<f64>,
-    /// Of a single output.
+    /// Value of a single output.
     value: f64,
 }
 
@@ -142,14 +142,14 @@ impl Chain {
         });
     }
 
-    /// The value of the only output, after [`Chain::second_order`].
+    /// Value of the only output, after [`Chain::second_order`].
     #[inline]
     #[must_use]
     pub fn value(&self) -> f64 {
         self.value
     }
 
-    /// The value (c = 0) or the tangent ′ (c = 1) of output `o`, after [`Chain::forward`].
+    /// Value (c = 0) or tangent ′ (c = 1) of output `o`, after [`Chain::forward`].
     #[inline]
     #[must_use]
     pub fn output(&self, c: usize, o: usize) -> f64 {
@@ -157,24 +157,24 @@ impl Chain {
         last.z[c * last.stride + o]
     }
 
-    /// The gradient by feature `i`, after [`Chain::second_order`] or [`Chain::reverse`].
+    /// Gradient by feature `i`, after [`Chain::second_order`] or [`Chain::reverse`].
     #[inline]
     #[must_use]
     pub fn feature_gradient(&self, i: usize) -> f64 {
         self.yx[i]
     }
 
-    /// The second derivative along directions i and j, or along i and ′ where `j` is `None`, after
+    /// Second derivative along directions i and j, or along i and ′ where `j` is `None`, after
     /// [`Chain::second_order`].
     #[inline]
     #[must_use]
     pub fn second_derivative(&self, i: usize, j: Option<usize>) -> f64 {
-        // ′ stands before the directions.
+        // The tangent ′ precedes the directions.
         let (r, q) = j.map_or((i + 1, 0), |j| (i.max(j) + 1, i.min(j) + 1));
         self.hessian[r * (r + 1) / 2 + q]
     }
 
-    /// Through layer `l`, with its σ where it has one; `rows` of the value and its tangents.
+    /// Computes layer `l`, with its σ if it has one, for `rows` rows: the value and its tangents.
     #[inline(always)]
     fn layer<I: Isa>(&mut self, net: &Net, packed: &Packed<f64>, l: usize, rows: usize) {
         let w = weights(net, packed, l);
@@ -203,8 +203,8 @@ impl Chain {
         }
     }
 
-    /// From the sensitivities of layer `l` down to the features, adding second derivatives along ′ and `directions`
-    /// where asked.
+    /// Computes the sensitivities from layer `l` down to the features, and adds second derivatives along ′ and `directions`
+    /// if requested.
     #[inline(always)]
     fn back<I: Isa>(
         &mut self,
@@ -263,7 +263,7 @@ impl Units {
     #[inline(always)]
     fn apply<I: Isa>(&mut self, activation: Activation, rows: usize) {
         let mut at = 0;
-        // Two panels at a time: each waits for its own sums.
+        // Two panels at a time, so that the sums of one do not wait for those of the other.
         while at + 2 * LANES <= self.stride {
             self.apply_at::<Pair<I::F64>>(activation, at, rows);
             at += 2 * LANES;
@@ -298,7 +298,7 @@ impl Units {
     }
 }
 
-/// What a kernel computes.
+/// Results of a kernel.
 enum Order {
     /// The value, the gradient and the second derivatives.
     Second,
@@ -348,7 +348,7 @@ impl Run<'_> {
         for l in 0..=top {
             chain.layer::<I>(net, packed, l, 2 + directions);
         }
-        // W of the only output, which is the sensitivity to what it reads.
+        // W of the only output, which is the sensitivity to its inputs.
         let output = packed.reverse(top + 1, 0);
         let units = &mut chain.layers[top];
         let mut sum = I::F64::splat(0.0);

@@ -1,17 +1,17 @@
-//! What can go wrong with a network: variants carry values, messages end with the remedy.
+//! The errors of a network: variants carry values, messages end with the remedy.
 
-/// Why weights or a name of an instruction set were refused.
+/// An error in weights or in the name of an instruction set.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// There are more or fewer parameters than the network has.
+    /// The number of parameters differs from that of the network.
     #[error(
         "{found} parameters were given to a network of {expected}: use the configuration that the weights were made for"
     )]
     Count {
-        /// The number of parameters given.
+        /// Number of parameters given.
         found: usize,
-        /// The number of parameters of the network.
+        /// Number of parameters of the network.
         expected: usize,
     },
 
@@ -20,19 +20,19 @@ pub enum Error {
         "parameter {index} of the network is not finite: repeat the fit, or take other weights"
     )]
     NotFinite {
-        /// The index of the first such parameter.
+        /// Index of the first such parameter.
         index: usize,
     },
 
-    /// No instruction set of this CPU has this name.
+    /// The name is not that of an instruction set of this CPU.
     #[error("there is no instruction set of this CPU '{name}': choose one of {known}")]
     UnknownLevel {
-        /// The name that was given.
+        /// Name that was given.
         name: String,
-        /// The names of the instruction sets of this CPU, separated by commas.
+        /// Names of the instruction sets of this CPU, separated by commas.
         known: String,
     },
 }
 
-/// The result of what can fail in this crate.
+/// Result with the errors of this crate.
 pub type Result<T> = std::result::Result<T, Error>;

@@ -12,8 +12,8 @@ use super::packed::{Gradient, Packed, panels};
 use super::pass::Pass;
 use super::simd::{Buffer, Gemm, Init, Real, RowDots, WeighRows, dispatch};
 
-/// The factors of the Jacobian of each raw output of a sample: pairs of a component of the sensitivities to a layer and a
-/// component of the input of that layer, whose outer products it sums (theory.md, equation 18).
+/// Factors of the Jacobian of each raw output of a sample: pairs of a component of the sensitivities to a layer and a
+/// component of the input of that layer, whose outer products are summed (theory.md, equation 18).
 #[derive(Debug, Clone)]
 pub struct Terms {
     hidden: Vec<Vec<(usize, usize)>>,
@@ -21,7 +21,7 @@ pub struct Terms {
 }
 
 impl Terms {
-    /// The given `pairs` of every raw output, the same in all layers.
+    /// The given `pairs` of every raw output, equal in all layers.
     #[must_use]
     pub fn new(pairs: Vec<Vec<(usize, usize)>>) -> Self {
         Self {
@@ -30,7 +30,7 @@ impl Terms {
         }
     }
 
-    /// The given `pairs` of every raw output of a network with one output of which only the value counts: the sensitivity
+    /// The given `pairs` of every raw output of a network with one output of which only the value counts. The sensitivity
     /// to it is 1 in its value and 0 in all other components, so that the output layer keeps the pairs of the value.
     #[must_use]
     pub fn of_value(pairs: Vec<Vec<(usize, usize)>>) -> Self {
@@ -42,18 +42,18 @@ impl Terms {
         }
     }
 
-    /// The number of raw outputs of a sample.
+    /// Number of raw outputs of a sample.
     #[must_use]
     pub fn outputs(&self) -> usize {
         self.hidden.len()
     }
 
-    /// The components of sensitivities and of inputs that any layer uses.
+    /// Components of sensitivities and of inputs that any layer uses.
     pub(super) fn used(&self) -> (Range<usize>, Range<usize>) {
         used(&self.hidden)
     }
 
-    /// The pairs of every raw output in layer `l`.
+    /// Pairs of every raw output in layer `l`.
     #[must_use]
     pub fn at(&self, net: &Net, l: usize) -> &[Vec<(usize, usize)>] {
         match net.outputs.contains(&l) {
@@ -63,7 +63,7 @@ impl Terms {
     }
 }
 
-/// The components of sensitivities and of inputs that pairs use: all from the first to the last.
+/// Components of sensitivities and of inputs that pairs use: all from the first to the last.
 pub(super) fn used(pairs: &[Vec<(usize, usize)>]) -> (Range<usize>, Range<usize>) {
     let range = |of: fn(&(usize, usize)) -> usize| {
         let all = || pairs.iter().flatten().map(of);

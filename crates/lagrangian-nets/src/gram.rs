@@ -11,15 +11,15 @@ use super::packed::panels;
 use super::pass::Pass;
 use super::simd::{Buffer, Gemm, GramTile, Init, Real, dispatch};
 
-/// The factors of the Jacobian of one block of samples, for products with those of other blocks.
+/// Factors of the Jacobian of one block of samples, for products with those of other blocks.
 #[derive(Debug)]
 pub struct Factors<S: Real> {
     samples: usize,
-    /// The number of components times samples.
+    /// Number of components times samples.
     rows: usize,
-    /// The sensitivities y to each layer.
+    /// Sensitivities y to each layer.
     y: Vec<Sides<S>>,
-    /// The values a of each source, features first.
+    /// Values a of each source, features first.
     a: Vec<Sides<S>>,
 }
 
@@ -30,7 +30,7 @@ struct Sides<S: Real> {
     right: Buffer<S>,
 }
 
-/// Scratch for one tile of J Jᵀ.
+/// Scratch memory for one tile of J Jᵀ.
 #[derive(Debug)]
 pub struct TileScratch<S: Real> {
     y: Buffer<S>,
@@ -38,7 +38,7 @@ pub struct TileScratch<S: Real> {
 }
 
 impl<S: Real> TileScratch<S> {
-    /// Scratch for tiles between blocks whose factors have the size of `factors`.
+    /// Scratch memory for tiles between blocks whose factors have the size of `factors`.
     #[must_use]
     pub fn new(factors: &Factors<S>) -> Self {
         let rows = factors.rows;
@@ -132,7 +132,7 @@ impl<S: Real> Factors<S> {
         }
     }
 
-    /// The products of some components of both blocks: panels of columns, a row for each of all components.
+    /// Products of some components of both blocks, in panels of columns with a row for each of all components.
     fn products(
         &self,
         (left, right, width): (&Sides<S>, &Sides<S>, usize),
@@ -155,7 +155,7 @@ impl<S: Real> Factors<S> {
         ));
     }
 
-    /// The product of the 1 that a bias multiplies with itself, for the values of both blocks.
+    /// Adds the product of the bias inputs, 1 · 1, for the values of both blocks.
     fn add_one(&self, a: &mut [S]) {
         let panels = a.chunks_exact_mut(self.rows * S::LANES);
         for panel in panels.take(self.samples / S::LANES) {

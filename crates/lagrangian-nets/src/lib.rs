@@ -3,15 +3,15 @@
 //!
 //! # The problem
 //!
-//! Where a network stands for an energy or a Lagrangian, a loss contains its second derivatives, and training needs the
-//! gradient of those. Nested automatic differentiation is slow for this. Here a block of samples goes forward over the
+//! If a network represents an energy or a Lagrangian, a loss contains its second derivatives, and training needs the
+//! gradient of those. Nested automatic differentiation is slow for this. Here a block of samples is evaluated forward over the
 //! truncated algebra {1, ε′, εᵢ, εᵢε′} with ε′² = εᵢεⱼ = 0,
 //!
 //! ```text
 //! x = x₀ + x′ ε′ + Σᵢ xᵢ εᵢ + Σᵢ xᵢ′ εᵢε′ ,
 //! ```
 //!
-//! and back by ordinary back-propagation over the same algebra. One reverse pass gives second derivatives exactly,
+//! and backward by ordinary back-propagation over the same algebra. One reverse pass gives second derivatives exactly,
 //!
 //! ```text
 //! ∂²L/∂s∂t = Σ_layers Σ_units σ″(z) y_a z_s z_t ,
@@ -33,7 +33,7 @@
 //! | y | | sensitivities: derivatives of the output by z or a | `[samples, width]` |
 //! | S, J = ∂S/∂θ | [`Terms`] | raw outputs of a sample and their Jacobian, kept as factors | |
 //!
-//! Activations and sensitivities lie in panels of 64 bytes: LANES columns (16 in single, 8 in double precision), with a
+//! Activations and sensitivities are stored in panels of 64 bytes: LANES columns (16 in single, 8 in double precision), with a
 //! row for each component of each sample, so that no matrix product copies its factors.
 //!
 //! # Data flow

@@ -1,11 +1,11 @@
-//! Steps of Adam on parameters that stay in panels: in double precision and in the order in which the kernels leave the
+//! Steps of Adam on parameters that stay in panels: in double precision and in the order in which the kernels write the
 //! gradient, so that a step neither packs nor unpacks.
 
 use super::net::{Kind, Net};
 use super::packed::{Gradient, Packed, places};
 use super::simd::{AdamRule, AdamStep, Buffer, Real, dispatch};
 
-/// The parameters of a network and the moments of their gradient, in panels, for steps of Adam.
+/// Parameters of a network and the moments of their gradient, in panels, for steps of Adam.
 #[derive(Debug)]
 pub struct Moments<T: Real> {
     layers: Vec<Vec<Matrix<T>>>,
@@ -70,7 +70,7 @@ impl<T: Real> Moments<T> {
         }
     }
 
-    /// Takes a step of Adam along a gradient that was [completed](Gradient::settle), and packs the new parameters.
+    /// Takes a step of Adam along a [completed](Gradient::settle) gradient, and packs the new parameters.
     pub fn step(
         &mut self,
         net: &Net,

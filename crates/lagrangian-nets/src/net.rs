@@ -1,4 +1,4 @@
-//! The layers of a network and where its parameters lie.
+//! The layers of a network and the places of its parameters.
 
 use rand::{Rng, RngExt};
 
@@ -6,7 +6,7 @@ use super::Activation;
 use super::simd::Real;
 use crate::{Error, Result};
 
-/// What a layer reads: the features or an earlier layer.
+/// Source of a layer: the features or an earlier layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
     /// The features of the sample.
@@ -20,7 +20,7 @@ pub enum Source {
 pub enum Weighted {
     /// Weights of any sign.
     Any(Source),
-    /// Weights that must not be negative, so that the layer is convex in its source.
+    /// Weights ≥ 0, so that the layer is convex in its source.
     NonNegative(Source),
 }
 
@@ -34,31 +34,31 @@ impl From<Source> for Weighted {
 /// parameters.
 #[derive(Debug, Clone)]
 pub struct Input {
-    /// What the weights multiply.
+    /// Source that the weights multiply.
     pub source: Source,
-    /// The width of the source.
+    /// Width of the source.
     pub width: usize,
-    /// The index of the first weight among the parameters.
+    /// Index of the first weight among the parameters.
     pub at: usize,
-    /// Whether the weights must not be negative, so that the layer is convex in its source.
+    /// Whether the weights must be ≥ 0, so that the layer is convex in its source.
     pub non_negative: bool,
     /// Whether no later layer reads the source, so that a reverse pass reaches it here first.
     pub last_reader: bool,
 }
 
-/// What a layer does with what it reads, before its activation.
+/// Map from the sources of a layer to its pre-activations.
 #[derive(Debug, Clone)]
 pub enum Kind {
     /// Affine: z = Σ W a + b, summed over the sources a.
     Dense {
-        /// The sources with their matrices of weights W.
+        /// Sources with their matrices of weights W.
         inputs: Vec<Input>,
-        /// The index of the first bias b among the parameters, `None` where the layer has no bias.
+        /// Index of the first bias b among the parameters, `None` where the layer has no bias.
         bias: Option<usize>,
     },
     /// Affine in the velocities v: z = `Σ_j` `g_j` `v_j` + `g_n`, with gates g that another layer computes.
     Gate {
-        /// The index of the layer that computes the gates, `[n + 1, width]`.
+        /// Index of the layer that computes the gates, `[n + 1, width]`.
         gates: usize,
     },
 }
@@ -66,26 +66,26 @@ pub enum Kind {
 /// One layer of a [`Net`]: a = σ(z).
 #[derive(Debug, Clone)]
 pub struct Layer {
-    /// The number of units.
+    /// Number of units.
     pub width: usize,
-    /// How z follows from what the layer reads.
+    /// Map from the sources to z.
     pub kind: Kind,
-    /// The activation σ, `None` where a = z.
+    /// Activation σ, `None` where a = z.
     pub activation: Option<Activation>,
 }
 
 /// The layers of a feed-forward network, without its parameters.
 #[derive(Debug, Clone)]
 pub struct Net {
-    /// The number of features of a sample that the network reads.
+    /// Number of features of a sample that the network reads.
     pub features: usize,
-    /// The number of velocities that gates multiply, 0 without gates.
+    /// Number of velocities that gates multiply, 0 without gates.
     pub velocities: usize,
-    /// The layers, each after all that it reads.
+    /// Layers, each after all that it reads.
     pub layers: Vec<Layer>,
-    /// The layers that are the output, one after the other; no layer reads them, and they have no activation.
+    /// Layers that are the output, joined in this order; no layer reads them, and they have no activation.
     pub outputs: Vec<usize>,
-    /// The number of parameters: weights and biases of all layers.
+    /// Number of parameters: weights and biases of all layers.
     pub parameters: usize,
 }
 
@@ -191,7 +191,7 @@ impl Build {
         self.finish_with(&[Source::Layer(last)])
     }
 
-    /// Returns the network, whose output is these layers one after the other.
+    /// Returns the network, whose output is these layers in order.
     pub fn finish_with(mut self, outputs: &[Source]) -> Net {
         let layer = |source: &Source| match source {
             Source::Features => None,
@@ -203,7 +203,7 @@ impl Build {
             let Kind::Dense { inputs, .. } = &mut layer.kind else {
                 continue;
             };
-            // A layer that reads no number of its source writes no sensitivity to it.
+            // A layer that reads zero values of its source writes no sensitivity to it.
             for input in inputs.iter_mut().filter(|input| input.width > 0) {
                 let slot = match input.source {
                     Source::Features => 0,
@@ -217,7 +217,7 @@ impl Build {
 }
 
 impl Net {
-    /// The index of the layer that has output `o`, and the index of its unit there.
+    /// Index of the layer that has output `o`, and index of its unit there.
     #[inline]
     #[must_use]
     pub fn output_at(&self, mut o: usize) -> (usize, usize) {
@@ -231,8 +231,8 @@ impl Net {
         (self.layers.len().saturating_sub(1), o)
     }
 
-    /// Random parameters: weights are normal with variance 1 / (width of the source), those that must not be negative
-    /// the absolute values of such, scaled to keep their sum; biases are zero.
+    /// Random parameters: weights are normal with variance 1 / (width of the source); weights that must be ≥ 0 are
+    /// absolute values of these, scaled to keep their sum; biases are zero.
     pub fn initialise(&self, rng: &mut impl Rng) -> Vec<f64> {
         let mut parameters = vec![0.0; self.parameters];
         for layer in &self.layers {
@@ -254,7 +254,7 @@ impl Net {
         parameters
     }
 
-    /// The index of the first parameter that must not be negative and is.
+    /// Index of the first negative parameter that must be ≥ 0.
     #[must_use]
     pub fn negative(&self, parameters: &[f64]) -> Option<usize> {
         let inputs = self.layers.iter().filter_map(|layer| match &layer.kind {
@@ -285,7 +285,7 @@ impl Net {
         Ok(())
     }
 
-    /// Sets weights that must not be negative to zero where they are.
+    /// Sets negative weights that must be ≥ 0 to zero.
     pub fn project(&self, parameters: &mut [f64]) {
         for layer in &self.layers {
             let Kind::Dense { inputs, .. } = &layer.kind else {

@@ -1,11 +1,11 @@
-//! A network over a generic scalar: slow, simple, and the reference that tests compare the kernels with.
+//! A network over a generic scalar: slow, simple, and the reference for the tests of the kernels.
 
 use num_dual::DualNum;
 
 use super::net::{Kind, Net, Source};
 
 impl Net {
-    /// The outputs at features `x` and velocities `v` over any scalar, dual numbers for derivatives.
+    /// Outputs at features `x` and velocities `v` over any scalar; dual numbers give derivatives.
     #[must_use]
     pub fn evaluate<D: DualNum<Primitive = f64> + Copy>(
         &self,

@@ -1,6 +1,6 @@
-//! Weights and their gradient as the kernels read and write them: in panels of 64 bytes.
+//! Weights and their gradient in the memory layout of the kernels: in panels of 64 bytes.
 //!
-//! A matrix `[rows, columns]` lies in panels of LANES columns, each `[rows, LANES]`, zero beyond its last column. A bias
+//! A matrix `[rows, columns]` is stored in panels of LANES columns, each `[rows, LANES]`, zero beyond its last column. A bias
 //! is a matrix of one row.
 
 use super::net::{Input, Kind, Layer, Net};
@@ -13,7 +13,7 @@ pub(super) fn panels<T: Real>(width: usize) -> usize {
 /// A matrix among the parameters of a network.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
-    /// Where it begins, row-major.
+    /// Index of its first value, row-major.
     at: usize,
     rows: usize,
     columns: usize,
@@ -52,7 +52,7 @@ impl Place {
         }
     }
 
-    /// Copies it from the parameters to panels of T.
+    /// Copies the matrix from the parameters to panels of T.
     pub(super) fn copy_in<T: Real, E: Copy>(
         &self,
         flat: &[f64],
@@ -82,7 +82,7 @@ impl Place {
         });
     }
 
-    /// Sets what lies beyond the last column to zero.
+    /// Sets the values beyond the last column to zero.
     fn clear_padding<T: Real>(&self, panels: &mut [T]) {
         let length = self.columns % T::LANES;
         if length == 0 {
@@ -95,7 +95,7 @@ impl Place {
     }
 }
 
-/// The matrices of a layer: those of its inputs, then its bias.
+/// Matrices of a layer: those of its inputs, then its bias.
 pub(super) fn places(layer: &Layer) -> impl Iterator<Item = Place> {
     let (inputs, bias) = match &layer.kind {
         Kind::Dense { inputs, bias } => (inputs.as_slice(), *bias),
@@ -105,7 +105,7 @@ pub(super) fn places(layer: &Layer) -> impl Iterator<Item = Place> {
     inputs.iter().map(|i| Place::of(layer, i)).chain(bias)
 }
 
-/// The parameters of a network as the kernels read them: every matrix and its transpose in panels.
+/// Parameters of a network in the layout of the kernels: every matrix and its transpose in panels.
 #[derive(Debug, Clone)]
 pub struct Packed<T: Real> {
     layers: Vec<PackedLayer<T>>,
@@ -113,11 +113,11 @@ pub struct Packed<T: Real> {
 
 #[derive(Debug, Clone)]
 struct PackedLayer<T: Real> {
-    /// Per input: Wᵀ in panels of outputs.
+    /// Wᵀ of each input, in panels of outputs.
     forward: Vec<Buffer<T>>,
-    /// Per input: W in panels of inputs; then the bias.
+    /// W of each input, in panels of inputs; then the bias.
     reverse: Vec<Buffer<T>>,
-    /// The bias of a layer that has none.
+    /// Zero bias for layers without a bias.
     zero: Buffer<T>,
 }
 
@@ -142,7 +142,7 @@ impl<T: Real> Packed<T> {
         }
     }
 
-    /// The panels of the given `parameters` of `net`.
+    /// Panels of the given `parameters` of `net`.
     ///
     /// # Errors
     /// The errors of [`Net::check`].
@@ -163,7 +163,7 @@ impl<T: Real> Packed<T> {
         &self.layers[l].reverse[k]
     }
 
-    /// The bias of layer `l`, zero where it has none.
+    /// Bias of layer `l`, zero where the layer has none.
     pub(super) fn bias(&self, l: usize) -> &[T] {
         let layer = &self.layers[l];
         layer
@@ -172,12 +172,12 @@ impl<T: Real> Packed<T> {
             .unwrap_or(&layer.zero)
     }
 
-    /// Matrix `k` of layer `l` as its gradient lies: W of its inputs, then its bias.
+    /// Matrix `k` of layer `l` in the layout of its gradient: W of its inputs, then its bias.
     pub(super) fn matrix_mut(&mut self, l: usize, k: usize) -> &mut [T] {
         &mut self.layers[l].reverse[k]
     }
 
-    /// Copies `parameters` (as [`Net`] lays them out) into the panels.
+    /// Copies `parameters` (in the order of [`Net`]) into the panels.
     pub fn set(&mut self, net: &Net, parameters: &[f64]) {
         for (l, layer) in net.layers.iter().enumerate() {
             for (k, place) in places(layer).enumerate() {
@@ -198,7 +198,7 @@ impl<T: Real> Packed<T> {
     }
 }
 
-/// From a matrix in panels of its columns to its transpose in panels of its rows, block by block.
+/// Transposes a matrix in panels of its columns to panels of its rows, block by block.
 fn transpose<T: Real>(from: &[T], (rows, columns): (usize, usize), to: &mut [T]) {
     let lanes = T::LANES;
     for i in (0..columns).step_by(lanes) {
@@ -215,16 +215,16 @@ fn transpose<T: Real>(from: &[T], (rows, columns): (usize, usize), to: &mut [T])
     }
 }
 
-/// The gradient by the parameters of a network, summed over blocks of samples, in panels.
+/// Gradient by the parameters of a network, summed over blocks of samples, in panels.
 #[derive(Debug, Clone)]
 pub struct Gradient<T: Real> {
-    /// Of each layer: its matrices, then its bias, as in [`Packed::matrix_mut`].
+    /// Matrices and bias of each layer, as in [`Packed::matrix_mut`].
     layers: Vec<Vec<Buffer<T>>>,
     fresh: bool,
 }
 
 impl<T: Real> Gradient<T> {
-    /// A gradient of the parameters of `net` that sums nothing yet.
+    /// An empty sum of gradients by the parameters of `net`.
     #[must_use]
     pub fn new(net: &Net) -> Self {
         let layer = |layer| places(layer).map(|p| Buffer::new(p.size::<T>())).collect();
@@ -234,7 +234,7 @@ impl<T: Real> Gradient<T> {
         }
     }
 
-    /// What the matrices hold when the next block is added.
+    /// Initial content of the matrices when the next block is added.
     pub(super) fn begin(&mut self) -> Init<'static, T> {
         if std::mem::replace(&mut self.fresh, false) {
             Init::Zero
@@ -243,7 +243,7 @@ impl<T: Real> Gradient<T> {
         }
     }
 
-    /// The matrices of the inputs of layer `l`, and the gradient by its bias, empty where it has none.
+    /// Matrices of the inputs of layer `l`, and the gradient by its bias, empty for a layer without a bias.
     pub(super) fn layer(&mut self, l: usize, inputs: usize) -> (&mut [Buffer<T>], &mut [T]) {
         let (matrices, bias) = self.layers[l].split_at_mut(inputs);
         (matrices, bias.first_mut().map_or(&mut [], |b| &mut b[..]))
@@ -278,7 +278,7 @@ impl<T: Real> Gradient<T> {
         }
     }
 
-    /// Completes the sum (zero where nothing was added, and in the padding of the panels) and returns the sum of its
+    /// Completes the sum (zero for an empty sum, and in the padding of the panels) and returns the sum of its
     /// squares.
     pub fn settle(&mut self, net: &Net) -> f64 {
         let mut sum = 0.0;

@@ -81,9 +81,9 @@ fn activations_agree_with_dual_numbers_on_every_instruction_set() {
         for activation in ALL {
             let double = worst::<f64>(level, activation);
             let bound = match activation {
-                // The tail of its oracle, a continued fraction, is itself good to 1e-13 only.
+                // Its oracle's tail, a continued fraction, is accurate to 1e-13 only.
                 Activation::Gelu => 1e-13,
-                // Its oracle takes 1 − tanh², which cancels, times |x| ≤ 25.
+                // Its oracle uses 1 − tanh², which cancels, times |x| ≤ 25.
                 Activation::XTanh => 1e-13,
                 _ => 3e-15,
             };
@@ -174,7 +174,7 @@ fn product_error<T: Real>(
         Init::Add,
     );
     dispatch_on(level, gemm);
-    // The same values by columns: Aᵀ is stored, in two pieces of rows.
+    // The values of A by columns: Aᵀ is stored, in two pieces of rows.
     let (at, _) = panelled::<T>(terms, rows, 0.0);
     let mut at = at;
     for k in 0..terms {

@@ -1,4 +1,4 @@
-//! Reverse passes: the sensitivities of the output to every layer and to the features.
+//! Reverse passes: sensitivities of the output to every layer and to the features.
 
 use std::ops::Range;
 
@@ -10,21 +10,21 @@ use super::super::simd::{
 };
 use super::{LayerBuffers, Pass};
 
-/// The sensitivities that a reverse pass computes.
+/// Sensitivities that a reverse pass computes.
 #[derive(Clone, Copy)]
 enum Backward {
-    /// The value component, with second derivatives along pairs of this number of directions.
+    /// Value component, with second derivatives along pairs of this number of directions.
     Value { directions: usize },
-    /// The sensitivities of this number of outputs, each in a component of its own.
+    /// Sensitivities of this number of outputs, each in a separate component.
     Outputs(usize),
-    /// The components ′, i and i′ of the sensitivities of one output.
+    /// Components ′, i and i′ of the sensitivities of one output.
     Mixed { directions: usize },
-    /// The sensitivities of this number of scalars that depend on the value and its tangents.
+    /// Sensitivities of this number of scalars that depend on the value and its tangents.
     Tangents { directions: usize },
 }
 
 impl Backward {
-    /// The number of directions of the second derivatives that the pass computes, where it does.
+    /// Number of directions of the second derivatives, if the pass computes them.
     fn curvature(self) -> Option<usize> {
         match self {
             Self::Value { directions } if directions > 0 => Some(directions),
@@ -50,7 +50,7 @@ impl<T: Real> Pass<T> {
         self.reverse_seeded(net, packed);
     }
 
-    /// Computes what [`Pass::reverse_sum`] does from the seeds in component 0 of the sensitivities of the outputs
+    /// As [`Pass::reverse_sum`], from the seeds in component 0 of the sensitivities of the outputs
     /// ([`Pass::set_seeds`]).
     pub fn reverse_seeded(&mut self, net: &Net, packed: &Packed<T>) {
         self.back(net, packed, Backward::Value { directions: 0 });
@@ -73,8 +73,8 @@ impl<T: Real> Pass<T> {
 
     /// Computes the sensitivities of scalars i < `directions` that depend on the values of the outputs, their tangents ′
     /// and their tangent along i (theory.md, equation 32). `seed(c, s, o)` is, for c = i, the sensitivity of scalar i to
-    /// the tangent ′ of output o in sample s and, for c = `directions` + i, that to its value; the sensitivities to the
-    /// tangents i are those that [`Pass::reverse_sum`] computed.
+    /// the tangent ′ of output o in sample s and, for c = `directions` + i, that to its value. The sensitivities to the
+    /// tangents i are those computed by [`Pass::reverse_sum`].
     pub fn reverse_tangents(
         &mut self,
         net: &Net,
@@ -86,7 +86,7 @@ impl<T: Real> Pass<T> {
         self.reverse_tangents_seeded(net, packed, directions);
     }
 
-    /// Computes what [`Pass::reverse_tangents`] does from the seeds in components 1 to 2 · `directions` of the
+    /// As [`Pass::reverse_tangents`], from the seeds in components 1 to 2 · `directions` of the
     /// sensitivities of the outputs ([`Pass::set_seeds`]).
     pub fn reverse_tangents_seeded(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
         self.back(net, packed, Backward::Tangents { directions });
@@ -138,7 +138,7 @@ impl<T: Real> Pass<T> {
         }
     }
 
-    /// Carries sensitivities from the outputs down, and to the features where they are those of the value.
+    /// Propagates sensitivities from the outputs down, and to the features if they are those of the value.
     fn back(&mut self, net: &Net, packed: &Packed<T>, pass: Backward) {
         self.written.fill(false);
         for (l, layer) in net.layers.iter().enumerate().rev() {
@@ -152,7 +152,7 @@ impl<T: Real> Pass<T> {
         }
     }
 
-    /// The components that a pass carries.
+    /// Components that a pass propagates.
     fn parts(&self, pass: Backward) -> [Range<usize>; 2] {
         match pass {
             Backward::Value { .. } => [0..1, 0..0],
@@ -164,7 +164,7 @@ impl<T: Real> Pass<T> {
         }
     }
 
-    /// From the sensitivities to a = σ(z) of layer `l` to those to z.
+    /// Converts the sensitivities to a = σ(z) of layer `l` to those to z.
     fn reverse_activation(&mut self, l: usize, pass: Backward) {
         let [components, _] = self.parts(pass);
         let LayerBuffers {
@@ -216,7 +216,7 @@ impl<T: Real> Pass<T> {
         }
     }
 
-    /// From the sensitivities to z of the dense layer `l` to those to what it reads.
+    /// Converts the sensitivities to z of the dense layer `l` to those to its sources.
     fn reverse_dense(
         &mut self,
         net: &Net,
@@ -232,8 +232,8 @@ impl<T: Real> Pass<T> {
                 Source::Features => (0, false),
                 Source::Layer(l) => (l + 1, net.layers[l].activation.is_some()),
             };
-            // Only the value's sensitivity to the features is ever read; and of mixed components the outputs have none,
-            // which an activation below them knows.
+            // Only the value's sensitivity to the features is ever read. The outputs have no mixed components, and the
+            // activation below them accounts for that.
             let mixed = matches!(pass, Backward::Mixed { .. });
             let vanishing = mixed && bent && net.outputs.contains(&l);
             if (slot == 0 && !value) || vanishing || input.width == 0 {
@@ -263,7 +263,7 @@ impl<T: Real> Pass<T> {
         }
     }
 
-    /// From the sensitivities to z of the gated layer `l` to those to its `gates` and, of the value, to the velocities.
+    /// Converts the sensitivities to z of the gated layer `l` to those to its `gates` and, for the value, to the velocities.
     fn reverse_gate(&mut self, net: &Net, l: usize, gates: usize, pass: Backward) {
         let value = matches!(pass, Backward::Value { .. });
         let parts = self.parts(pass);

@@ -10,26 +10,26 @@ use super::super::simd::{
 };
 use super::{LayerBuffers, Pass};
 
-/// The components that a forward pass computes.
+/// Components that a forward pass computes.
 #[derive(Clone, Copy, PartialEq)]
 enum Forward {
-    /// The value, with or without tangents.
+    /// Value, with or without tangents.
     Value,
-    /// Tangents alone.
+    /// Tangents only.
     Tangents,
     /// Mixed second derivatives.
     Mixed,
 }
 
 impl<T: Real> Pass<T> {
-    /// Computes the value and the tangents ′ and i < `directions` of all layers; the value alone where `directions` is
+    /// Computes the value and the tangents ′ and i < `directions` of all layers; only the value where `directions` is
     /// `None`.
     pub fn forward(&mut self, net: &Net, packed: &Packed<T>, directions: Option<usize>) {
         let components = 0..directions.map_or(1, |d| 2 + d);
         self.propagate(net, packed, components, (Forward::Value, usize::MAX));
     }
 
-    /// Computes what [`Pass::forward`] does, but of the output only the first `components` (0 or 1): for passes whose
+    /// As [`Pass::forward`], but computes only the first `components` (0 or 1) of the output: for passes whose
     /// [`Pass::reverse`] gives the derivatives of the output.
     pub fn forward_for_reverse(
         &mut self,
@@ -48,7 +48,7 @@ impl<T: Real> Pass<T> {
         self.propagate(net, packed, components, (Forward::Mixed, 0));
     }
 
-    /// Computes the tangents i < `directions` alone, after a [`Pass::forward`] without them.
+    /// Computes only the tangents i < `directions`, after a [`Pass::forward`] without them.
     pub fn forward_tangents(&mut self, net: &Net, packed: &Packed<T>, directions: usize) {
         self.propagate(
             net,
@@ -58,7 +58,7 @@ impl<T: Real> Pass<T> {
         );
     }
 
-    /// Computes `components` of all layers, but of the output only those below `outputs`.
+    /// Computes `components` of all layers, but for the output only those below `outputs`.
     fn propagate(
         &mut self,
         net: &Net,
@@ -98,7 +98,7 @@ impl<T: Real> Pass<T> {
         }
     }
 
-    /// The product of the dense layer `l` with what it reads.
+    /// Product of the dense layer `l` with its sources.
     fn forward_dense(
         &mut self,
         packed: &Packed<T>,
@@ -113,7 +113,7 @@ impl<T: Real> Pass<T> {
                 Source::Features => &self.x,
                 Source::Layer(l) => before[l].output(),
             };
-            // The bias belongs to the value alone.
+            // The bias contributes to the value only.
             let init = match (k, stage) {
                 (0, Forward::Value) => Init::Rows(packed.bias(l), self.samples),
                 (0, _) => Init::Zero,
@@ -136,7 +136,7 @@ impl<T: Real> Pass<T> {
 }
 
 impl<T: Real> LayerBuffers<T> {
-    /// From z to a = σ(z), by components.
+    /// Computes a = σ(z) from z, by components.
     fn activate(&mut self, activation: Activation, components: Range<usize>, stage: Forward) {
         let shape = self.shape;
         let Self {

@@ -14,17 +14,17 @@ use super::net::{Kind, Net, Source};
 use super::packed::panels;
 use super::simd::{Buffer, Real, Shape};
 
-/// The matrices of one layer, a row for each component of each sample.
+/// Matrices of one layer, with a row for each component of each sample.
 #[derive(Debug)]
 struct LayerBuffers<T: Real> {
     shape: Shape,
-    /// The pre-activations z.
+    /// Pre-activations z.
     z: Buffer<T>,
-    /// The activations a = σ(z), empty where the layer has no activation: then a is z, and ya is yz.
+    /// Activations a = σ(z), empty where the layer has no activation: then a is z, and ya is yz.
     a: Buffer<T>,
-    /// The sensitivities to a.
+    /// Sensitivities to a.
     ya: Buffer<T>,
-    /// The sensitivities to z.
+    /// Sensitivities to z.
     yz: Buffer<T>,
     /// σ′, σ″ and σ‴ at the value of z.
     slopes: [Buffer<T>; 3],
@@ -99,24 +99,24 @@ impl<T: Real> Pass<T> {
         }
     }
 
-    /// The number of samples of a block.
+    /// Number of samples of a block.
     #[inline]
     #[must_use]
     pub fn samples(&self) -> usize {
         self.samples
     }
 
-    /// The number of rows of every matrix: components times samples.
+    /// Number of rows of every matrix: components times samples.
     pub(super) fn rows(&self) -> usize {
         self.components * self.samples
     }
 
-    /// The sensitivity to the pre-activations of layer `l`.
+    /// Sensitivity to the pre-activations of layer `l`.
     pub(super) fn sensitivity(&self, l: usize) -> &[T] {
         &self.layers[l].yz
     }
 
-    /// The matrix of a source, as the layers read it.
+    /// Matrix of a source, as the layers read it.
     pub(super) fn input(&self, source: Source) -> &[T] {
         match source {
             Source::Features => &self.x,
@@ -132,7 +132,7 @@ impl<T: Real> Pass<T> {
         }
     }
 
-    /// The number of values in the matrix of the widest layer, which scratch buffers must hold.
+    /// Number of values in the matrix of the widest layer, which scratch buffers must hold.
     #[must_use]
     pub fn widest(&self) -> usize {
         self.layers.iter().map(|l| l.yz.len()).max().unwrap_or(0)
@@ -171,7 +171,7 @@ impl<T: Real> Pass<T> {
         self.set_velocity(self.mixed(d), s, j, x);
     }
 
-    /// The index of unit `i` of component `c` of sample `s` in a matrix of this block.
+    /// Index of unit `i` of component `c` of sample `s` in a matrix of this block.
     fn index(&self, c: usize, s: usize, i: usize) -> usize {
         (i / T::LANES * self.rows() + c * self.samples + s) * T::LANES + i % T::LANES
     }
@@ -215,7 +215,7 @@ impl<T: Real> Pass<T> {
         self.feature_sensitivity(self.mixed(d), s, i)
     }
 
-    /// The mixed component of direction `d` of the sensitivity to velocity `j` of sample `s` through the gates: the
+    /// Mixed component of direction `d` of the sensitivity to velocity `j` of sample `s` through the gates: the
     /// product y g of the truncated algebra, after [`Pass::reverse_mixed`].
     #[must_use]
     pub fn mixed_velocity_sensitivity(&self, net: &Net, d: usize, s: usize, j: usize) -> T {
@@ -242,7 +242,7 @@ impl<T: Real> Pass<T> {
         sum
     }
 
-    /// The second derivative of the output of sample `s` along directions i and j, or along i and ′ where `j` is `None`,
+    /// Second derivative of the output of sample `s` along directions i and j, or along i and ′ where `j` is `None`,
     /// after [`Pass::reverse`] with this number of `directions` (theory.md, equation 14).
     #[must_use]
     pub fn second_derivative(&self, s: usize, i: usize, j: Option<usize>, directions: usize) -> T {
@@ -262,7 +262,7 @@ impl<T: Real> LayerBuffers<T> {
             &mut self.ya
         }
     }
-    /// For gates, which have no activation.
+    /// Output and sensitivity of a gate, which has no activation.
     fn output_and_sensitivity(&mut self) -> (&[T], &mut Buffer<T>) {
         (&self.z, &mut self.yz)
     }

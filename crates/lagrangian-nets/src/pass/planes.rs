@@ -6,7 +6,7 @@ use crate::packed::panels;
 use crate::simd::{FromPlanes, Planes, Real, Shape, ToPlanes, dispatch};
 
 impl<T: Real> Pass<T> {
-    /// The shape of a matrix of `width` columns in this block.
+    /// Shape of a matrix of `width` columns in this block.
     pub(crate) fn shape_of(&self, width: usize) -> Shape {
         Shape {
             samples: self.samples,

@@ -6,7 +6,7 @@ use super::super::simd::{Combine, Gemm, Init, Real, SumRows, dispatch};
 use super::{LayerBuffers, Pass};
 
 impl<T: Real> Pass<T> {
-    /// Replaces tangents by linear combinations, sample by sample: ′ becomes ′ + Σ `along[s, i]` i, and where
+    /// Replaces tangents by linear combinations, sample by sample: ′ becomes ′ + Σ `along[s, i]` i, and if
     /// `onto` is given, direction 0 becomes Σ `onto[s, i]` i (both `[samples, directions]`).
     pub fn combine(&mut self, net: &Net, directions: usize, along: &[T], onto: Option<&[T]>) {
         for (buffers, layer) in self.layers.iter_mut().zip(&net.layers) {
@@ -59,7 +59,7 @@ impl<T: Real> Pass<T> {
     /// after [`Pass::reverse_mixed`] (theory.md, equation 18).
     pub fn add_gradient(&self, net: &Net, gradient: &mut Gradient<T>) {
         let mixed = self.mixed(0);
-        // At the outputs only the value is not zero.
+        // At the outputs only the value is nonzero.
         let pairs = [(0, mixed), (1, 2), (2, 1), (mixed, 0)];
         self.add_products_at(net, |output| &pairs[..if output { 1 } else { 4 }], gradient);
     }
@@ -111,7 +111,7 @@ impl<T: Real> Pass<T> {
                 if matches!(init, Init::Zero) {
                     sums.fill(T::default());
                 }
-                // The bias multiplies 1, whose components other than the value are 0.
+                // The bias multiplies the constant 1, whose components other than the value are 0.
                 for &(y, _) in pairs.iter().filter(|p| p.1 == 0) {
                     self.add_rows(yz, y, sums);
                 }

@@ -1,16 +1,16 @@
-//! How fast this CPU reads memory: the other limit that benches are compared with.
+//! The memory bandwidth of this CPU: one of the two limits that benches are compared with.
 
 use crate::Instant;
 
 use super::{Arithmetic, Buffer, Isa, Memory, Task, Vector, dispatch};
 
-/// Vectors that are added to sums of their own, so that no addition waits for another.
+/// Number of vectors with independent sums, so that additions do not wait for one another.
 const CHAINS: usize = 12;
-/// The number of values in a vector.
+/// Number of values in a vector.
 const LANES: usize = 8;
-/// The least number of values read between two readings of the clock.
+/// Minimum number of values read between two readings of the clock.
 const LAP: usize = 1 << 17;
-/// The least number of laps: the first one fills the cache, and other programs may interrupt some.
+/// Minimum number of laps: the first one fills the cache, and other programs may interrupt some.
 const LAPS: usize = 4;
 
 struct Read<'a> {
@@ -30,7 +30,7 @@ impl Task for Read<'_> {
         while laps < LAPS || start.elapsed().as_secs_f64() < self.seconds {
             let lap = Instant::now();
             for _ in 0..passes {
-                // Opaque at every pass, so that none is optimised away.
+                // Opaque at every pass, so that the compiler keeps them all.
                 let values = std::hint::black_box(self.values);
                 for block in values.chunks_exact(CHAINS * LANES) {
                     for (sum, x) in sums.iter_mut().zip(block.chunks_exact(LANES)) {
@@ -46,7 +46,7 @@ impl Task for Read<'_> {
     }
 }
 
-/// Bytes per second at which one core reads an array of (nearly) `bytes` bytes in order, again and again, measured for
+/// Bytes per second at which one core repeatedly reads an array of (nearly) `bytes` bytes in order, measured for
 /// `seconds`: the bandwidth of the smallest cache that holds it, or of the memory.
 #[must_use]
 pub fn read_rate(bytes: usize, seconds: f64) -> f64 {

@@ -11,7 +11,7 @@ use super::Real;
 #[repr(C, align(64))]
 struct Line([u64; 8]);
 
-/// A slice of values, aligned to 64 bytes and zero when it is created.
+/// A slice of values, aligned to 64 bytes and initially zero.
 #[derive(Clone)]
 pub struct Buffer<T> {
     lines: Vec<Line>,

@@ -2,7 +2,7 @@
 
 use super::Vector;
 
-/// Where angles are too large for [`sin_cos`]: its reduction is exact up to 2²⁰ quarter turns.
+/// Limit beyond which angles are too large for [`sin_cos`]: its reduction is exact up to 2²⁰ quarter turns.
 pub const LARGEST_ANGLE: f64 = 1e6;
 
 /// (sin x, cos x) for |x| ≤ [`LARGEST_ANGLE`] (Cody–Waite reduction to |r| ≤ π/4, then a polynomial for each); within
@@ -19,7 +19,7 @@ pub fn sin_cos<V: Vector<Elem = f64>>(x: V) -> (V, V) {
     // The quadrant, 0 … 3: n modulo 4.
     let turns = round(n.sub(V::of(1.5)).mul(V::of(0.25)));
     let quadrant = turns.fma(V::of(-4.0), n);
-    // 3, 0, −1, 0: the square tells even from odd.
+    // 3, 0, −1, 0: the square separates even from odd.
     let parity = quadrant.sub(one).mul(quadrant.sub(V::of(3.0)));
     let even = parity.fma(parity, V::of(-0.5));
     let middle = quadrant.sub(V::of(1.5));
@@ -32,7 +32,7 @@ pub fn sin_cos<V: Vector<Elem = f64>>(x: V) -> (V, V) {
     )
 }
 
-/// The nearest whole number, for |x| < 2⁵¹.
+/// Nearest integer, for |x| < 2⁵¹.
 #[inline(always)]
 fn round<V: Vector<Elem = f64>>(x: V) -> V {
     let magic = V::of(6_755_399_441_055_744.0);

@@ -25,7 +25,7 @@ impl<T: Real> Task for Combine<'_, T> {
 }
 
 impl<T: Real> Combine<'_, T> {
-    /// With all weights of a sample and all its tangents of a panel in registers.
+    /// Keeps all weights of a sample and all its tangents of a panel in registers.
     #[inline(always)]
     fn few<I: Isa, const N: usize>(self) {
         let zero = T::Vec::<I>::of(0.0);

@@ -18,7 +18,7 @@ pub(crate) struct Contract<'a, T> {
 impl<T: Real> Task for Contract<'_, T> {
     #[inline(always)]
     fn run<I: Isa>(mut self) {
-        // Few directions: all sums of a sample in registers, every layer read once.
+        // Few directions: all sums of a sample stay in registers, and every layer is read once.
         match self.directions {
             1 => self.all_at_once::<I, 1>(),
             2 => self.all_at_once::<I, 2>(),
@@ -82,14 +82,14 @@ impl<T: Real> Contract<'_, T> {
         }
     }
 
-    /// For each direction i, the sums with four others at a time in registers.
+    /// For each direction i, computes the sums with four others at a time in registers.
     #[inline(always)]
     fn four_by_four<I: Isa>(&mut self) {
         let (shape, n) = (self.shape, self.directions);
         for s in 0..shape.samples {
             for i in 0..n {
                 for first in (0..i + 2).step_by(4) {
-                    // Behind the directions up to i comes ′.
+                    // The tangent ′ follows the directions up to i.
                     let other = |k: usize| match first + k {
                         j if j <= i => j,
                         _ => n,

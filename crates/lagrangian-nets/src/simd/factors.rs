@@ -1,17 +1,17 @@
-//! The products with a factored Jacobian that are not matrix products.
+//! Products with a factored Jacobian that are not matrix products.
 
 use std::ops::Range;
 
 use super::{Arithmetic, Isa, Memory, Real, Shape, Task, Vector};
 
-/// The pairs (component of the sensitivities y, component of the input a) of each raw output of a sample.
+/// Pairs (component of the sensitivities y, component of the input a) of each raw output of a sample.
 type Pairs = [Vec<(usize, usize)>];
 
 /// tile[(i, s), (j, s')] += Σ_(c, k) ∈ pairs i Σ_(c', k') ∈ pairs j  Y[c s, c' s'] A[k s, k' s'].
 pub(crate) struct GramTile<'a, T> {
-    /// Samples of a block, a multiple of LANES.
+    /// Number of samples of a block, a multiple of LANES.
     pub samples: usize,
-    /// Components times samples.
+    /// Number of components times samples.
     pub rows: usize,
     pub pairs: &'a Pairs,
     /// Products of the components of both blocks: panels of columns of `rows` rows.
@@ -59,7 +59,7 @@ impl<T: Real> Task for GramTile<'_, T> {
     }
 }
 
-/// The largest number of products of two raw outputs: four pairs of components each.
+/// Maximum number of products of two raw outputs: four pairs of components each.
 const MOST_PRODUCTS: usize = 16;
 
 /// out[s, i] += Σ_(c, k) ∈ pairs i  `y_c`[s] · `a_k`[s], over the units of a layer.

@@ -4,11 +4,11 @@ use std::ops::Range;
 
 use super::{Arithmetic, Isa, Memory, Real, Shape, Task, Vector};
 
-/// The two sides of a gate z = `Σ_j` `g_j` `v_j` + `g_n`: the gates g (from q) and the velocities v.
+/// Both sides of a gate z = `Σ_j` `g_j` `v_j` + `g_n`: the gates g (from q) and the velocities v.
 pub(crate) struct Gates<'a, T> {
-    /// Of the gated layer.
+    /// Shape of the gated layer.
     pub shape: Shape,
-    /// Degrees of freedom.
+    /// Number of degrees of freedom.
     pub n: usize,
     /// Gates in panels: block j of `shape.panels` panels multiplies `v_j`, the last block is added.
     pub g: &'a [T],
@@ -25,7 +25,7 @@ impl<T: Real> Gates<'_, T> {
     fn velocity<V: Vector<Elem = T>>(&self, j: usize, c: usize, s: usize) -> V {
         V::splat(self.v[(c * self.shape.samples + s) * self.n + j])
     }
-    /// The pairs (component of one factor, component of the other) whose products make component c of a product.
+    /// Pairs (component of one factor, component of the other) whose products make component c of a product.
     #[inline(always)]
     fn pairs(&self, c: usize) -> ([(usize, usize); 4], usize) {
         let mixed = self.shape.mixed(0);
@@ -70,14 +70,14 @@ impl<T: Real> Task for GateForward<'_, T> {
     }
 }
 
-/// The sensitivity to the gates, from the sensitivity yz to z.
+/// Sensitivity to the gates, from the sensitivity yz to z.
 pub(crate) struct GateReverse<'a, T> {
     pub gates: Gates<'a, T>,
     pub components: Range<usize>,
     pub yz: &'a [T],
-    /// Same panels as the gates; written.
+    /// Sensitivity to the gates, in the panels of the gates; overwritten.
     pub yg: &'a mut [T],
-    /// Where component 0 is wanted: the sensitivity to the velocities, `[samples, n]`, added to.
+    /// Sensitivity to the velocities, `[samples, n]`, if component 0 is requested; added to.
     pub yv: Option<&'a mut [T]>,
     /// As in [`Contract`], with the number of directions; added to.
     pub hessian: Option<(&'a mut [T], usize)>,

@@ -1,38 +1,38 @@
-//! One matrix product for everything: C += A · B on 64-byte column panels.
+//! The matrix product of all passes: C += A · B on 64-byte column panels.
 //!
 //! A matrix of `r` rows is stored as panels of `LANES` columns, each panel `[r, LANES]`, so that B and C are
-//! read and written in order and nothing is ever packed. The factor A is read one number at a time (broadcast),
+//! read and written in order and packing is not needed. The factor A is read one number at a time (broadcast),
 //! along its rows (layers forward and backward) or along its columns (the gradient of the weights).
 
 use std::ops::Range;
 
 use super::{Arithmetic, Isa, Memory, Real, Task};
 
-/// What C holds before the product is added.
+/// Initial content of C, to which the product is added.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Init<'a, T> {
-    /// Nothing: C is overwritten.
+    /// Zero: C is overwritten.
     Zero,
-    /// What it held: C is added to.
+    /// Previous content: C is added to.
     Add,
-    /// The same row, `[panels · LANES]`, in rows below a number; nothing in the others.
+    /// One row, `[panels · LANES]`, for all rows below a number; zero for the others.
     Rows(&'a [T], usize),
 }
 
 /// The factor A, whose row r begins at `(r / LANES) · group + (r % LANES) · row`.
 struct Broadcast<'a, T> {
-    /// All of its numbers.
+    /// Values of A.
     numbers: &'a [T],
-    /// Distance of neighbouring groups of `LANES` rows.
+    /// Distance between neighbouring groups of `LANES` rows.
     group: usize,
-    /// Distance of neighbouring rows of a group.
+    /// Distance between neighbouring rows of a group.
     row: usize,
-    /// Distance of neighbours along k.
+    /// Distance between neighbours along k.
     step: usize,
 }
 
 impl<T: Real> Broadcast<'_, T> {
-    /// Where row r begins.
+    /// Offset of row r.
     #[inline(always)]
     fn row(&self, r: usize) -> usize {
         r / T::LANES * self.group + r % T::LANES * self.row
@@ -41,19 +41,19 @@ impl<T: Real> Broadcast<'_, T> {
 
 /// A matrix in panels of `LANES` columns, B or C: row r of panel p begins at `p · panel + r · LANES`.
 struct Panels<S> {
-    /// All of its numbers.
+    /// Values of the matrix.
     numbers: S,
-    /// Distance of neighbouring panels.
+    /// Distance between neighbouring panels.
     panel: usize,
 }
 
 /// The sum over k, in pieces.
 struct Sum<'a> {
-    /// Where the pieces begin in A and B.
+    /// Offsets of the pieces in A and B.
     pieces: Pieces<'a>,
-    /// Terms in one piece; the last piece may be shorter.
+    /// Number of terms in one piece; the last piece may be shorter.
     length: usize,
-    /// Terms in all.
+    /// Total number of terms.
     terms: usize,
 }
 
@@ -65,17 +65,17 @@ pub(crate) struct Gemm<'a, T> {
     b: Panels<&'a [T]>,
     /// Result.
     c: Panels<&'a mut [T]>,
-    /// The terms along k.
+    /// Terms along k.
     sum: Sum<'a>,
     /// Rows of C.
     rows: Range<usize>,
     /// Panels of C.
     panels: usize,
-    /// What C holds first.
+    /// Initial content of C.
     init: Init<'a, T>,
 }
 
-/// Where the pieces of a sum begin in both factors.
+/// Offsets of the pieces of a sum in both factors.
 #[derive(Debug, Clone, Copy)]
 enum Pieces<'a> {
     /// Piece s begins at `s · a`, `s · b`.
@@ -187,7 +187,7 @@ impl<'a, T: Real> Gemm<'a, T> {
         }
     }
 
-    /// Panics unless every access is inside its slice.
+    /// Panics unless every access is inside the slices.
     fn check(&self) {
         if self.rows.is_empty() || self.panels == 0 {
             return;
@@ -199,7 +199,7 @@ impl<'a, T: Real> Gemm<'a, T> {
         let last_in_group = lanes.min(self.rows.end) - 1;
         let last_row = a.row(self.rows.end - 1).max(a.row(last_in_group));
         let pieces = sum.terms.div_ceil(sum.length.max(1));
-        // Pieces that follow each other evenly end where the last one does.
+        // Pieces at even distances end where the last one does.
         let first = match sum.pieces {
             Pieces::Even { .. } => pieces.saturating_sub(1),
             Pieces::At(_) => 0,
@@ -217,7 +217,7 @@ impl<'a, T: Real> Gemm<'a, T> {
     }
 }
 
-/// The number of terms of a sum that are added at a time: two panels of B, of this height, stay in the first-level cache.
+/// Number of terms of a sum that are added at a time: two panels of B, of this height, stay in the first-level cache.
 const DEPTH: usize = 256;
 
 impl<T: Real> Task for Gemm<'_, T> {
@@ -240,7 +240,7 @@ impl<T: Real> Task for Gemm<'_, T> {
 }
 
 impl<T: Real> Gemm<'_, T> {
-    /// Adds some terms to all of C. Few rows are taken with many panels, so that enough sums are computed at a time.
+    /// Adds some terms to all of C. Few rows are combined with many panels, to compute enough sums at a time.
     #[inline(always)]
     fn go<I: Isa>(&mut self, terms: Range<usize>) {
         let rows = self.rows.len();
@@ -258,7 +258,7 @@ impl<T: Real> Gemm<'_, T> {
     }
 }
 
-/// All rows of P neighbouring panels; returns P.
+/// Computes all rows of P neighbouring panels; returns P.
 #[inline(always)]
 fn column<I: Isa, T: Real, const P: usize>(
     g: &mut Gemm<'_, T>,
@@ -267,7 +267,7 @@ fn column<I: Isa, T: Real, const P: usize>(
 ) -> usize {
     let mut r = g.rows.start;
     let end = g.rows.end;
-    // Where rows do not follow each other evenly throughout, a tile begins at a multiple of its height, so that none crosses a
+    // Where rows are not evenly spaced throughout, a tile begins at a multiple of its height, so that it does not cross a
     // group of LANES rows.
     let even = g.a.group == T::LANES * g.a.row;
     let wide = I::TILE_PANELS == 2;
@@ -277,7 +277,7 @@ fn column<I: Isa, T: Real, const P: usize>(
         // SAFETY: `check` has seen that all rows, panels and terms are inside the slices.
         r += unsafe {
             match left {
-                // No single row is left over, whose one sum would wait for itself.
+                // Avoids a single last row, whose only sum would wait for itself.
                 5 if P <= 2 && wide && even => tile::<I, T, P, 5>(g, p, r, terms),
                 6 if P <= 2 && wide && even => tile::<I, T, P, 6>(g, p, r, terms),
                 7 if P <= 2 && wide && even => tile::<I, T, P, 7>(g, p, r, terms),
@@ -302,7 +302,7 @@ fn column<I: Isa, T: Real, const P: usize>(
     P
 }
 
-/// R rows of P panels, in registers; returns R.
+/// Computes R rows of P panels in registers; returns R.
 #[inline(always)]
 unsafe fn tile<I: Isa, T: Real, const P: usize, const R: usize>(
     g: &mut Gemm<'_, T>,

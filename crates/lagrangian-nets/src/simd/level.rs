@@ -1,6 +1,6 @@
-//! The instruction set that kernels run with: the fastest of this CPU, or the one that the program sets when it starts.
+//! The instruction set of the kernels: the fastest of this CPU, or the one that the program sets when it starts.
 //!
-//! The choice is the only state that the crate keeps for the whole process; it changes results by rounding alone
+//! The choice is the only state that the crate keeps for the whole process; it changes results only by rounding
 //! (ADR 0051).
 
 use std::fmt;
@@ -11,7 +11,7 @@ use crate::{Error, Result};
 /// An instruction set that the kernels are compiled for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Level {
-    /// No particular instructions. A module of WebAssembly with vectors has no need of them.
+    /// Portable code without particular instructions; not needed by a module of WebAssembly with vectors.
     #[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
     Portable,
     /// AVX2 and FMA (x86-64-v3).
@@ -20,10 +20,10 @@ pub enum Level {
     /// AVX-512 F and DQ.
     #[cfg(target_arch = "x86_64")]
     Avx512,
-    /// NEON, which every AArch64 has.
+    /// NEON, which is part of AArch64.
     #[cfg(target_arch = "aarch64")]
     Neon,
-    /// The vectors of WebAssembly; a module that is compiled with them runs nowhere else.
+    /// Vectors of WebAssembly; a module compiled with them requires them.
     #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
     Simd128,
 }
@@ -42,11 +42,11 @@ const ALL: &[Level] = &[
     Level::Portable,
 ];
 
-/// The index in [`ALL`] of the level in use, plus one; 0 before the first kernel runs.
+/// Index in [`ALL`] of the level in use, plus one; 0 before the first kernel runs.
 static CHOSEN: AtomicU8 = AtomicU8::new(0);
 
 impl Level {
-    /// The name of the level in settings and files.
+    /// Name of the level in settings and files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -63,10 +63,10 @@ impl Level {
         }
     }
 
-    /// The level of this name that this CPU has.
+    /// Level of this name, if this CPU has it.
     ///
     /// # Errors
-    /// [`Error::UnknownLevel`] where no level has this name or the CPU lacks it, with the names of those that it has.
+    /// [`Error::UnknownLevel`] for an unknown name or a level that the CPU lacks, with the names of those that it has.
     pub fn from_name(name: &str) -> Result<Self> {
         let own = levels().into_iter().find(|level| level.name() == name);
         own.ok_or_else(|| missing(name))
@@ -107,14 +107,14 @@ fn missing(name: &str) -> Error {
     }
 }
 
-/// The instruction sets that this machine can run, the fastest first.
+/// Instruction sets that this machine can run, the fastest first.
 #[must_use]
 pub fn levels() -> Vec<Level> {
     let there = ALL.iter().copied().filter(|level| level.is_there());
     there.collect()
 }
 
-/// The instruction set that kernels run with: that of [`set_level`], else the fastest of [`levels`].
+/// Instruction set that kernels run with: that of [`set_level`], else the fastest of [`levels`].
 #[inline]
 #[must_use]
 pub fn level() -> Level {
@@ -139,10 +139,10 @@ fn code(place: usize) -> u8 {
     u8::try_from(place + 1).unwrap_or(u8::MAX)
 }
 
-/// Runs all kernels of this process with `level` from now on, whichever thread they run on.
+/// Runs all kernels of this process with `level` from now on, on every thread.
 ///
-/// Call it when the program starts: a computation that is running continues with other roundings, so that its bits are
-/// those of neither level.
+/// Call it when the program starts: a running computation continues with other roundings, so that its bits match
+/// neither level.
 ///
 /// # Errors
 /// [`Error::UnknownLevel`] for a level that this CPU lacks.

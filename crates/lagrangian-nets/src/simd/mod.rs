@@ -57,7 +57,7 @@ pub use vector::{Arithmetic, Memory, Real, Vector};
 use vector::Lanes;
 pub(crate) use vector::Pair;
 
-/// Keeps the traits of this module from being implemented elsewhere: kernels rely on them for their safety.
+/// Prevents implementations of the traits of this module elsewhere: kernels rely on them for their safety.
 mod sealed {
     /// Implemented in this crate only.
     pub trait Sealed {}
@@ -65,15 +65,15 @@ mod sealed {
 
 /// One set of CPU instructions: its vectors of 64 bytes, and the tile of the matrix product that fits its registers.
 pub trait Isa: Copy + sealed::Sealed {
-    /// The vector of 16 values in single precision.
+    /// Vector of 16 values in single precision.
     type F32: Vector<Elem = f32>;
-    /// The vector of 8 values in double precision.
+    /// Vector of 8 values in double precision.
     type F64: Vector<Elem = f64>;
-    /// The number of panels, each 64 bytes wide, that one register tile of the matrix product spans.
+    /// Number of panels, each 64 bytes wide, that one register tile of the matrix product spans.
     const TILE_PANELS: usize;
-    /// The most rows of a register tile of one panel.
+    /// Maximum number of rows of a register tile of one panel.
     const TILE_ROWS: usize = 4;
-    /// The sums of the lanes of eight vectors, sum i in lane i.
+    /// Sums of the lanes of eight vectors, sum i in lane i.
     #[inline(always)]
     fn sums(vectors: [Self::F64; 8]) -> Self::F64 {
         Self::F64::load(&vectors.map(Vector::sum))
@@ -86,7 +86,7 @@ pub trait Task {
     fn run<I: Isa>(self);
 }
 
-/// Runs a kernel with the instructions of [`level()`]: the fastest that the CPU has, unless the program chose others.
+/// Runs a kernel with the instructions of [`level()`]: the fastest of the CPU, unless the program chose others.
 #[inline]
 pub fn dispatch<K: Task>(task: K) {
     dispatch_on(level(), task);
@@ -98,7 +98,7 @@ pub(crate) fn dispatch_on<K: Task>(level: Level, task: K) {
     match level {
         #[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
         Level::Portable => task.run::<Portable>(),
-        // SAFETY: `level` and `levels` give only what the CPU was asked for, and `level` comes from one of them.
+        // SAFETY: `level` and `levels` return only detected levels of the CPU, and `level` comes from one of them.
         #[cfg(target_arch = "x86_64")]
         Level::Avx2 => unsafe { enter_avx2(task) },
         // SAFETY: as above.

@@ -1,11 +1,11 @@
-//! How fast this CPU can multiply and add: the limit that benches are compared with.
+//! The arithmetic peak of this CPU in multiply–adds: one of the two limits that benches are compared with.
 
 use super::{Arithmetic, Isa, Memory, Real, Task, Vector, dispatch};
 use crate::Instant;
 
-/// Multiply–adds of one chain of dependent operations.
+/// Number of multiply–adds of one chain of dependent operations.
 const CHAIN: usize = 1 << 16;
-/// Independent chains: more than latency times throughput of any CPU, few enough for its registers.
+/// Number of independent chains: more than latency times throughput of any CPU, few enough for its registers.
 const CHAINS: usize = 12;
 
 struct Peak<'a, T> {
@@ -22,7 +22,7 @@ impl<T: Real> Task for Peak<'_, T> {
         let mut sums = [T::Vec::<I>::of(1.0); CHAINS];
         while start.elapsed().as_secs_f64() < self.seconds {
             let lap = Instant::now();
-            // Opaque at every lap, so that no lap is moved out of its clock.
+            // Opaque at every lap, so that the compiler keeps each lap between its readings of the clock.
             let x = T::Vec::<I>::splat(std::hint::black_box(T::of(0.999_999)));
             let y = T::Vec::<I>::splat(std::hint::black_box(T::of(1e-6)));
             for _ in 0..CHAIN {

@@ -1,12 +1,12 @@
-//! Values of samples with the samples in the lanes, so that what is computed sample by sample takes a vector of samples
+//! Values of samples with the samples in the lanes, so that computations by sample process a vector of samples
 //! at a time.
 //!
-//! A layer keeps the units of one sample side by side, planes keep one value of many samples side by side; square blocks
+//! A layer stores the units of one sample side by side, planes store one value of many samples side by side; square blocks
 //! are transposed between the two by log₂ LANES rounds of [`Vector::zip`].
 
 use super::{Buffer, Isa, Memory, Real, Shape, Task, Vector};
 
-/// The same number of values of every sample: value k of sample s is lane s mod LANES of vector k of group s / LANES.
+/// An equal number of values of every sample: value k of sample s is lane s mod LANES of vector k of group s / LANES.
 #[derive(Debug, Clone)]
 pub struct Planes<T> {
     values: usize,
@@ -41,13 +41,13 @@ impl<T: Real> Planes<T> {
         self.buffer[at] = x;
     }
 
-    /// The vectors of group `g`, one after the other.
+    /// Vectors of group `g`, in order.
     #[inline(always)]
     pub fn group(&self, g: usize) -> &[T] {
         &self.buffer[g * self.values * T::LANES..][..self.values * T::LANES]
     }
 
-    /// The vectors of group `g`, one after the other, to be written.
+    /// Vectors of group `g`, in order, for writing.
     #[inline(always)]
     pub fn group_mut(&mut self, g: usize) -> &mut [T] {
         &mut self.buffer[g * self.values * T::LANES..][..self.values * T::LANES]
@@ -78,7 +78,7 @@ pub fn set_vector<V: Vector>(group: &mut [V::Elem], k: usize, x: V) {
     x.store(&mut group[k * V::LANES..]);
 }
 
-/// The transpose of the first LANES rows of LANES values each.
+/// Transpose of the first LANES rows of LANES values each.
 #[inline(always)]
 fn transpose<V: Vector>(mut rows: [V; 16]) -> [V; 16] {
     let half = V::LANES / 2;

@@ -1,39 +1,39 @@
-//! The products of one state with the weights of a dense layer, in double precision.
+//! Products of one state with the weights of a dense layer, in double precision.
 //!
-//! A state brings a few rows, its value and some tangents. The weights are read once for all of them, and for forward and
-//! reverse passes from the same panels, `[panels, terms, 8]`: forward, a term at a time for eight units; backward, eight
-//! terms at a time summed over the units. So the weights of a layer of 64 units stay in the first-level cache, which the
-//! two copies that [`Gemm`](super::Gemm) reads do not.
+//! A state consists of a few rows, its value and some tangents. The weights are read once for all of them, and for forward and
+//! reverse passes from the same panels, `[panels, terms, 8]`: forward, one term at a time for eight units; backward, eight
+//! terms at a time summed over the units. Thus the weights of a layer of 64 units stay in the first-level cache, unlike the
+//! two copies that [`Gemm`](super::Gemm) reads.
 
 use super::{Arithmetic, Isa, Memory};
 
-/// The number of values in a vector of f64.
+/// Number of values in a vector of f64.
 const LANES: usize = 8;
 
-/// The weights of a layer in panels of its units.
+/// Weights of a layer in panels of its units.
 #[derive(Clone, Copy)]
 pub(crate) struct Weights<'a> {
     /// Panel p, term k, unit u of the panel at `(p · terms + k) · 8 + u`.
     pub panels: &'a [f64],
-    /// The number of values that a unit reads.
+    /// Number of values that a unit reads.
     pub terms: usize,
 }
 
 impl Weights<'_> {
-    /// Panels of units.
+    /// Number of panels of units.
     #[inline(always)]
     pub(crate) fn count(&self) -> usize {
         self.panels.len() / (self.terms * LANES).max(1)
     }
 
-    /// The weights of term `k` in panel `p`.
+    /// Weights of term `k` in panel `p`.
     #[inline(always)]
     pub(crate) fn column<I: Isa>(&self, p: usize, k: usize) -> I::F64 {
         I::F64::load(&self.panels[(p * self.terms + k) * LANES..])
     }
 }
 
-/// Rows that lie `stride` values apart.
+/// Rows at a distance of `stride` values.
 pub(crate) struct Rows<S> {
     pub values: S,
     pub stride: usize,
@@ -55,7 +55,7 @@ pub(crate) fn product<I: Isa>(
     assert!((count - 1) * a.stride + w.terms <= a.values.len());
     assert!((count - 1) * z.stride + panels * LANES <= z.values.len());
     assert!(panels * w.terms * LANES <= w.panels.len() && panels * LANES <= bias.len());
-    // As many sums as registers hold, and few enough rows that several panels are summed at a time.
+    // As many sums as fit in registers, and few enough rows that several panels are summed at a time.
     let chunk = count.div_ceil(count.div_ceil(5));
     let mut r = 0;
     while r < count {
@@ -86,7 +86,7 @@ pub(crate) fn product<I: Isa>(
     }
 }
 
-/// R rows of P panels, in registers; returns P.
+/// Computes R rows of P panels in registers; returns P.
 #[inline(always)]
 unsafe fn tile<I: Isa, const R: usize, const P: usize>(
     a: &Rows<&[f64]>,
@@ -146,7 +146,7 @@ pub(crate) fn pull<I: Isa>(w: Weights<'_>, y: &[f64], x: &mut [f64]) {
                 let y = I::F64::load_ptr(y.as_ptr().add(p * LANES));
                 let weight = w.panels.as_ptr().add((p * w.terms + first) * LANES);
                 for (k, sum) in sums.iter_mut().enumerate() {
-                    // What fills up the last vector repeats its last term.
+                    // The padding of the last vector repeats its last term.
                     let k = if full { k } else { k.min(w.terms - first - 1) };
                     *sum = I::F64::load_ptr(weight.add(k * LANES)).fma(y, *sum);
                 }
@@ -186,7 +186,7 @@ pub(crate) fn contract<I: Isa>(weight: &[f64], z: &Rows<&[f64]>, count: usize, s
     }
 }
 
-/// The sums of R rows with Q others, or with themselves.
+/// Sums of R rows with Q others, or with themselves.
 #[inline(always)]
 unsafe fn block<I: Isa, const R: usize, const Q: usize>(
     weight: &[f64],
@@ -230,7 +230,7 @@ unsafe fn block<I: Isa, const R: usize, const Q: usize>(
     }
 }
 
-/// The sums of vectors, eight at a time, in `out`, which holds whole vectors.
+/// Sums of vectors, eight at a time, in `out`, which holds whole vectors.
 #[inline(always)]
 pub(crate) fn collect<I: Isa>(vectors: &[f64], out: &mut [f64]) {
     let groups = vectors.chunks_exact(LANES * LANES);

@@ -12,7 +12,7 @@ pub(crate) struct PointReverse2<'a, T> {
     pub z: &'a [T],
     pub ya: &'a [T],
     pub yz: &'a mut [T],
-    /// Whether of ya only the value is not zero, and the rest was not written: below the output.
+    /// Whether only the value of ya is nonzero, as below the output; the rest was not written.
     pub value_only: bool,
 }
 
@@ -62,7 +62,7 @@ impl<T: Real> PointReverse2<'_, T> {
                     }
                     let y1: T::Vec<I> = load(ya, at(1));
                     y1.fma(s1, s2y0.mul(z1)).store_ptr(yz.add(at(1)));
-                    // Everything of component i′ that z_i multiplies: σ″ ya_′ + σ‴ z_′ ya₀.
+                    // All factors of z_i in component i′: σ″ ya_′ + σ‴ z_′ ya₀.
                     let with_zi = s2.fma(y1, s3.mul(z1).mul(y0));
                     let s2z1 = s2.mul(z1);
                     for i in 0..self.directions {

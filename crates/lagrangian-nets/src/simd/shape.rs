@@ -1,26 +1,26 @@
-//! Where the components of a layer lie in memory.
+//! Memory layout of the components of a layer.
 //!
-//! The components of a block of B samples stand below each other in every panel: row `c · B + s` belongs to component c
-//! of sample s. Component 0 is the value, 1 the tangent ′, then come the tangents i, then the mixed second derivatives
+//! The components of a block of B samples are stored below each other in every panel: row `c · B + s` belongs to component c
+//! of sample s. Component 0 is the value, 1 the tangent ′, followed by the tangents i and the mixed second derivatives
 //! i′ (theory.md, section 5).
 
 use super::{Real, Vector};
 
-/// The sizes of the matrices of one layer, `[panels, components · samples, LANES]`.
+/// Sizes of the matrices of one layer, `[panels, components · samples, LANES]`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Shape {
-    /// The number of samples of the block.
+    /// Number of samples of the block.
     pub samples: usize,
-    /// The number of components that the matrices hold, 2 + 2 · `capacity`.
+    /// Number of components that the matrices hold, 2 + 2 · `capacity`.
     pub components: usize,
-    /// The number of tangents i that the matrices hold: i is component 2 + i, i′ is component 2 + `capacity` + i.
+    /// Number of tangents i that the matrices hold: i is component 2 + i, i′ is component 2 + `capacity` + i.
     pub capacity: usize,
-    /// The number of panels of the layer.
+    /// Number of panels of the layer.
     pub panels: usize,
 }
 
 impl Shape {
-    /// Rows of a panel.
+    /// Number of rows of a panel.
     #[cfg(test)]
     pub(crate) fn rows(&self) -> usize {
         self.components * self.samples
@@ -46,7 +46,7 @@ impl Shape {
         assert!(self.panels * self.components * self.samples * T::LANES <= matrix.len());
     }
 
-    /// The same for what has one component.
+    /// As [`Shape::check`], for a matrix with one component.
     #[inline(always)]
     pub(super) fn check_slope<T: Real>(&self, slope: &[T]) {
         assert!(self.panels * self.samples * T::LANES <= slope.len());

@@ -60,38 +60,38 @@ impl<T: Real> Task for SumOfSquares<'_, T> {
     }
 }
 
-/// The constants of a step of `AdamW`.
+/// Constants of a step of `AdamW`.
 #[derive(Debug, Clone, Copy)]
 pub struct AdamRule {
-    /// The decay rates β₁ and β₂ of the moments.
+    /// Decay rates β₁ and β₂ of the moments.
     pub memory: [f64; 2],
-    /// The corrections 1 / (1 − β₁ᵗ) and 1 / (1 − β₂ᵗ) of the moments at step t.
+    /// Corrections 1 / (1 − β₁ᵗ) and 1 / (1 − β₂ᵗ) of the moments at step t.
     pub corrections: [f64; 2],
-    /// What is added to the square root of the second moment, ε.
+    /// Constant ε that is added to the square root of the second moment.
     pub epsilon: f64,
-    /// The learning rate.
+    /// Learning rate.
     pub rate: f64,
-    /// The weight decay of `AdamW`.
+    /// Weight decay of `AdamW`.
     pub decay: f64,
-    /// The factor on the gradient, which bounds its norm.
+    /// Factor on the gradient, which bounds its norm.
     pub shorten: f64,
 }
 
 /// One step of `AdamW`, with moments in the precision of the gradient and weights in double precision.
 pub struct AdamStep<'a, T> {
-    /// The gradient by the weights.
+    /// Gradient by the weights.
     pub gradient: &'a [T],
-    /// The first moments, of the same length.
+    /// First moments, of the same length.
     pub first: &'a mut [T],
-    /// The second moments, of the same length.
+    /// Second moments, of the same length.
     pub second: &'a mut [T],
-    /// The weights, of the same length.
+    /// Weights, of the same length.
     pub weights: &'a mut [f64],
-    /// Where the new weights are written in the precision of the gradient, of the same length.
+    /// Output of the new weights in the precision of the gradient, of the same length.
     pub rounded: Option<&'a mut [T]>,
-    /// The constants of the step.
+    /// Constants of the step.
     pub rule: AdamRule,
-    /// The lower bound of all weights.
+    /// Lower bound of all weights.
     pub lowest: f64,
 }
 
@@ -144,7 +144,7 @@ impl<T: Real> AdamStep<'_, T> {
         }
     }
 
-    /// The last few, through padded copies.
+    /// Processes the last few values through padded copies.
     #[inline(always)]
     fn tail<I: Isa>(&mut self, at: usize) {
         let end = self.gradient.len();

@@ -13,7 +13,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{Buffer, Level, Real, Shape, levels};
 
-/// Random shapes of each kernel.
+/// Number of random shapes of each kernel.
 const SHAPES: u64 = 12;
 
 /// Shapes and values from a seed.
@@ -56,7 +56,7 @@ impl Draw {
         std::array::from_fn(|_| self.values(shape.panels * shape.samples * T::LANES))
     }
 
-    /// Pairs of components for some raw outputs, as a factored Jacobian has them.
+    /// Pairs of components for some raw outputs, as in a factored Jacobian.
     fn terms(&mut self, shape: &Shape) -> Vec<Vec<(usize, usize)>> {
         let n = shape.capacity;
         (0..n)
@@ -65,12 +65,12 @@ impl Draw {
     }
 }
 
-/// Asserts that what `run` computes on each level is what it computes on the portable one, but for rounding.
+/// Asserts that the result of `run` on each level agrees with that on the portable one up to rounding.
 fn agree<T: Real>(name: &str, run: impl Fn(Level) -> Vec<T>) {
     let portable = run(Level::Portable);
     let size = portable.iter().map(|x| x.f64().abs()).fold(1.0, f64::max);
     assert!(size.is_finite(), "{name}: {size}");
-    // A few hundred roundings.
+    // Some hundred roundings.
     let bound = if T::LANES == 8 { 1e-13 } else { 5e-5 } * size;
     for level in levels() {
         let found = run(level);
@@ -89,7 +89,7 @@ fn each(test: impl Fn(&mut Draw)) {
     }
 }
 
-/// All values of some buffers, one buffer after the other.
+/// Joins all values of some buffers.
 trait ConcatAll<T> {
     fn concat_all(&self) -> Vec<T>;
 }

@@ -1,10 +1,10 @@
-//! Layers to planes and back, and the circle functions that planes of angles need.
+//! Conversion of layers to planes and back, and the circle functions of planes of angles.
 
 use super::super::*;
 use super::each;
 use crate::simd::planes::{FromPlanes, Planes, ToPlanes};
 
-/// A layer of any width, there and back on one instruction set: every number where it belongs, and 0 in the padding.
+/// Copies a layer of any width there and back on one instruction set: every number at its place, and 0 in the padding.
 fn there_and_back<T: Real>(draw: &mut super::Draw) {
     let shape = draw.shape();
     let (component, cut) = (draw.size(0..shape.components), draw.size(0..T::LANES));
@@ -107,7 +107,7 @@ fn sin_and_cos_agree_with_the_mathematics_library_up_to_the_largest_angle() {
             let bound = 3e-16;
             assert!((sin - q.sin()).abs() < bound, "{level}: sin {q}: {sin}");
             assert!((cos - q.cos()).abs() < bound, "{level}: cos {q}: {cos}");
-            // Near 0 to its own size.
+            // Relative to its size near 0.
             if q.abs() < 0.5 {
                 assert!((sin - q.sin()).abs() <= 3e-16 * q.abs(), "{level}: {q}");
             }

@@ -5,7 +5,7 @@ use super::{Draw, agree, each};
 
 fn products<T: Real>(draw: &mut Draw) {
     let [rows, columns] = [0; 2].map(|_| draw.size(1..60));
-    // Long sums are made in several goes.
+    // Long sums are computed in several parts.
     let terms = draw.size(1..600);
     let panels = columns.div_ceil(T::LANES);
     let a = draw.values::<T>(terms.div_ceil(T::LANES) * rows * T::LANES);

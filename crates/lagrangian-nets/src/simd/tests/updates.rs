@@ -46,7 +46,7 @@ fn rows<T: Real>(draw: &mut Draw) {
     });
 }
 
-/// A step with positive second moments, of weights that may not fall below a bound.
+/// A step with positive second moments, of weights with a lower bound.
 fn adam<T: Real>(draw: &mut Draw) {
     let len = draw.size(0..70);
     let [gradient, first] = [0; 2].map(|_| draw.values::<T>(len));

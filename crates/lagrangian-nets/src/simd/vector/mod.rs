@@ -31,9 +31,9 @@ use super::sealed::Sealed;
 pub trait Real:
     Copy + Debug + Default + PartialEq + PartialOrd + Send + Sync + num_traits::Float + Sealed + 'static
 {
-    /// The number of values in a vector of 64 bytes.
+    /// Number of values in a vector of 64 bytes.
     const LANES: usize;
-    /// The vector of this number on one instruction set.
+    /// Vector of this number on one instruction set.
     type Vec<I: Isa>: Vector<Elem = Self>;
     /// Rounds from double precision.
     fn of(x: f64) -> Self;
@@ -69,11 +69,11 @@ impl Real for f64 {
     }
 }
 
-/// The values of a vector: from memory, from one number, and back to memory.
+/// Transfer of values of a vector: from memory, from one number, and back to memory.
 pub trait Memory: Copy + Sealed {
-    /// The type of the value in a lane.
+    /// Type of the value in a lane.
     type Elem: Real;
-    /// The number of lanes.
+    /// Number of lanes.
     const LANES: usize;
     /// Loads `LANES` values from memory of any alignment.
     ///
@@ -132,7 +132,7 @@ pub trait Arithmetic: Memory {
     }
 }
 
-/// A vector of the kernels: its [`Memory`], its [`Arithmetic`], and what depends on the bits or the order of its lanes.
+/// A vector of the kernels: its [`Memory`], its [`Arithmetic`], and operations on the bits or the order of its lanes.
 ///
 /// All methods compile to single instructions when they are inlined below the entry of their instruction set. `f64` is
 /// the vector of one lane, for algebra that serves one state as well as a vector of samples; it needs no entry.

@@ -1,4 +1,4 @@
-//! The vectors of NEON, which every AArch64 has.
+//! Vectors of NEON, which is part of AArch64.
 
 use std::arch::aarch64::*;
 

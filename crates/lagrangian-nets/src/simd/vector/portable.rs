@@ -1,9 +1,9 @@
-//! Vectors as plain arrays, for CPUs whose instructions are not known.
+//! Vectors as plain arrays, for CPUs with unknown instructions.
 
 use super::{Arithmetic, Memory, Vector};
 use crate::simd::sealed::Sealed;
 
-/// An array of lanes, which the compiler vectorises as it can.
+/// An array of lanes, vectorised by the compiler where possible.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Lanes<T, const N: usize>([T; N]);
 

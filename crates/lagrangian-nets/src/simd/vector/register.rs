@@ -2,7 +2,7 @@
 
 /// Defines a vector `$name` around the register type `$v` of `$n` lanes, from the intrinsics of its instruction set.
 ///
-/// The type is private to the crate, so that a value of it exists only below an entry that has seen the CPU feature.
+/// The type is private to the crate, so that a value of it exists only below an entry that has detected the CPU feature.
 macro_rules! register {
     ($name:ident, $v:ty, $elem:ty, $n:literal, $load:ident, $store:ident, $splat:ident, $add:ident, $sub:ident,
      $mul:ident, $div:ident, |$a:ident, $b:ident, $c:ident| $fma:expr, $sqrt:ident, $max:ident,
@@ -19,7 +19,7 @@ macro_rules! register {
             const LANES: usize = $n;
             #[inline(always)]
             unsafe fn load_ptr(p: *const $elem) -> Self {
-                // SAFETY: the caller's; inlined below an entry that has seen the CPU feature.
+                // SAFETY: the caller's; inlined below an entry that has detected the CPU feature.
                 Self(unsafe { $load(p) })
             }
             #[inline(always)]
@@ -79,7 +79,7 @@ macro_rules! binary {
     ($($operation:ident: $intrinsic:ident),*) => {$(
         #[inline(always)]
         fn $operation(self, b: Self) -> Self {
-            // SAFETY: inlined below an entry that has seen the CPU feature.
+            // SAFETY: inlined below an entry that has detected the CPU feature.
             Self(unsafe { $intrinsic(self.0, b.0) })
         }
     )*};

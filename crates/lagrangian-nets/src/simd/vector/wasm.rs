@@ -1,4 +1,4 @@
-//! The vectors of WebAssembly with the feature `simd128`, which every browser since 2023 has.
+//! Vectors of WebAssembly with the feature `simd128`, which every browser since 2023 has.
 #![allow(
     unused_unsafe,
     reason = "these intrinsics are safe but for loads and stores, and `register!` serves other instruction sets too"
@@ -77,7 +77,7 @@ fn larger_f64(a: v128, b: v128) -> v128 {
     f64x2_pmax(b, a)
 }
 
-/// a · b + c, with `relaxed-simd` rounded once where the processor behind the browser can, else twice.
+/// a · b + c, with `relaxed-simd` rounded once where the processor of the browser can, else twice.
 #[inline(always)]
 fn multiply_add_f32(a: v128, b: v128, c: v128) -> v128 {
     #[cfg(target_feature = "relaxed-simd")]

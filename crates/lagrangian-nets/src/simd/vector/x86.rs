@@ -1,4 +1,4 @@
-//! The vectors of x86-64: AVX2 with FMA and AVX-512.
+//! Vectors of x86-64: AVX2 with FMA and AVX-512.
 
 use std::arch::x86_64::*;
 
@@ -128,7 +128,7 @@ register!(
     }
 );
 
-/// The sums of the lanes of eight vectors: neighbours are added until each is one number.
+/// Sums of the lanes of eight vectors, by repeated addition of neighbours.
 #[inline(always)]
 pub(crate) fn sums_of_eight(v: [F64x8; 8]) -> F64x8 {
     let [a, b, c, d, e, f, g, h] = v.map(|v| v.0);
@@ -136,10 +136,10 @@ pub(crate) fn sums_of_eight(v: [F64x8; 8]) -> F64x8 {
     F64x8(four(low, four(two(e, f), two(g, h))))
 }
 
-/// Sums of pairs of lanes, those of a and of b in turns.
+/// Sums of pairs of lanes, alternating between a and b.
 #[inline(always)]
 fn two(a: __m512d, b: __m512d) -> __m512d {
-    // SAFETY: inlined below an entry that has seen AVX-512.
+    // SAFETY: inlined below an entry that has detected AVX-512.
     unsafe { _mm512_add_pd(_mm512_unpacklo_pd(a, b), _mm512_unpackhi_pd(a, b)) }
 }
 
