@@ -1,6 +1,6 @@
 //! Accelerations of 10 000 states of a Lagrangian network, in chunks on all threads.
 //!
-//! What cannot be saved: (n + 3) W multiply–adds a state (theory.md, section 5), W the weights of all matrices; q, q̇, τ
+//! Lower bound: (n + 3) W multiply–adds a state (theory.md, section 5), W the weights of all matrices; q, q̇, τ
 //! read and q̈ written, 32 n bytes a state.
 //!
 //! `cargo bench --bench many_states -- ['width 128' | '1 thread' …]`
@@ -15,7 +15,7 @@ use meter::networks::{lnn, lnn_weights};
 use meter::{Case, Meter, on_threads, threads};
 use rayon::prelude::*;
 
-/// States in all, and those that a thread takes at a time.
+/// The number of all states, and of those that a thread takes at a time.
 const STATES: usize = 10_000;
 const CHUNK: usize = 512;
 

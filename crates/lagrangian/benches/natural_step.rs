@@ -1,6 +1,6 @@
-//! One step of the natural gradient on accelerations of a Lagrangian network, and where its time goes.
+//! One step of the natural gradient on accelerations of a Lagrangian network, and the times of its parts.
 //!
-//! What cannot be saved (theory.md, section 7), with W the weights of all matrices, P the parameters, B samples of n
+//! Lower bounds (theory.md, section 7), with W the weights of all matrices, P the parameters, B samples of n
 //! residuals each, N = n B:
 //!
 //! | part | multiply–adds, or bytes |
@@ -29,11 +29,11 @@ use meter::data::dataset;
 use meter::networks::lnn_weights;
 use meter::{Case, Meter, expect, on_threads, threads};
 
-/// Small, so that all steps are alike.
+/// Small, so that all steps are similar.
 const RATE: f64 = 1e-6;
 const DAMPING: f64 = 1e-3;
 
-/// One step to be taken apart.
+/// The sizes of a step whose parts are timed.
 #[derive(Debug, Clone, Copy)]
 struct Sizes {
     n: usize,
@@ -138,7 +138,7 @@ impl Sizes {
         format!("{part} n {n} width {width} batch {batch} threads {threads}")
     }
 
-    /// What a part cannot do without.
+    /// The lower bounds of a part.
     fn case(&self, part: Part, parameters: usize) -> Case {
         let Self {
             n,
@@ -147,7 +147,7 @@ impl Sizes {
             threads,
         } = *self;
         let weights = lnn_weights(n, width) * batch;
-        // Both sides of the two matrices below the output; of that only what its input brings, for n² pairs.
+        // Both sides of the two matrices before the output; of the output's matrix only the part of its input, for n² pairs.
         let widths = (2 * n + width) + (width + width);
         let products = (2 * n + 2).pow(2) * widths + n * n * width;
         let multiply_adds = match part {

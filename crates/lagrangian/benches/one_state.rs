@@ -1,13 +1,13 @@
 //! One call of a control loop: acceleration, inverse dynamics and energy of one state, on one thread.
 //!
-//! What cannot be saved, with W the weights of all matrices (theory.md, sections 5 and 14), two operations each:
+//! Lower bounds, with W the weights of all matrices (theory.md, sections 5 and 14), two operations each:
 //!
 //! | | Lagrangian network | deep Lagrangian network |
 //! |---|---|---|
-//! | acceleration, inverse dynamics | (n + 3) W: value, n + 1 tangents, one way back | 3 W: value, one tangent, one way back |
+//! | acceleration, inverse dynamics | (n + 3) W: value, n + 1 tangents, one reverse pass | 3 W: value, one tangent, one reverse pass |
 //! | energy | 2 W: value and gradient | W: M and V are outputs |
 //!
-//! and every weight is read once, 8 W bytes. The call holds them twice, for both ways: that says from which cache. Where
+//! and every weight is read once, 8 W bytes. The call holds them twice, for both passes, which decides the cache. Where
 //! "of memory" is 50 %, a call takes twice the time of streaming the weights; "× limit" is over the longer of both.
 //!
 //! `cargo bench --bench one_state -- [acceleration | inverse | energy | lnn | delan | 'n 2' …]`
@@ -21,7 +21,7 @@ use meter::data::wave;
 use meter::networks::{delan, delan_weights, lnn, lnn_weights};
 use meter::{Case, Meter};
 
-/// States that the calls go through in turn.
+/// The number of states that the calls use in turn.
 const TURNS: usize = 64;
 
 fn main() {
@@ -41,7 +41,7 @@ fn main() {
     }
 }
 
-/// Its three calls, with the products of all weights that each of them needs.
+/// The three calls, with the products of all weights that each of them needs.
 fn network(
     meter: &Meter,
     (family, n, width): (&str, usize, usize),

@@ -1,7 +1,7 @@
 //! From recordings to samples: velocities and accelerations estimated from positions (with the window chosen from the
 //! data, or given), the samples gathered, their scales.
 //!
-//! What cannot be saved: the signals that come in are read and those that go out are written, 8 bytes a number; of the
+//! Lower bound: the input signals are read and the output signals are written, 8 bytes a number; for the
 //! estimates, which choose among windows, nothing is counted.
 //!
 //! `cargo bench --bench preparation -- [estimates | scales | 'rows 100000' …]`
@@ -26,7 +26,7 @@ fn main() {
 }
 
 fn prepare(meter: &Meter, rows: usize, n: usize) {
-    // Numbers of a row that are read or written.
+    // The number of values of a row that are read or written.
     let case = |what: &str, numbers: usize| Case {
         bytes: (8 * numbers * rows) as f64,
         holds: (8 * numbers * rows) as f64,

@@ -1,6 +1,6 @@
 //! Reading recordings of two joints with all signals (t, q, q̇, q̈, τ: nine columns) from memory.
 //!
-//! What cannot be saved: every byte of the file is read once.
+//! Lower bound: every byte of the file is read once.
 //!
 //! `cargo bench --bench reading -- [csv | npz | 'rows 100000' …]`; Parquet with `--features parquet`.
 

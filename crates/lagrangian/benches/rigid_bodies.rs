@@ -1,7 +1,7 @@
 //! One state of a robot of rigid bodies, on one thread: inverse dynamics, mass matrix, forward dynamics, and all
 //! derivatives of the Lagrangian; of a described robot, and of a chain with friction that was learned from torques.
 //!
-//! Operations are not counted: what a recursion can save depends on the joints.
+//! Operations are not counted, since the lower bound of a recursion depends on the joints.
 //!
 //! `cargo bench --bench rigid_bodies -- [ur5 | learned | mass …]`
 
@@ -19,7 +19,7 @@ use lagrangian::{
 use meter::data::wave;
 use meter::{Case, Meter, expect};
 
-/// States that the calls go through in turn.
+/// The number of states that the calls use in turn.
 const TURNS: usize = 64;
 
 fn main() {

@@ -1,8 +1,8 @@
-//! Rollouts by the classical Runge–Kutta method, every step recorded: one state, and many abreast.
+//! Rollouts by the classical Runge–Kutta method, every step recorded: one state, and many side by side.
 //!
-//! What cannot be saved: four accelerations a step, of (n + 3) W multiply–adds each for a Lagrangian network and 3 W for
+//! Lower bound: four accelerations a step, of (n + 3) W multiply–adds each for a Lagrangian network and 3 W for
 //! a deep one (theory.md, sections 5 and 14), W the weights of all matrices. One state reads all weights at every
-//! evaluation, 8 W bytes; of many, the states are what is read and written.
+//! evaluation, 8 W bytes; with many states, the states themselves are read and written.
 //!
 //! `cargo bench --bench rk4 -- [delan | 'states 1 ' …]`
 
@@ -16,7 +16,7 @@ use meter::data::wave;
 use meter::networks::{delan, delan_weights, lnn, lnn_weights};
 use meter::{Case, Meter, expect, on_threads, threads};
 
-/// Of an integrator, s: so short that no motion of a random network ends before its time.
+/// The step of the integrator, s: so short that no motion of a random network ends before its time.
 const STEP: f64 = 1e-4;
 
 fn main() {
@@ -44,7 +44,7 @@ fn main() {
     }
 }
 
-/// Rollouts of some states over some steps, whose accelerations cost so many multiply–adds each.
+/// Rollouts of some states over some steps, where an acceleration costs `costs` multiply–adds.
 fn row(
     meter: &Meter,
     name: &str,

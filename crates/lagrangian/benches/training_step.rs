@@ -1,11 +1,11 @@
 //! One step of training under Adam, inside [`fit`] as users run it: its observer holds the clock.
 //!
-//! What cannot be saved, with W the weights of all matrices, multiply–adds a sample:
+//! Lower bounds, with W the weights of all matrices, multiply–adds a sample:
 //!
 //! | family, loss | |
 //! |---|---|
 //! | Lagrangian network, accelerations | (n + 11) W (theory.md, section 6) |
-//! | convex in q̇, the same | (n + 11) W behind the gates, 9 W of what sees q alone: its tangents along q̇ᵢ are 0 |
+//! | convex in q̇, accelerations | (n + 11) W after the gates, 9 W before them: the tangents of q along q̇ᵢ are 0 |
 //! | deep Lagrangian network, torques | 10 W (section 14) |
 //! | Hamiltonian network, (q̇, ṗ) | 6 W: value and tangent forward, each of them back, two outer products (equation 93) |
 //!
@@ -29,7 +29,7 @@ use meter::data::dataset;
 use meter::networks::{convex_weights, delan_weights, lnn_weights};
 use meter::{Case, Laps, Meter, expect, on_threads, threads};
 
-/// What is trained.
+/// The model that is trained.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Kind {
     Lnn,
@@ -120,7 +120,7 @@ fn row(meter: &Meter, sizes: Sizes) {
         precision: sizes.precision,
         operations: 2.0 * (sizes.products() * sizes.batch) as f64,
         bytes: 6.0 * number * parameters,
-        // θ and its moments, θ the other way round, the gradient.
+        // θ and its moments, θ transposed, the gradient.
         holds: 5.0 * number * parameters,
         things: (sizes.batch as f64, "samples"),
         ..Case::new(name)
@@ -150,7 +150,7 @@ impl Sizes {
         format!("{kind} n {n} width {width} batch {batch} {precision} threads {threads}")
     }
 
-    /// Multiply–adds of a sample that cannot be saved.
+    /// Lower bound of the multiply–adds of a sample.
     fn products(&self) -> usize {
         let (n, width) = (self.n, self.width);
         match self.kind {
@@ -165,7 +165,7 @@ impl Sizes {
         }
     }
 
-    /// Deep Lagrangian networks on angles, as robots have them and as in the race; the others on lines.
+    /// Deep Lagrangian networks on angles, as in robots and in the race; the others on lines.
     fn coordinates(&self) -> Coordinates {
         match self.kind {
             Kind::Delan => Coordinates::angles(self.n),
@@ -195,7 +195,7 @@ impl Sizes {
         }
     }
 
-    /// Steps until the clock has enough of them; gives them, and how many parameters were trained.
+    /// Takes steps until the clock has enough of them; returns them, and the number of parameters that were trained.
     fn train(&self, mut clock: Clock) -> (Vec<f64>, usize) {
         let config = FitConfig {
             family: self.family(),
@@ -224,7 +224,7 @@ impl Sizes {
     }
 }
 
-/// Notes the time from step to step.
+/// Records the time from step to step.
 struct Clock {
     laps: Laps,
     last: Option<f64>,

@@ -1,4 +1,4 @@
-//! How do I learn a Lagrangian from motions, and how good is it?
+//! Learning a Lagrangian from motions, and the accuracy of the result.
 //!
 //! `cargo run --release -p lagrangian --example fit_pendulum`
 

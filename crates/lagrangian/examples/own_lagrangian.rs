@@ -1,4 +1,4 @@
-//! How do I use a Lagrangian of my own? A bead on a hoop that turns about its vertical diameter.
+//! A Lagrangian of one's own: a bead on a hoop that turns about its vertical diameter.
 //!
 //! `cargo run --release -p lagrangian --example own_lagrangian`
 

@@ -1,4 +1,4 @@
-//! From trajectories to what is fitted: samples, their split, and the scales that a model then owns.
+//! Data of a fit from trajectories: samples, their split, and the scales that a model then owns.
 
 mod momenta;
 mod neighbours;
@@ -58,7 +58,7 @@ impl Timeline {
         self.begins.iter().zip(ends).map(|(&begin, end)| begin..end)
     }
 
-    /// Samples of the longest trajectory.
+    /// The number of samples of the longest trajectory.
     #[must_use]
     pub fn longest(&self) -> usize {
         self.runs().map(|run| run.len()).max().unwrap_or(0)
@@ -93,8 +93,8 @@ impl Dataset {
         })
     }
 
-    /// Three neighbouring positions each, of these trajectories: what a loss of positions alone is made of. Velocities
-    /// and accelerations of the trajectories are not looked at. `baseline` is the distance of the neighbours, in
+    /// Triples of neighbouring positions of these trajectories, the samples of a loss of positions alone. Velocities
+    /// and accelerations of the trajectories are not used. `baseline` is the distance of the neighbours, in
     /// samples: noise of the positions weighs `baseline`² times less, the error of the discrete action as much more.
     ///
     /// # Errors
@@ -116,7 +116,7 @@ impl Dataset {
         })
     }
 
-    /// From samples that belong to no trajectory, such as random states of a known system.
+    /// A dataset of samples that belong to no trajectory, such as random states of a known system.
     ///
     /// # Errors
     /// [`Error::Shape`] where the arrays do not belong together or are empty; [`Error::NotFinite`].
@@ -168,10 +168,10 @@ impl Dataset {
         }
     }
 
-    /// The scales of a deep Lagrangian network: as [`Dataset::scaling`], but where forces are recorded the energy is
-    /// that of the largest of them over a radian (or the deviation of a line), so that V is of order one, and each
-    /// velocity that at which the coordinate's own inertia has this energy, so that M is too, for a heavy shoulder and a
-    /// light wrist alike. The network sees no velocity, so nothing else depends on it.
+    /// The scales of a deep Lagrangian network. They are those of [`Dataset::scaling`], but where forces are recorded the energy is
+    /// that of the largest of them over a radian (or the deviation of a line), so that V is of order one. The scale of each
+    /// velocity is the velocity at which the coordinate's own inertia has this energy, so that M is of order one too, for a heavy
+    /// shoulder and a light wrist alike. The network sees no velocity, so nothing else depends on it.
     #[must_use]
     pub fn mass_scaling(&self) -> Scaling {
         let mut scaling = self.scaling();
@@ -192,8 +192,8 @@ impl Dataset {
         scaling
     }
 
-    /// The slope of the force of coordinate `i` over its acceleration beside a constant and the features of all
-    /// coordinates, by least squares, within two decades of `ratio`, force over acceleration; the ratio itself where these explain
+    /// The slope of the force of coordinate `i` over its acceleration, beside a constant and the features of all coordinates,
+    /// by least squares, limited to two decades around `ratio`, force over acceleration. It is the ratio itself where these explain
     /// less than half of the force: in fast motion it is the small rest of inertial and centrifugal forces.
     fn own_inertia(&self, i: usize, ratio: f64) -> f64 {
         let (data, n) = (&self.train, self.coordinates.dof());
@@ -275,11 +275,11 @@ fn is_forced(trajectories: &[Trajectory]) -> bool {
     trajectories.iter().flat_map(|t| &t.tau).any(|&x| x != 0.0)
 }
 
-/// Samples that inertias are guessed from, at most.
+/// The largest number of samples that inertias are estimated from.
 const LOOKED_AT: usize = 4096;
 
-/// Divides trajectories into training and validation: whole trajectories, about `fraction` of the
-/// samples, chosen by `seed`; where whole ones would be far more than that, blocks of time that are spread over each.
+/// Divides trajectories into training and validation: whole trajectories of about `fraction` of the samples, chosen by
+/// `seed`; where whole ones would be far more than that, blocks of time that are spread over each.
 ///
 /// # Errors
 /// [`Error::Argument`] for a fraction outside 0…0.9 or no trajectory.
@@ -319,15 +319,15 @@ pub fn split(
     Ok((trajectories, held))
 }
 
-/// Whole trajectories are held back only if they are at most this many times what was asked for.
+/// Whole trajectories are held back only if their samples are at most this multiple of the requested number.
 const MOST_HELD: f64 = 2.5;
 
-/// The most blocks that are held back of a trajectory, and the fewest samples of each.
+/// The largest number of blocks that are held back of a trajectory, and the smallest number of samples of each.
 const BLOCKS: usize = 5;
 const SHORTEST_BLOCK: usize = 20;
-/// Neighbouring samples resemble each other: next to a block this part of it is omitted …
+/// Neighbouring samples resemble each other: this part of a block is omitted next to it …
 const GUARD_PART: usize = 10;
-/// … but at most so many samples.
+/// … but at most this number of samples.
 const GUARD: usize = 10;
 
 /// The pieces of a trajectory that are kept, and blocks of about `fraction` of it, in the middle of equal parts.
@@ -399,13 +399,13 @@ fn samples(n: usize, trajectories: &[Trajectory]) -> Result<Samples> {
     }
     let size = out.q.len();
     for (_, signal) in out.iter_mut().filter(|(_, x)| x.len() != size) {
-        // Not known for all of them.
+        // The signal is missing in one of them.
         signal.clear();
     }
     Ok(out)
 }
 
-/// Refuses parameters that move.
+/// Refuses parameters with a velocity or an acceleration.
 fn check_parameters(coordinates: &Coordinates, samples: &Samples) -> Result<()> {
     coordinates.check_parameters("velocity", &samples.qd)?;
     coordinates.check_parameters("acceleration", &samples.qdd)

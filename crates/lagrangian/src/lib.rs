@@ -4,7 +4,7 @@
 //! # The problem
 //!
 //! A network that is fitted to accelerations predicts the next instant well and the next minute badly: nothing in it
-//! knows of energy. Here the network is the Lagrangian L(q, q̇) itself, one scalar function, and the motion follows
+//! represents energy. Here the network is the Lagrangian L(q, q̇) itself, one scalar function, and the motion follows
 //! from it by the Euler–Lagrange equation,
 //!
 //! ```text
@@ -41,8 +41,8 @@
 //!
 //! [`Format::read`] reads files, [`check()`] examines them, [`Dataset`] divides and scales them, [`fit()`] trains a model
 //! of a [`Family`], [`SavedModel`] stores it, [`rollout()`] predicts and [`score()`] compares. Test data come from an
-//! analytic Lagrangian ([`analytic`]) that is rolled out: there is no separate simulator. What most programs need is
-//! at the root of the library; each module holds the rest of its subject.
+//! analytic Lagrangian ([`analytic`]) that is rolled out: there is no separate simulator. The names that most programs
+//! need are at the root of the library; each module holds the rest of its subject.
 //!
 //! # From motions to a Lagrangian
 //!
@@ -133,7 +133,7 @@ pub use train::{
     Budget, Checkpoint, ForceTerms, Loss, Observer, Optimizer, Progress, TrainingTask,
 };
 
-/// The program of the page compiles.
+/// A check that the program of the page compiles.
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/rust.md")]
 struct Page;

@@ -1,5 +1,5 @@
-//! From recordings to the data of a fit: what their check found, a low-pass where noise calls for one, what is estimated,
-//! and what is held back.
+//! From recordings to the data of a fit: the findings of their check, a low-pass where noise calls for one, estimated
+//! signals, and held-back samples.
 
 use crate::dataset::{Dataset, PrepareOptions, split};
 use crate::models::Momenta;
@@ -9,7 +9,7 @@ use lagrangian_recordings::check::{CheckOptions, CheckReport, Verdict, check, ch
 use lagrangian_recordings::{Estimate, EstimateOptions, Recording, Sampling};
 
 impl PrepareOptions {
-    /// The low-pass that the check of the data found, where noise spoils the accelerations and nothing else was asked for.
+    /// The low-pass that the check of the data suggests, where noise spoils the accelerations and the options name none.
     #[must_use]
     pub fn chosen_low_pass(&self, check: &CheckReport) -> Option<AutoSetting> {
         if self.smooth || self.low_pass.is_some() {
@@ -26,19 +26,19 @@ impl PrepareOptions {
     }
 }
 
-/// What a fit needs of the data, whatever they are.
+/// Requirements of a fit on its data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Needs {
     /// Whether recorded momenta are fitted, and so their rates are needed.
     pub momenta: bool,
-    /// The number of samples that are predicted from each start; 0 where nothing is.
+    /// The number of samples that are predicted from each start; 0 without prediction.
     pub horizon: usize,
     /// Whether positions alone are compared.
     pub positions: bool,
 }
 
 impl Needs {
-    /// The rows of a stretch of a long log: few where each sample is learned from for itself.
+    /// The rows of a stretch of a long log: few where the fit uses each sample by itself.
     #[must_use]
     pub fn stretch(&self, options: &PrepareOptions) -> usize {
         // Space for several windows, segments or neighbours side by side.
@@ -59,14 +59,14 @@ impl Needs {
 }
 
 impl Request {
-    /// What the fit needs of the data.
+    /// The requirements of the fit on its data.
     ///
     /// # Errors
-    /// [`Error::Setting`] for a setting that does not belong to the fit, so that none is ignored; [`Error::UnknownName`].
+    /// [`Error::Setting`] for a setting that does not belong to the fit, instead of ignoring it; [`Error::UnknownName`].
     pub fn needs(&self) -> Result<Needs> {
         let mut asked = self.clone();
         if self.is_open() {
-            // Whatever is tried learns from single samples, and has its own settings.
+            // Every candidate family learns from single samples, and has its own settings.
             asked.settings.retain(|name, _| name == "robot");
         }
         let config = asked.complete(&DataFacts::default())?.config;
@@ -82,11 +82,11 @@ impl Request {
 /// Recordings that are ready for a fit.
 #[derive(Debug)]
 pub struct Prepared {
-    /// What is fitted and validated on.
+    /// The samples of training and validation.
     pub dataset: Dataset,
-    /// How signals that were not measured were estimated.
+    /// The methods by which signals that were not measured were estimated.
     pub estimates: Vec<Estimate>,
-    /// What the check of the training data found.
+    /// The findings of the check of the training data.
     pub check: CheckReport,
     /// The low-pass, where it was chosen from the data.
     pub low_pass: Option<AutoSetting>,
@@ -162,7 +162,7 @@ impl Prepared {
     }
 }
 
-/// A name with its numbers filled up with zeros: in this order 2 comes before 10.
+/// A name whose numbers are padded with zeros: in this order 2 comes before 10.
 fn with_long_numbers(name: &str) -> String {
     let words = name.split_inclusive(|c: char| !c.is_ascii_digit());
     let long = words.map(
@@ -174,7 +174,7 @@ fn with_long_numbers(name: &str) -> String {
     long.collect()
 }
 
-/// The coordinates of the recordings, of which there must be one, and which must have the same.
+/// The coordinates of the recordings. At least one recording is needed, and all must have equal coordinates.
 fn same_coordinates(training: &[Recording], validation: &[Recording]) -> Result<Coordinates> {
     let Some(first) = training.first() else {
         return Err(Error::argument(
@@ -199,7 +199,7 @@ fn same_coordinates(training: &[Recording], validation: &[Recording]) -> Result<
     }
 }
 
-/// Makes trajectories of recordings, and says how their signals were estimated.
+/// Makes trajectories of recordings, with the methods by which their signals were estimated.
 ///
 /// # Errors
 /// As [`Recording::into_trajectories`].

@@ -1,4 +1,4 @@
-//! How good a model is on trajectories that it has not seen.
+//! The quality of a model on trajectories that it has not seen.
 
 mod assessment;
 mod candidate;
@@ -43,8 +43,8 @@ use restarts::restarts;
 /// The normalised error at which a prediction is no longer valid.
 pub const THRESHOLD: f64 = 0.5;
 
-/// The normalised error up to which a prediction follows a motion: of a free one closely, of a driven one as far as it is valid, since
-/// recorded forces have errors of their own.
+/// The normalised error up to which a prediction follows a motion. A free motion is followed closely, a driven one as far as it is valid,
+/// since recorded forces have errors of their own.
 fn following(truth: &Trajectory) -> f64 {
     match truth.tau.iter().any(|&x| x != 0.0) {
         true => THRESHOLD,
@@ -55,18 +55,18 @@ fn following(truth: &Trajectory) -> f64 {
 /// A prediction of one trajectory from its first state, under its forces.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RolloutScore {
-    /// How it ended.
+    /// The outcome of the rollout.
     pub outcome: Outcome,
     /// Duration of the truth, s.
     pub duration: f64,
     /// Time until the normalised error exceeded [`THRESHOLD`], s; see [`valid_prediction_time`].
     pub valid_seconds: f64,
-    /// Whether it exceeded it at all.
+    /// Whether the error exceeded it at all.
     pub exceeded: bool,
     /// Time until it exceeded [`THRESHOLD`] in a driven motion, and half of it in a free one, s.
     pub followed_seconds: f64,
-    /// Time for which a good model follows this motion in that sense, s (theory.md, 139): for three natural periods, unless the
-    /// motion is chaotic, unstable or noisy; 0 where this is not known.
+    /// Time for which a good model follows this motion in that sense, s (theory.md, 139): three natural periods, unless the motion
+    /// is chaotic, unstable or noisy; 0 where it is unknown.
     pub predictable_seconds: f64,
     /// Mean absolute error of q over the predicted samples, `[n]`, in the unit of q; on the circle for angles.
     pub q_mean_absolute: Vec<f64>,
@@ -75,22 +75,22 @@ pub struct RolloutScore {
 /// A model's figures on some trajectories.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Score {
-    /// Samples in all.
+    /// The number of all samples.
     pub samples: usize,
-    /// Of q̈ predicted from (q, q̇, τ); none where no trajectory has q̈, or the model has no forward dynamics.
+    /// Errors of q̈ predicted from (q, q̇, τ); `None` where no trajectory has q̈, or the model has no forward dynamics.
     pub acceleration: Option<SignalError>,
-    /// Of τ predicted from (q, q̇, q̈); none where no trajectory has q̈ and τ, or the model has no inverse dynamics.
+    /// Errors of τ predicted from (q, q̇, q̈); `None` where no trajectory has q̈ and τ, or the model has no inverse dynamics.
     pub torque: Option<SignalError>,
-    /// One free prediction for each trajectory; none where the model has no forward dynamics.
+    /// One free prediction for each trajectory; empty where the model has no forward dynamics.
     pub rollouts: Vec<RolloutScore>,
-    /// Predictions over each of [`RESTARTS`], for those that the trajectories are long enough for.
+    /// Predictions over each of [`RESTARTS`] for which the trajectories are long enough.
     pub restarts: Vec<RestartScore>,
     /// States at which the mass matrix was singular.
     pub singular: usize,
-    /// How far the samples lie outside of the states that the data of the model visited, where these are known.
+    /// Distance of the samples from the states that the data of the model visited, where these are known.
     pub outside: Option<Outside>,
-    /// Predictions that were stopped, by [`RolloutOptions::stop`]: those of motions are as long as they came, those over short
-    /// times are in none of the figures.
+    /// The number of predictions that [`RolloutOptions::stop`] ended. Those of motions count up to their end, those over short
+    /// times are omitted from all figures.
     pub stopped: usize,
 }
 
@@ -111,12 +111,12 @@ pub fn score(
     score_predictions(model, trajectories, &predictions, options)
 }
 
-/// What a model predicts of some trajectories; empty for a model without forward dynamics.
+/// The predictions of a model for some trajectories; empty for a model without forward dynamics.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Predictions {
     /// The motion of each trajectory from its first state, as [`predict`].
     pub rollouts: Vec<Rollout>,
-    /// The accelerations at the samples of each trajectory; none for a trajectory without q̈.
+    /// The accelerations at the samples of each trajectory; `None` for a trajectory without q̈.
     pub accelerations: Vec<Option<Accelerations>>,
 }
 
@@ -129,7 +129,7 @@ pub struct Accelerations {
     pub singular: usize,
 }
 
-/// The predictions of a model that a score is made of.
+/// The predictions of a model that a score is computed from.
 ///
 /// # Errors
 /// As [`score`].
@@ -155,14 +155,14 @@ pub fn predict_all(
     })
 }
 
-/// Steps of a prediction for each sample, and for each of the first hundred more: a good model needs a few, a stiff one whatever it may
-/// take.
+/// Steps of a prediction for each sample, and for each of the first hundred in addition: a good model needs few, a stiff one needs as many
+/// as it is granted.
 const STEPS: u64 = 20;
 const MORE: (u64, u64) = (200, 100);
-/// Of these further steps, all predictions together.
+/// The largest number of these additional steps of all predictions together.
 const MORE_OF_ALL: u64 = 2_000_000;
 
-/// The options with a limit of steps that follows from the size of the task, of `count` such predictions.
+/// The options with a limit of steps that follows from the size of the task, for `count` such predictions.
 pub(crate) fn bounded(
     options: &RolloutOptions,
     truth: &Trajectory,
@@ -177,10 +177,10 @@ pub(crate) fn bounded(
     }
 }
 
-/// Samples that are evaluated between two looks at whether to stop.
+/// The number of samples that are evaluated between two checks of the stop.
 const SAMPLES: usize = 1 << 12;
 
-/// The values of each part of the samples, [`SAMPLES`] at most; the first part is there whatever happens.
+/// The values of each part of the samples, at most [`SAMPLES`] samples each; the first part comes even after a stop.
 fn parts(values: usize, n: usize, stop: Stop) -> impl Iterator<Item = Range<usize>> {
     let size = SAMPLES * n.max(1);
     let begins = (0..values).step_by(size);
@@ -239,10 +239,10 @@ pub fn score_predictions(
     })
 }
 
-/// Time for the predictions of any recordings, and for those of a sample, s, and the longest. A usable model needs a tenth of it.
+/// Time for the predictions of any recordings, time for those of a sample, and the longest time, s. A usable model needs a tenth of it.
 const TIME: (f64, f64, f64) = (30.0, 2e-3, 600.0);
 
-/// The time that a score of so many samples may take, after which [`RolloutOptions::stop`] should end it.
+/// The time that a score of `samples` samples may take, after which [`RolloutOptions::stop`] should end it.
 #[must_use]
 pub fn time_for(samples: usize) -> Duration {
     let (any, sample, longest) = TIME;
@@ -296,7 +296,7 @@ fn one_step(
     }
 }
 
-/// What the model makes of a trajectory from its first state, under its forces, at its times.
+/// The motion that the model predicts for a trajectory, from its first state, under its forces, at its times.
 ///
 /// # Errors
 /// As [`score`].
@@ -319,7 +319,7 @@ pub fn predict(model: &dyn Model, truth: &Trajectory, options: &RolloutOptions) 
 fn followed(model: &dyn Model, truth: &Trajectory, prediction: &Rollout) -> Result<RolloutScore> {
     let duration = truth.t.last().unwrap_or(&0.0) - truth.t.first().unwrap_or(&0.0);
     if prediction.trajectory.is_empty() {
-        // Without a momentum of its first velocity it does not begin.
+        // Without a momentum of its first velocity the motion does not begin.
         return Ok(RolloutScore {
             outcome: prediction.outcome,
             duration,

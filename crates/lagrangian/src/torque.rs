@@ -1,14 +1,14 @@
-//! Torques that a model predicts for a motion, and what they are made of (theory.md, equations 63 and 64).
+//! Torques that a model predicts for a motion, and their parts (theory.md, equations 63 and 64).
 //!
 //! | part | from inverse dynamics τ(q, q̇, q̈) |
 //! |---|---|
 //! | inertial | τ(q, q̇, q̈) − τ(q, q̇, 0) = M q̈ |
-//! | Coriolis | what is left: Coriolis, centrifugal and gyroscopic forces |
+//! | Coriolis | the remainder: Coriolis, centrifugal and gyroscopic forces |
 //! | gravity | τ(q, 0, 0) less the offset: gravity, springs |
 //! | friction | d(q̇) |
 //! | offset | constant, where the model has one |
 //!
-//! Nothing but the model's own inverse dynamics is asked, so that every family is divided alike.
+//! Only the model's own inverse dynamics is used, so that every family is divided alike.
 //!
 //! ```
 //! use lagrangian::{Model, torque};
@@ -33,15 +33,15 @@ use lagrangian_recordings::Table;
 /// The parts of the torques at `m` states, each `[m, n]`, in the unit of the forces.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct TorqueParts {
-    /// M q̈.
+    /// The inertial torque M q̈.
     pub inertial: Vec<f64>,
-    /// Quadratic in the velocity for a mechanical system.
+    /// Coriolis torque, quadratic in the velocity for a mechanical system.
     pub coriolis: Vec<f64>,
-    /// What holds the system at rest.
+    /// Torque that holds the system at rest.
     pub gravity: Vec<f64>,
-    /// Against the motion.
+    /// Friction, against the motion.
     pub friction: Vec<f64>,
-    /// The same everywhere.
+    /// Constant offset.
     pub offset: Vec<f64>,
 }
 
@@ -58,7 +58,7 @@ impl TorqueParts {
         ]
     }
 
-    /// Their sum, the predicted τ, `[m, n]`.
+    /// The sum of the parts, the predicted τ, `[m, n]`.
     #[must_use]
     pub fn total(&self) -> Vec<f64> {
         let mut sum = vec![0.0; self.inertial.len()];
@@ -107,9 +107,9 @@ pub struct TorquePrediction {
     pub name: String,
     /// Time stamps, s, `[len]`.
     pub t: Vec<f64>,
-    /// What the model predicts.
+    /// The predicted torques.
     pub parts: TorqueParts,
-    /// What was measured, `[len, n]`, where it was.
+    /// The measured torques, `[len, n]`, where they exist.
     pub measured: Option<Vec<f64>>,
 }
 
@@ -149,25 +149,25 @@ pub fn predict_torque(model: &dyn Model, motion: &Trajectory) -> Result<TorquePr
     })
 }
 
-/// How large a part of the torque is, by coordinate.
+/// The size of a part of the torque, by coordinate.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PartSize {
-    /// Its name.
+    /// The name of the part.
     pub part: &'static str,
     /// Root mean square over all samples, `[n]`, in the unit of the forces.
     pub rms: Vec<f64>,
 }
 
-/// The torques of some motions in a few numbers.
+/// A summary of the torques of some motions.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TorqueSummary {
-    /// Samples in all.
+    /// The number of all samples.
     pub samples: usize,
-    /// The prediction, and each of its parts.
+    /// The sizes of the prediction and of each of its parts.
     pub sizes: Vec<PartSize>,
-    /// Root mean square of the measured torque, `[n]`, where there is one.
+    /// Root mean square of the measured torque, `[n]`, where it exists.
     pub measured: Option<Vec<f64>>,
-    /// Against the measured torques, where there are any.
+    /// Error against the measured torques, where they exist.
     pub error: Option<SignalError>,
 }
 

@@ -1,4 +1,4 @@
-//! What a user computes is the same on every instruction set of this machine, but for rounding.
+//! Results of a user agree on all instruction sets of this machine, except for rounding.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::ops::ControlFlow;
@@ -16,10 +16,10 @@ use lagrangian::{
 };
 use nets::simd::{Level, levels, set_level};
 
-/// The level is one for the whole process: tests that choose it take turns.
+/// The level applies to the whole process: tests that choose it take turns.
 static TURN: Mutex<()> = Mutex::new(());
 
-/// What `run` gives on each level, beside what it gives on the portable one.
+/// Compares the result of `run` on each level with that on the portable one.
 fn on_each_level(run: impl Fn() -> Vec<f64>, compare: impl Fn(Level, &[f64], &[f64])) {
     let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     set_level(Level::Portable).unwrap();
@@ -48,7 +48,7 @@ fn families() -> Vec<(&'static str, Box<dyn Family>)> {
         ..LnnConfig::default()
     };
     let delan = DelanConfig {
-        // No multiple of the numbers in a vector.
+        // Not a multiple of the size of a vector.
         width: 21,
         ..DelanConfig::default()
     };
@@ -65,7 +65,7 @@ fn families() -> Vec<(&'static str, Box<dyn Family>)> {
     ]
 }
 
-/// Notes the loss of every step.
+/// Records the loss of every step.
 struct Losses(Vec<f64>);
 
 impl Observer for Losses {
@@ -128,7 +128,7 @@ fn twenty_steps_of_a_fit_have_the_same_losses_on_every_instruction_set() {
     }
 }
 
-/// Random weights: what is predicted does not matter, only that it is the same.
+/// Random weights: the predictions do not matter, only that they agree.
 fn models(n: usize) -> Vec<(&'static str, Box<dyn Model>)> {
     let (coordinates, scaling) = (Coordinates::angles(n), Scaling::identity(n));
     let lnn = |form| {

@@ -1,4 +1,4 @@
-//! A log that is longer than what is kept: what is drawn, what is found of the rest, and how much memory it takes.
+//! A log that is longer than the kept part: the samples that are drawn, the findings on the rest, and the memory that it takes.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 #![allow(unsafe_code, reason = "an allocator that counts")]
 
@@ -13,7 +13,7 @@ use lagrangian::{
     Verdict, check,
 };
 
-/// Notes the most bytes that this thread has held.
+/// Records the largest number of bytes that this thread has held.
 struct Peak;
 
 thread_local! {
@@ -31,12 +31,12 @@ fn note(bytes: isize) {
 unsafe impl GlobalAlloc for Peak {
     unsafe fn alloc(&self, layout: Memory) -> *mut u8 {
         note(layout.size().cast_signed());
-        // SAFETY: the caller's.
+        // SAFETY: as for the caller.
         unsafe { System.alloc(layout) }
     }
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Memory) {
         note(-layout.size().cast_signed());
-        // SAFETY: the caller's.
+        // SAFETY: as for the caller.
         unsafe { System.dealloc(pointer, layout) }
     }
 }
@@ -44,7 +44,7 @@ unsafe impl GlobalAlloc for Peak {
 #[global_allocator]
 static ALLOCATOR: Peak = Peak;
 
-/// The most bytes that `run` has held.
+/// The largest number of bytes that `run` has held.
 fn peak<X>(run: impl FnOnce() -> X) -> (isize, X) {
     HELD.with(|held| held.set((0, 0)));
     let result = run();
@@ -269,7 +269,7 @@ fn pieces_become_trajectories_whose_estimates_are_as_good_as_they_say() {
         .unwrap();
     assert!(pieces.len() > 6);
     assert_eq!(estimates.len(), 2);
-    // The ends of the log itself are kept, with what a window on one side alone can tell.
+    // The ends of the log itself are kept, with the accuracy of a window on one side alone.
     let inside = |t: f64| (1.0..STEP * 39_900.0).contains(&t);
     let worst = |motion: &Trajectory| -> f64 {
         let pairs = motion.t.iter().zip(&motion.qdd);
@@ -329,7 +329,7 @@ fn a_sample_is_no_log_with_gaps_but_a_gap_in_it_is_found() {
     assert!(verdict == Verdict::Warn && (longest - 2.01).abs() < 1e-3);
 }
 
-/// Lines that are made while they are read.
+/// Lines that are generated while they are read.
 struct Endless {
     row: usize,
     last: usize,

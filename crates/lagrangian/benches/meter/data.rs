@@ -1,4 +1,4 @@
-//! Numbers that have no structure to learn: what they are does not matter for the time of a step.
+//! Numbers without structure to learn: their values do not matter for the time of a step.
 
 use lagrangian::trajectory::Samples;
 use lagrangian::{Coordinates, Dataset, Result, Signals};
@@ -10,7 +10,7 @@ pub(crate) fn wave(len: usize, frequency: f64, size: f64) -> Vec<f64> {
         .collect()
 }
 
-/// `m` samples made of them.
+/// `m` samples of such numbers.
 ///
 /// # Errors
 /// As [`Dataset::from_samples`].

@@ -1,4 +1,4 @@
-//! What one core of this machine can do at most: multiply–adds, and reading from each cache.
+//! The limits of one core of this machine: multiply–adds, and reading from each cache.
 
 use std::fs;
 
@@ -14,13 +14,13 @@ use super::row::COLUMNS;
 struct Memory {
     name: &'static str,
     size: f64,
-    /// Every core has one of its own.
+    /// Whether every core has one of its own.
     own: bool,
-    /// An array of so many bytes is read from here.
+    /// The size of the array that is read from here, bytes.
     probe: f64,
 }
 
-/// The memories of this machine, and how long a measurement takes, s.
+/// The memories of this machine, and the duration of a measurement, s.
 pub(super) struct Limits {
     memories: Vec<Memory>,
     seconds: f64,
@@ -33,7 +33,7 @@ pub(super) struct Limit {
     pub(super) peak: f64,
     /// Bytes a second.
     pub(super) bandwidth: f64,
-    /// From where.
+    /// The memory that is read.
     pub(super) memory: &'static str,
 }
 
@@ -60,7 +60,7 @@ impl Limits {
         }
     }
 
-    /// Measured now, because the clock of a shared machine drifts.
+    /// The limits, measured now, because the clock of a shared machine drifts.
     pub(super) fn beside(&self, case: &Case) -> Limit {
         let fits = |memory: &&Memory| case.holds <= memory.size;
         // OK because the last of them holds everything.
@@ -105,7 +105,7 @@ impl Limits {
         )
     }
 
-    /// The same for programs, with the heads of the columns.
+    /// The limits for programs, with the heads of the columns.
     pub(super) fn to_json(&self, bench: &str, about: &str) -> Value {
         let rates: serde_json::Map<String, Value> = self
             .rates()
@@ -127,7 +127,7 @@ impl Limits {
     }
 }
 
-/// Bytes of the data cache of this level, where the system says it.
+/// Bytes of the data cache of this level, where the system reports it.
 fn cache(level: usize) -> Option<f64> {
     (0..8).find_map(|index| {
         let folder = format!("/sys/devices/system/cpu/cpu0/cache/index{index}");
@@ -144,7 +144,7 @@ fn cache(level: usize) -> Option<f64> {
     })
 }
 
-/// The name of the CPU, where the system says it.
+/// The name of the CPU, where the system reports it.
 fn processor() -> String {
     let info = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = info.lines().find_map(|l| l.strip_prefix("model name"));

@@ -1,7 +1,7 @@
-//! What all benches share: their command line, the laps of a clock, the limits of the machine, and one form of a row.
+//! The common part of all benches: their command line, the laps of a clock, the limits of the machine, and one form of a row.
 //!
 //! `cargo bench --bench NAME -- [WORD…] [--smoke] [--json FILE]`: rows whose names contain all the words; `--smoke` runs
-//! each of them a few times only, to see that it works, and so does `cargo test --benches`; `--json` appends a line for
+//! each of them a few times only, to check that it works, and so does `cargo test --benches`; `--json` appends a line for
 //! each row to a file.
 #![allow(dead_code, reason = "no bench uses all of it")]
 
@@ -19,34 +19,34 @@ use limits::Limits;
 use options::Options;
 use row::Row;
 
-/// Seconds that the laps of a row take in all, and the shortest lap, which the clock must not spoil.
+/// The duration of all laps of a row, s, and that of the shortest lap, which the resolution of the clock must not spoil.
 const BUDGET: f64 = 0.25;
 const LAP: f64 = 5e-5;
-/// Laps of a row, at least and at most.
+/// The smallest and the largest number of laps of a row.
 const LEAST: usize = 5;
 const MOST: usize = 20_000;
 
-/// What is timed, and what it cannot do without.
+/// The operation that is timed, and its lower bounds.
 #[derive(Debug, Clone)]
 pub(crate) struct Case {
-    /// Its name with its sizes.
+    /// The name with the sizes.
     pub(crate) name: String,
-    /// Threads that it may use.
+    /// The number of threads that it may use.
     pub(crate) threads: usize,
-    /// Numbers that it computes with.
+    /// The precision of its numbers.
     pub(crate) precision: Precision,
-    /// Floating-point operations that cannot be saved; 0 where they are not counted.
+    /// Lower bound of the floating-point operations; 0 where they are not counted.
     pub(crate) operations: f64,
-    /// Bytes that must be read or written; 0 where they are not counted.
+    /// Lower bound of the bytes that are read or written; 0 where they are not counted.
     pub(crate) bytes: f64,
-    /// Bytes that it comes back to, which decide from which cache they come.
+    /// Bytes that are used again, which decide from which cache they come.
     pub(crate) holds: f64,
-    /// Things that a call gets done, and their name.
+    /// The number of things that a call completes, and their name.
     pub(crate) things: (f64, &'static str),
 }
 
 impl Case {
-    /// On one thread, in f64, with nothing counted.
+    /// A case on one thread, in f64, with nothing counted.
     pub(crate) fn new(name: impl Into<String>) -> Self {
         Self {
             name: name.into(),
@@ -68,7 +68,7 @@ pub(crate) struct Meter {
 }
 
 impl Meter {
-    /// Reads the command line and prints the head of the table; `about` says what a row is and what is counted.
+    /// Reads the command line and prints the head of the table; `about` describes a row and the counts.
     pub(crate) fn new(bench: &'static str, about: &str) -> Self {
         let options = Options::from_command_line(bench);
         let limits = Limits::new(options.smoke);
@@ -81,7 +81,7 @@ impl Meter {
         }
     }
 
-    /// Whether it is only to be seen that all works.
+    /// Whether only a check is wanted that all works.
     pub(crate) fn smoke(&self) -> bool {
         self.options.smoke
     }
@@ -91,12 +91,12 @@ impl Meter {
         self.options.words.iter().all(|word| name.contains(word))
     }
 
-    /// The sizes of an axis; the first alone where all is only to be seen to work.
+    /// The sizes of an axis; the first alone for a mere check that all works.
     pub(crate) fn axis<'a, T>(&self, sizes: &'a [T]) -> &'a [T] {
         &sizes[..if self.smoke() { 1 } else { sizes.len() }]
     }
 
-    /// Times a call, which is told how many came before it.
+    /// Times a call, which receives the number of calls before it.
     pub(crate) fn calls(&self, case: &Case, mut call: impl FnMut(usize)) {
         if !self.wants(&case.name) {
             return;
@@ -119,7 +119,7 @@ impl Meter {
         self.row(case, laps.seconds);
     }
 
-    /// Laps that somebody else makes.
+    /// Laps that the caller makes.
     pub(crate) fn laps(&self) -> Laps {
         Laps {
             seconds: Vec::new(),
@@ -129,7 +129,7 @@ impl Meter {
         }
     }
 
-    /// Prints the row of these laps; gives their median, s.
+    /// Prints the row of these laps and returns their median, s.
     pub(crate) fn row(&self, case: &Case, laps: Vec<f64>) -> f64 {
         let row = Row::new(case, laps, self.limits.beside(case));
         println!("{}", row.text());
@@ -140,7 +140,7 @@ impl Meter {
 
 /// The laps of a row.
 pub(crate) struct Laps {
-    /// Of each, s.
+    /// The duration of each lap, s.
     pub(crate) seconds: Vec<f64>,
     start: Instant,
     least: usize,
@@ -148,7 +148,7 @@ pub(crate) struct Laps {
 }
 
 impl Laps {
-    /// Notes a lap; says whether another one is wanted.
+    /// Adds a lap; returns whether another one is wanted.
     pub(crate) fn add(&mut self, seconds: f64) -> bool {
         self.seconds.push(seconds);
         let laps = self.seconds.len();
@@ -162,13 +162,13 @@ pub(crate) fn threads() -> Vec<usize> {
     if all > 1 { vec![1, all] } else { vec![1] }
 }
 
-/// Runs on so many threads.
+/// Runs on this number of threads.
 pub(crate) fn on_threads<R: Send>(threads: usize, run: impl FnOnce() -> R + Send) -> R {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     expect(pool).install(run)
 }
 
-/// What a bench cannot go on without.
+/// Unwraps a result that a bench needs.
 pub(crate) fn expect<T, E: std::fmt::Display>(result: Result<T, E>) -> T {
     result.unwrap_or_else(|e| panic!("{e}"))
 }

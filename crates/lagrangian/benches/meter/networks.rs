@@ -1,4 +1,4 @@
-//! Networks of two hidden layers with random weights, and how many weights their matrices have.
+//! Networks of two hidden layers with random weights, and the number of weights of their matrices.
 
 use lagrangian::mechanics::Scaling;
 use lagrangian::models::{Delan, Lnn};
@@ -26,17 +26,17 @@ pub(crate) fn delan(n: usize, width: usize) -> Mechanical<Delan> {
     Mechanical::conservative(expect(network))
 }
 
-/// (q, q̇) → w → w → L.
+/// The number of weights of (q, q̇) → w → w → L.
 pub(crate) fn lnn_weights(n: usize, width: usize) -> usize {
     2 * n * width + width * width + width
 }
 
-/// q → w → w → factor of M, V.
+/// The number of weights of q → w → w → factor of M, V.
 pub(crate) fn delan_weights(n: usize, width: usize) -> usize {
     n * width + width * width + width * (n * (n + 1) / 2 + 1)
 }
 
-/// The convex form (theory.md, equation 21): weights that see q alone, and those behind the gates.
+/// The convex form (theory.md, equation 21): weights that read q alone, and those after the gates.
 pub(crate) fn convex_weights(n: usize, width: usize) -> [usize; 2] {
     let bent = width / 2 / 16 * 16 + 16;
     let gates = 16 + bent + 16;

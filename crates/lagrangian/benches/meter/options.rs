@@ -7,7 +7,7 @@ use std::process::exit;
 
 use serde_json::Value;
 
-/// What is asked for.
+/// The options of a bench.
 pub(super) struct Options {
     pub(super) smoke: bool,
     /// Words that the name of a row must contain.
@@ -18,7 +18,7 @@ pub(super) struct Options {
 impl Options {
     pub(super) fn from_command_line(bench: &str) -> Self {
         let mut options = Self {
-            // `cargo bench` says so; `cargo test --benches` does not.
+            // `cargo bench` passes `--bench`; `cargo test --benches` does not.
             smoke: true,
             words: Vec::new(),
             json: None,
@@ -41,7 +41,7 @@ impl Options {
         options
     }
 
-    /// Appends a line to the file of figures, if one is wanted.
+    /// Appends a line to the file of figures, if one is given.
     pub(super) fn write(&self, line: impl FnOnce() -> Value) {
         let Some(path) = &self.json else { return };
         let file = OpenOptions::new().create(true).append(true).open(path);

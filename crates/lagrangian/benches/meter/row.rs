@@ -1,11 +1,11 @@
-//! One row: how long it took, and how near that is to what the machine can do.
+//! One row: its duration, and the ratio to the limits of the machine.
 
 use serde_json::{Value, json};
 
 use super::Case;
 use super::limits::Limit;
 
-/// The head of the table: [`Row::cells`] behind the name.
+/// The head of the table: [`Row::cells`] after the name.
 pub(super) fn head() -> String {
     let [time, spread, speed, peak, flow, memory, limit, rate] = COLUMNS;
     format!(
@@ -61,13 +61,13 @@ impl<'a> Row<'a> {
         self.case.bytes / self.seconds
     }
 
-    /// The time over what its operations take at the peak or its bytes at the bandwidth, whichever is longer.
+    /// The time over that of its operations at the peak or of its bytes at the bandwidth, whichever is longer.
     fn times_limit(&self) -> f64 {
         let share = (self.speed() / self.limit.peak).max(self.flow() / self.limit.bandwidth);
         1.0 / share
     }
 
-    /// The columns behind its name.
+    /// The columns after the name.
     fn cells(&self) -> [String; 8] {
         let Limit {
             peak,
@@ -134,7 +134,7 @@ fn percent(share: f64) -> String {
     format!("{} %", digits(100.0 * share))
 }
 
-/// The share of the bandwidth, and the time over that of reading and writing alone.
+/// The part of the bandwidth, and the time over that of reading and writing alone.
 fn of_memory(share: f64, memory: &str) -> String {
     format!("{} {memory}, {} ×", percent(share), digits(1.0 / share))
 }

@@ -1,13 +1,13 @@
-//! Three neighbouring positions each: samples without velocities (theory.md, equation 104).
+//! Triples of neighbouring positions: samples without velocities (theory.md, equation 104).
 
 use lagrangian_motion::samples::Samples;
 use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
 use lagrangian_recordings::local_polynomial::median_step;
 
-/// A step that is so many times the median one is a gap: no sample crosses it.
+/// A step longer than this multiple of the median one is a gap: no sample crosses it.
 const GAP: f64 = 5.0;
 
-/// All neighbours of these trajectories that are `baseline` samples apart; some where they are `needed`.
+/// All neighbours of these trajectories that are `baseline` samples apart; at least one where they are `needed`.
 pub(super) fn all(
     coordinates: &Coordinates,
     trajectories: &[Trajectory],

@@ -1,14 +1,14 @@
-//! What is done with recordings before a fit.
+//! Options of the preparation of recordings before a fit.
 
 use lagrangian_recordings::EstimateOptions;
 
-/// What is done with recordings before a fit.
+/// Options of the preparation of recordings before a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PrepareOptions {
     /// Replace measured q and q̇ by their local polynomials.
     pub smooth: bool,
-    /// The cut-off of a low-pass of all signals, Hz; 0 for none, `None` for what the check finds where noise spoils the
-    /// accelerations.
+    /// The cut-off of a low-pass of all signals, Hz; 0 for none, `None` for the one that the check suggests where noise spoils
+    /// the accelerations.
     pub low_pass: Option<f64>,
     /// The distance of the neighbours of a loss of positions, in samples.
     pub baseline: usize,
@@ -31,7 +31,7 @@ impl Default for PrepareOptions {
 }
 
 impl PrepareOptions {
-    /// How signals that were not measured are estimated.
+    /// The options by which signals that were not measured are estimated.
     #[must_use]
     pub fn estimates(&self) -> EstimateOptions {
         EstimateOptions {

@@ -1,4 +1,4 @@
-//! Random states of a system that is known.
+//! Random states of a known system.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -9,7 +9,7 @@ use lagrangian_motion::Signals;
 use lagrangian_motion::samples::Samples;
 use lagrangian_motion::{Result, State};
 
-/// `train` and `validation` random states of a known system with their true accelerations.
+/// A dataset of `train` and `validation` random states of a known system with their true accelerations.
 ///
 /// # Errors
 /// As [`Dataset::from_samples`].
@@ -45,7 +45,7 @@ pub fn random_states(
     Dataset::from_samples(system.coordinates().clone(), train, validation)
 }
 
-/// Starts of the rollouts that models of this system are tested by.
+/// Starts of the rollouts that test models of this system.
 #[must_use]
 pub fn random_starts(system: &dyn AnalyticModel, count: usize, seed: u64) -> Vec<State> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);

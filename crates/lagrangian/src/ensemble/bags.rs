@@ -1,4 +1,4 @@
-//! Blocks of time, and what is drawn from them for each member.
+//! Blocks of time, and the selection that is drawn from them for each member.
 
 use std::ops::Range;
 
@@ -11,9 +11,9 @@ use crate::train::Loss;
 use lagrangian_motion::samples::Samples;
 use lagrangian_motion::{Error, Result, Signals, Trajectory};
 
-/// Blocks that long recordings are cut into, in all; a short recording is a block.
+/// The number of blocks that long recordings are cut into, together; a short recording is one block.
 const BLOCKS: usize = 40;
-/// The fewest samples of a block, and the fewest blocks.
+/// The smallest number of samples of a block, and the smallest number of blocks.
 const SHORTEST: usize = 20;
 const FEWEST: usize = 4;
 
@@ -24,7 +24,7 @@ pub(super) struct Bags {
 }
 
 impl Bags {
-    /// As many blocks as there are, drawn with replacement for each member.
+    /// Draws as many blocks as exist, with replacement, for each member.
     pub(super) fn new(dataset: &Dataset, config: &FitConfig, members: usize) -> Result<Self> {
         let blocks = blocks(dataset, config);
         if blocks.len() < FEWEST {
@@ -45,7 +45,7 @@ impl Bags {
         Ok(Self { blocks, drawn })
     }
 
-    /// What a member is fitted to.
+    /// The data that a member is fitted to.
     pub(super) fn dataset(&self, all: &Dataset, member: usize) -> Dataset {
         let mut train = Samples {
             n: all.train.n,

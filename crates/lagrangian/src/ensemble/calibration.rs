@@ -1,4 +1,4 @@
-//! How large the errors of an ensemble are on samples that its members have not seen.
+//! The errors of an ensemble on samples that its members have not seen.
 
 use std::f64::consts::TAU;
 
@@ -18,23 +18,23 @@ pub const LEVELS: usize = 99;
 
 /// The length of the motions that the bands of positions are calibrated on, s.
 const SECONDS: f64 = 1.0;
-/// Such motions of a recording, at most.
+/// The largest number of such motions of a recording.
 const MOTIONS: usize = 4;
 
-/// The scales of the bands of an ensemble; `None` of what its data or its models do not have.
+/// The scales of the bands of an ensemble; `None` for a signal that its data or its models do not have.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Calibration {
-    /// Of accelerations.
+    /// The scale for accelerations.
     pub acceleration: Option<Scale>,
-    /// Of torques.
+    /// The scale for torques.
     pub torque: Option<Scale>,
-    /// Of positions in the first second of a motion.
+    /// The scale for positions in the first second of a motion.
     pub position: Option<Scale>,
 }
 
 impl Calibration {
-    /// Refuses scales that are not those of `n` coordinates.
+    /// Refuses scales that are not for `n` coordinates.
     pub(super) fn check(&self, n: usize) -> Result<()> {
         let scales = [&self.acceleration, &self.torque, &self.position];
         scales.into_iter().flatten().try_for_each(|s| s.check(n))
@@ -96,14 +96,14 @@ impl Scale {
     }
 }
 
-/// The part of the samples that lies in the bands of an ensemble; `None` of what cannot be compared.
+/// The part of the samples that lies in the bands of an ensemble; `None` for a signal that cannot be compared.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Coverage {
-    /// Of accelerations.
+    /// The coverage of accelerations.
     pub acceleration: Option<Covered>,
-    /// Of torques.
+    /// The coverage of torques.
     pub torque: Option<Covered>,
-    /// Of positions, in motions of one second.
+    /// The coverage of positions, in motions of one second.
     pub position: Option<Covered>,
 }
 
@@ -115,9 +115,9 @@ impl Coverage {
 /// The part of the samples of one signal that lies in each of the bands.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Covered {
-    /// Of all coordinates, for each of [`Coverage::LEVELS`].
+    /// The part over all coordinates, for each of [`Coverage::LEVELS`].
     pub all: Vec<f64>,
-    /// Of each coordinate, `[levels, n]`.
+    /// The part for each coordinate, `[levels, n]`.
     pub each: Vec<Vec<f64>>,
     /// The number of samples.
     pub samples: usize,
@@ -127,7 +127,7 @@ pub struct Covered {
 pub(super) struct Errors {
     /// (error, deviation) of each sample, `[n]`.
     of: Vec<Vec<(f64, f64)>>,
-    /// Errors of the first samples of motions, where there are any.
+    /// Errors of the first samples of motions, where motions exist.
     first: Vec<Vec<f64>>,
 }
 
@@ -165,7 +165,7 @@ impl Errors {
         }
     }
 
-    /// Adds motions of [`SECONDS`] along a recording, from what was measured at the start of each.
+    /// Adds motions of [`SECONDS`] along a recording, from the measured state at the start of each.
     pub(super) fn add_motions(&mut self, members: &[&Learned], recording: &Trajectory) {
         let (coordinates, n) = (members[0].coordinates(), self.of.len());
         if !members[0].moves() || recording.t.len() < 3 {
@@ -183,7 +183,7 @@ impl Errors {
         for (truth, motions) in windows.iter().zip(followed) {
             let motions = motions.unwrap_or_default();
             let length = motions.iter().map(|m| m.trajectory.q.len()).min();
-            // A motion that some member loses has no band at its end.
+            // A motion that some member cannot follow has no band at its end.
             let Some(length) = length.filter(|length| *length > n) else {
                 continue;
             };
@@ -208,7 +208,7 @@ impl Errors {
         }
     }
 
-    /// The scale of bands that hold these errors; `None` without any.
+    /// The scale of bands that hold these errors; `None` without errors.
     pub(super) fn scale(&self) -> Option<Scale> {
         if self.of.iter().any(Vec::is_empty) {
             return None;
@@ -262,7 +262,7 @@ impl Errors {
     }
 }
 
-/// The size of an error in deviations; that of 0 over 0 is 0.
+/// The size of an error in deviations, where 0 over 0 is 0.
 fn relative((error, deviation): (f64, f64), floor: f64) -> f64 {
     let expected = deviation.hypot(floor);
     if error.abs() <= 0.0 {
@@ -278,14 +278,14 @@ fn quantile(sizes: &[f64], k: usize) -> f64 {
     sizes[rank.clamp(1, sizes.len()) - 1]
 }
 
-/// The motion of each member from the start of `truth`, one of `count` such motions; `None` where one of them has none.
+/// The motion of each member from the start of `truth`, one of `count` such motions; `None` where a member yields no motion.
 fn follow(members: &[&Learned], truth: &Trajectory, count: usize) -> Option<Vec<Rollout>> {
     let options = bounded(&RolloutOptions::for_comparison(), truth, count);
     let motion = |member: &&Learned| predict(*member, truth, &options).ok();
     members.iter().map(motion).collect()
 }
 
-/// Where motions begin along a recording, evenly spread.
+/// The samples at which motions begin along a recording, evenly spread.
 fn starts(recording: &Trajectory) -> Vec<usize> {
     let (Some(first), Some(last)) = (recording.t.first(), recording.t.last()) else {
         return Vec::new();

@@ -20,7 +20,7 @@ use lagrangian_motion::{Error, Result, Trajectory};
 /// Fits an ensemble: each member to blocks of time that were drawn with replacement, with a seed of its own.
 ///
 /// The budget is that of each member. Fits that end by steps run side by side; those that end by a time run one after another, so that
-/// each has the whole machine. Where the observer ends the run, members that were not begun are left out.
+/// each has the whole machine. Where the observer ends the run, members that had not begun are omitted.
 ///
 /// # Errors
 /// As [`fit`]; [`Error::Argument`] for a number of members outside of 2 … 100; [`Error::TooShort`] for data of fewer than four blocks;
@@ -91,7 +91,7 @@ fn calibrate(dataset: &Dataset, bags: &Bags, fitted: &[(usize, Learned)]) -> Cal
     }
 }
 
-/// What the members tell, passed on one after another.
+/// An observer that passes on the messages of the members one after another.
 struct Watch<'a> {
     observer: Mutex<(&'a mut dyn Observer, Vec<f64>)>,
     ended: AtomicBool,

@@ -1,4 +1,4 @@
-//! Several models of the same data, which together say how sure they are (theory.md, 133 to 135).
+//! Several models of the same data, which together estimate their uncertainty (theory.md, 133 to 135).
 //!
 //! Each member is fitted to blocks of time that were drawn with replacement from the data (Breiman 1996). Its errors on the blocks
 //! that it has not seen, beside the deviation of such members there, calibrate bands that hold a stated part of new samples,
@@ -32,32 +32,32 @@ use lagrangian_mechanics::dynamics::{Evaluation, Evaluator, Model};
 use lagrangian_motion::Signal;
 use lagrangian_motion::{Error, Result, Trajectory};
 
-/// The fewest members of an ensemble, and the most.
+/// The smallest and the largest number of members of an ensemble.
 pub const MEMBERS: (usize, usize) = (2, 100);
 
-/// The recordings whose positions are predicted for a coverage, at most.
+/// The largest number of recordings whose positions are predicted for a coverage.
 const FOLLOWED: usize = 25;
 
-/// Several models of the same data, with what their errors on held-out blocks were.
+/// Several models of the same data, with the calibration from their errors on held-out blocks.
 #[derive(Debug, Clone)]
 pub struct Ensemble {
     members: Vec<Learned>,
     calibration: Calibration,
 }
 
-/// What an ensemble predicts: values, and how sure it is.
+/// A prediction of an ensemble: values and their uncertainty.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prediction {
     /// The mean of the members, `[m, n]`, in SI units.
     pub mean: Vec<f64>,
-    /// The deviation to be expected of the truth, from that of the members and from what held-out blocks left unexplained,
-    /// `[m, n]`, in the units of the mean.
+    /// The expected deviation of the truth, from the deviation of the members and from the errors that held-out blocks left
+    /// unexplained, `[m, n]`, in the units of the mean.
     pub deviation: Vec<f64>,
     scale: Scale,
 }
 
 impl Prediction {
-    /// The band around the mean that holds the truth with this probability, `[m, n]` each: its lower and its upper end.
+    /// The band around the mean that holds the truth with this probability: its lower and its upper end, `[m, n]` each.
     ///
     /// # Errors
     /// [`Error::Argument`] for a level outside of 0 … 0.99.
@@ -92,7 +92,7 @@ struct Spread {
 }
 
 impl Ensemble {
-    /// The ensemble of these members.
+    /// Makes an ensemble of these members.
     ///
     /// # Errors
     /// [`Error::Argument`] for fewer than two or more than a hundred members; [`Error::Shape`] for members, or a calibration, of other
@@ -116,13 +116,13 @@ impl Ensemble {
         })
     }
 
-    /// Its members.
+    /// The members of the ensemble.
     #[must_use]
     pub fn members(&self) -> &[Learned] {
         &self.members
     }
 
-    /// What its errors on held-out blocks were.
+    /// The calibration from the errors on held-out blocks.
     #[must_use]
     pub fn calibration(&self) -> &Calibration {
         &self.calibration
@@ -214,7 +214,7 @@ impl Ensemble {
     }
 }
 
-/// Refuses a number of members that is no ensemble.
+/// Refuses a number of members that does not make an ensemble.
 fn check_count(members: usize) -> Result<()> {
     let (fewest, most) = MEMBERS;
     match (fewest..=most).contains(&members) {
@@ -234,7 +234,7 @@ fn unknown(what: &str) -> Error {
     )
 }
 
-/// A question to a member at the states of three arrays.
+/// A query of a member at the states of three arrays.
 type Ask = fn(&mut dyn Evaluator, [&[f64]; 3], &mut [f64]) -> Evaluation;
 
 fn forward(
@@ -253,7 +253,7 @@ fn inverse(
     evaluator.inverse_dynamics(q, qd, qdd, out)
 }
 
-/// The answers of some members; `None` where they have none.
+/// The answers of some members; `None` where one of them has no answer.
 fn asked(members: &[&Learned], given: [&[f64]; 3], ask: Ask) -> Option<Spread> {
     let answer = |member: &&Learned| {
         let mut values = vec![0.0; given[0].len()];

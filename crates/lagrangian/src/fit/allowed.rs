@@ -131,7 +131,7 @@ impl FitConfig {
         Ok(())
     }
 
-    /// Refuses numbers outside the bounds of the tables of settings, also where no request gave them.
+    /// Refuses numbers outside the bounds of the tables of settings, also those that no request gave.
     fn check_bounds(&self) -> Result<()> {
         let mut values = match self.family.settings()? {
             Value::Object(values) => values,

@@ -1,6 +1,6 @@
 //! Inertia that is added to the drives after a fit of torques, so that a model is good in both directions.
 //!
-//! The error of an acceleration follows from that of the torque, q̈̂ − q̈ = M⁻¹ r with r = τ − τ̂. A fit of torques does not feel
+//! The error of an acceleration follows from that of the torque, q̈̂ − q̈ = M⁻¹ r with r = τ − τ̂. A fit of torques does not depend on
 //! how small M is where friction outweighs inertia, as at the wrist of an arm, and M⁻¹ r is then arbitrarily large. An inertia δᵢ ≥ 0 of
 //! the drive changes the residual to rᵢ − δᵢ q̈ᵢ and the matrix to M + diag δ. The δ minimise Σ nMSE(τᵢ) + λ Σ nMSE(q̈ᵢ), so that a
 //! joint without inertia of its own, of whose torque ρ is unexplained, ends with an acceleration error of √(ρ / λ) (theory.md, 121 and 122;
@@ -12,15 +12,15 @@ use lagrangian_motion::samples::Samples;
 use lagrangian_motion::solve::SymmetricSolver;
 use lagrangian_motion::statistics::variances;
 
-/// Samples that are evaluated, at most.
+/// The largest number of samples that are evaluated.
 const SAMPLES: usize = 1000;
-/// Inertias that are tried for each joint, in units of the root mean square of r over that of q̈: 0, and powers of 2 from the
-/// first of these to the second.
+/// Inertias that are tried for each joint, in units of the root mean square of r over that of q̈: 0, and the powers of 2 from the
+/// first of these exponents to the second.
 const POWERS: [i32; 2] = [-8, 4];
-/// The most sweeps over all joints.
+/// The largest number of sweeps over all joints.
 const SWEEPS: usize = 10;
 
-/// The inertia to add to each drive, kg·m² or kg, `[n]`; `None` where none is worth adding, or the model has no mass matrix.
+/// The inertia to add to each drive, kg·m² or kg, `[n]`; `None` where no addition helps, or the model has no mass matrix.
 pub(crate) fn added_inertia(model: &dyn Model, samples: &Samples, weight: f64) -> Option<Vec<f64>> {
     let problem = Problem::new(model, samples)?;
     let mut added = vec![0.0; samples.n];
@@ -46,7 +46,7 @@ pub(crate) fn added_inertia(model: &dyn Model, samples: &Samples, weight: f64) -
     added.iter().any(|x| *x > 0.0).then_some(added)
 }
 
-/// What a model leaves of the torques of some samples.
+/// The residual torques of a model at some samples, with what their cost depends on.
 struct Problem {
     n: usize,
     /// r, q̈ `[m, n]` and M `[m, n, n]`.
@@ -80,7 +80,7 @@ impl Problem {
         (inverse.is_finite() && mass.is_finite() && !own.residuals.is_empty()).then_some(own)
     }
 
-    /// The root mean square of the residual of joint `i` over that of its acceleration; 0 where it does not move.
+    /// The root mean square of the residual of joint `i` over that of its acceleration; 0 for a joint that does not move.
     fn unit(&self, i: usize) -> f64 {
         let square = |x: &[f64]| x.iter().skip(i).step_by(self.n).map(|x| x * x).sum::<f64>();
         let unit = (square(&self.residuals) / square(&self.accelerations)).sqrt();

@@ -1,4 +1,4 @@
-//! `fit`: from a dataset to a model; what is asked of a fit, and what is chosen where nothing was asked.
+//! `fit`: from a dataset to a model; the request of a fit, and the settings that are chosen where it names none.
 
 mod allowed;
 mod choice;
@@ -125,16 +125,16 @@ pub struct Fit {
     pub seconds: f64,
 }
 
-/// Looks at the validation samples after which a fit should have improved.
+/// The number of validations after which a fit should have improved.
 const VALIDATIONS: usize = 4;
 
-/// A loss that needs no improvement, as a part of that of a model that predicts nothing.
+/// A loss that needs no improvement, as a part of the loss of a model that predicts nothing.
 const SMALL: f64 = 0.1;
 
 impl Fit {
-    /// Whether the loss became finite and better than that of a model that predicts nothing, which is 1 on motions like those
-    /// that were fitted (`held_back` from them, not of other files); and, where there was time for several validations, fell
-    /// after the first or was small by then.
+    /// Whether the loss became finite and better than that of a model that predicts nothing. That loss is 1 on motions like the
+    /// fitted ones (`held_back` from them, not of other files). Where there was time for several validations, the loss must also
+    /// have fallen after the first or have been small by then.
     #[must_use]
     pub fn improved(&self, config: &FitConfig, held_back: bool) -> bool {
         let useless = self.best >= 1.0 && held_back;
@@ -144,7 +144,7 @@ impl Fit {
     }
 }
 
-/// Fits a model to `dataset`; `resume` goes on from a checkpoint of the same run.
+/// Fits a model to `dataset`; `resume` continues from a checkpoint of the same run.
 ///
 /// # Errors
 /// [`Error::Argument`](crate::Error::Argument) for settings outside their domain,

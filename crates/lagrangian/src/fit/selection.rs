@@ -22,8 +22,8 @@ use lagrangian_recordings::Estimate;
 /// The friction that is learned beside a network of a driven machine.
 const FORCES: [&str; 3] = ["viscous", "coulomb", "offset"];
 
-/// Held-out blocks of the motions that were fitted show little of how a flexible model extrapolates. The candidates are ordered
-/// by what they take for granted, and one that takes less for granted must halve the error to be kept.
+/// Held-out blocks of the fitted motions show little of the extrapolation of a flexible model. The candidates are ordered
+/// by the strength of their assumptions, and one with weaker assumptions must halve the error to be kept.
 const MARGIN: f64 = 0.5;
 
 /// The best of several fits.
@@ -31,15 +31,15 @@ const MARGIN: f64 = 0.5;
 pub struct Selection {
     /// The fit that is kept.
     pub fit: Fit,
-    /// Its settings, with those that were chosen.
+    /// The settings of that fit, with the chosen ones.
     pub chosen: ResolvedConfig,
-    /// All fits, in their order; one alone is not compared.
+    /// All fits, in their order; a single one is not compared.
     pub contestants: Vec<CandidateResult>,
 }
 
 impl FitConfig {
-    /// The settings of all fits that a request asks for: one, where it says what to fit. Where it does not, and forces were
-    /// recorded, several families are tried: the robot of a description, a chain of rigid bodies, and a network with a mass matrix and friction.
+    /// The settings of all fits of a request: one, where it names a family. Where it does not, and forces were recorded, several
+    /// families are tried: the robot of a description, a chain of rigid bodies, and a network with a mass matrix and friction.
     ///
     /// # Errors
     /// As [`FitConfig::for_data`].
@@ -62,7 +62,7 @@ impl Request {
             .is_some_and(|robot| !robot.is_null())
     }
 
-    /// Whether several families may be tried: nothing says which one is fitted, or a robot is among them.
+    /// Whether several families may be tried: the request does not name the fitted one, or includes a robot.
     pub(crate) fn is_open(&self) -> bool {
         let silent = || present(&self.settings).is_empty() && !self.training.contains_key("loss");
         self.family.is_none() && self.nominal.is_none() && (self.has_robot() || silent())
@@ -105,7 +105,7 @@ impl Request {
             .collect())
     }
 
-    /// The request for one of several families, with the settings that it has.
+    /// The request for one of several families, with the settings that this family has.
     fn of_candidate(&self, entry: &Entry) -> Self {
         let mut request = self.clone();
         request.family = Some(entry.name.into());
@@ -125,7 +125,7 @@ impl Request {
             .training
             .entry("loss")
             .or_insert(json!(Loss::TORQUE.name()));
-        // Half of the time is for what is solved at once.
+        // Half of the time is for families that are solved at once.
         request.budget = match self.budget {
             None => Some(Budget::Seconds(0.5 * SECONDS)),
             Some(Budget::Seconds(seconds)) => Some(Budget::Seconds(0.5 * seconds)),
@@ -136,8 +136,7 @@ impl Request {
 }
 
 /// Fits all candidates and keeps the one with the smallest torque error on the validation samples, where a later candidate must
-/// halve the error of an earlier one; `resume` goes on from
-/// a checkpoint of the last that has one.
+/// halve the error of an earlier one. `resume` continues from a checkpoint of the last candidate that has one.
 ///
 /// # Errors
 /// As [`fit`](fn@super::fit), where none of them can be fitted.
@@ -203,7 +202,7 @@ pub fn select(
     })
 }
 
-/// The torque error of a model on validation samples, or on the training samples where there are none.
+/// The torque error of a model on validation samples, or on the training samples without validation samples.
 fn held_out(fit: &Fit, dataset: &Dataset) -> f64 {
     let samples: &Samples = match dataset.validation.len() {
         0 => &dataset.train,

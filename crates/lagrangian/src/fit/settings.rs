@@ -1,11 +1,11 @@
-//! What people can set of the training of any family.
+//! Settings of the training of any family.
 
 use serde::{Deserialize, Serialize};
 
 use crate::train::loss::Loss;
 use lagrangian_motion::settings::{Kind, Named, Range, Setting, named};
 
-/// The optimisers: what a family that is solved for at once has none of.
+/// The optimisers; a family that is solved for at once has no optimiser.
 const ANY: &[&str] = &["natural", "adam"];
 
 /// Settings of the training.

@@ -70,7 +70,7 @@ impl Stepper {
     /// Takes a step on a batch.
     ///
     /// # Errors
-    /// [`Error::Argument`] for no sample, more than a batch of them, or an index that there is no sample for.
+    /// [`Error::Argument`] for an empty batch, a batch that is too large, or an index without a sample.
     pub fn step(&mut self, batch: Batch<'_>, size: StepSize) -> Result<StepLoss> {
         self.step_in_parts(batch, size, &mut |_| ())
     }

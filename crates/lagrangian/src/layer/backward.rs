@@ -10,10 +10,10 @@ use crate::train::rollout::flow::{Flow, Sizes};
 use lagrangian_mechanics::dynamics::Evaluation;
 use lagrangian_motion::{Error, Result};
 
-/// The number of parts of a batch; more threads are of no use. Sums are made in their order.
+/// The number of parts of a batch; more threads do not help. Sums are made in the order of the parts.
 const LANES: usize = 4;
 
-/// The states of a block: few, or many.
+/// The number of states of a block, for few states and for many.
 const BLOCKS: [usize; 2] = [8, 32];
 
 impl Layer {
@@ -21,7 +21,7 @@ impl Layer {
     /// of [`Layer::evaluate`]. The same inputs give the same bits, whatever the number of threads.
     ///
     /// # Errors
-    /// As [`Layer::evaluate`]; [`Error::Shape`] and [`Error::NotFinite`] for a `g` that is none; [`Error::Setting`] for
+    /// As [`Layer::evaluate`]; [`Error::Shape`] and [`Error::NotFinite`] for an invalid `g`; [`Error::Setting`] for
     /// [`Map::Force`] where several inputs exert the same forces.
     pub fn pull_back(&self, map: Map, inputs: &Inputs<'_>, g: &[f64]) -> Result<Slopes> {
         let m = self.states(inputs)?;
@@ -41,7 +41,7 @@ impl Layer {
         }
     }
 
-    /// Sensitivities to dv/dt as those to (dq/dt, dv/dt).
+    /// Sensitivities to dv/dt, padded to those to (dq/dt, dv/dt).
     fn padded(&self, g: &[f64]) -> Vec<f64> {
         let n = self.coordinates().dof();
         let rows = g.chunks_exact(n);
@@ -111,7 +111,7 @@ impl Layer {
         })
     }
 
-    /// Calls `f` for each block of `m` states on one of the lanes, and sums what they have collected in a fixed order. An error of
+    /// Calls `f` for each block of `m` states on one of the lanes, and sums their results in a fixed order. An error of
     /// `f` is the number of the first state of its block that has failed.
     fn over_blocks(
         &self,
@@ -164,7 +164,7 @@ impl Layer {
     }
 }
 
-/// What all lanes have collected.
+/// The results of all lanes.
 struct Parts {
     /// ∂loss/∂(q, v, u) of each state, `[m, 3n]`.
     each: Vec<f64>,

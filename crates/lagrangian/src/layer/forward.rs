@@ -12,8 +12,8 @@ impl Layer {
     /// the scalar.
     ///
     /// # Errors
-    /// [`Error::Shape`] and [`Error::NotFinite`] for inputs that are no states; [`Error::Setting`] for a map that the model does
-    /// not have, and where it has no finite value or a singular mass matrix; [`Error::Argument`] for a step that is no time.
+    /// [`Error::Shape`] and [`Error::NotFinite`] for inputs that are not states; [`Error::Setting`] for a map that the model does
+    /// not have, and where it has no finite value or a singular mass matrix; [`Error::Argument`] for a step that is not a time.
     pub fn evaluate(&self, map: Map, inputs: &Inputs<'_>) -> Result<Vec<f64>> {
         let m = self.states(inputs)?;
         let mut values = vec![0.0; m * self.width(map)];
@@ -168,15 +168,15 @@ impl Layer {
 
 /// A learned scalar of states (q, v) and its slopes.
 pub(super) struct Scalar {
-    /// `[m]`.
+    /// The value of each state, `[m]`.
     pub(super) value: Vec<f64>,
-    /// `[m, n]`.
+    /// The slope by q, `[m, n]`.
     pub(super) by_q: Vec<f64>,
-    /// `[m, n]`.
+    /// The slope by v, `[m, n]`.
     pub(super) by_v: Vec<f64>,
 }
 
-/// Refuses a step that is no time.
+/// Refuses a step that is not a time.
 pub(super) fn check_step(h: f64) -> Result<f64> {
     match h.is_finite() {
         true => Ok(h),

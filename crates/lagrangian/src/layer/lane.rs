@@ -8,7 +8,7 @@ use crate::train::rollout::step::{Span, StepContext};
 use lagrangian_motion::solve::dot;
 use nets::{Gradient, Net};
 
-/// What is differentiated.
+/// The quantity that is differentiated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Back {
     /// ẋ at the states.
@@ -115,7 +115,7 @@ impl Lane {
         Ok(())
     }
 
-    /// Puts the states and inputs of a block in their place; the last block repeats its first state.
+    /// Copies the states and inputs of a block to their place; the last block repeats its first state.
     fn hold(&mut self, part: Part<'_>) {
         let (d, n) = (self.sizes.state(), self.sizes.n);
         let count = part.x.len() / d;
@@ -226,7 +226,7 @@ impl Lane {
 /// ∂loss/∂x, and ∂loss/∂(accelerations) where these are the inputs.
 type Carried = Option<(Vec<f64>, Option<Vec<f64>>)>;
 
-/// From the rates at a state: Fᵀ g.
+/// The sensitivities of a state from those to its rates: Fᵀ g.
 fn rates(point: &Point, s: usize, g: &[f64], direct: &mut [f64]) -> Carried {
     let d = g.len();
     direct.copy_from_slice(g);
@@ -235,14 +235,14 @@ fn rates(point: &Point, s: usize, g: &[f64], direct: &mut [f64]) -> Carried {
     Some((by_state, None))
 }
 
-/// From the end of a step.
+/// The sensitivities of a state from those to the end of a step.
 fn step(points: &[Point], (s, h): (usize, f64), g: &[f64], direct: &mut [f64]) -> Carried {
     let mut lambda = g.to_vec();
     rk4::back(points, s, h, &mut lambda, direct);
     Some((lambda, None))
 }
 
-/// From the inputs u at which q̈ = f(x, u; θ), by du = A⁻¹ (dq̈ − ∂f), A = ∂f/∂u; `None` where A is singular.
+/// Those to the inputs u at which q̈ = f(x, u; θ), carried back by du = A⁻¹ (dq̈ − ∂f), A = ∂f/∂u; `None` where A is singular.
 fn force(point: &Point, (s, sizes): (usize, Sizes), g: &[f64], direct: &mut [f64]) -> Carried {
     let (n, d) = (sizes.n, sizes.state());
     let mut a = point.by_input[s * n * n..][..n * n].to_vec();

@@ -1,9 +1,9 @@
 //! A model as a differentiable layer: its equation of motion for a batch of states, and the sensitivities of any loss that is
 //! computed from it.
 //!
-//! A [`Layer`] is what a program of automatic differentiation needs of a model: the value y = f(x; θ) of a [`Map`], and for a
+//! A [`Layer`] provides for a program of automatic differentiation the value y = f(x; θ) of a [`Map`], and for a
 //! sensitivity g = ∂loss/∂y the products gᵀ ∂f/∂x and gᵀ ∂f/∂θ. They are exact, by the adjoints that train the models
-//! themselves (theory.md, sections 5, 14 and 23); nothing is a difference quotient. All is in double precision.
+//! themselves (theory.md, sections 5, 14 and 23), without difference quotients, and in double precision.
 //!
 //! | symbol | meaning | shape |
 //! |---|---|---|
@@ -62,7 +62,7 @@ pub enum Map {
     Scalar,
 }
 
-/// The states that a [`Map`] is taken at, all `[m, n]`, row by row.
+/// The states at which a [`Map`] is evaluated, all `[m, n]`, row by row.
 #[derive(Debug, Clone, Copy)]
 pub struct Inputs<'a> {
     /// Coordinates q.
@@ -73,7 +73,7 @@ pub struct Inputs<'a> {
     pub u: &'a [f64],
 }
 
-/// The sensitivities of a loss to all that a [`Map`] depends on.
+/// The sensitivities of a loss to all arguments of a [`Map`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Slopes {
     /// ∂loss/∂q, `[m, n]`.
@@ -178,7 +178,7 @@ impl Layer {
         Ok(())
     }
 
-    /// The same layer with other parameters.
+    /// A layer of this model with other parameters.
     ///
     /// # Errors
     /// As [`Layer::set_parameters`].
@@ -186,8 +186,8 @@ impl Layer {
         Self::assembled(Arc::clone(&self.training), parameters.to_vec())
     }
 
-    /// Moves parameters to the nearest of their domain: some weights of a convex Lagrangian and coefficients of friction are
-    /// not negative. Call it after each step of an optimiser of your own.
+    /// Moves parameters to the nearest values in their domain: some weights of a convex Lagrangian and coefficients of friction
+    /// must not be negative. Call it after each step of an optimiser of your own.
     ///
     /// # Errors
     /// [`Error::Shape`] for another number of parameters.
@@ -201,7 +201,7 @@ impl Layer {
         Ok(())
     }
 
-    /// Random parameters, the same for the same seed.
+    /// Random parameters; a seed determines them.
     #[must_use]
     pub fn initialise(&self, seed: u64) -> Vec<f64> {
         self.training.initialise(seed)

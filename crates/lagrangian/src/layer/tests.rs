@@ -137,7 +137,7 @@ fn loss(layer: &Layer, map: Map, states: &[Vec<f64>; 3], g: &[f64]) -> f64 {
 /// Half the step of central differences.
 const H: f64 = 1e-5;
 
-/// How far a slope is off the central difference of two losses, relative where that is larger than one.
+/// The difference of a slope from the central difference of two losses, relative where that is larger than one.
 fn off(slope: f64, above: f64, below: f64) -> f64 {
     let difference = (above - below) / (2.0 * H);
     (slope - difference).abs() / difference.abs().max(1.0)

@@ -1,8 +1,8 @@
-//! How many independent residuals a motion holds (theory.md, 16).
+//! The number of independent residuals that a motion holds (theory.md, 16).
 //!
-//! The residuals of a recorded motion are what friction, play and filters leave: neighbours in time are nearly equal, so
-//! that N of them say as much as N/κ independent ones, with κ the sum of the autocorrelations ρ at all lags (Bayley,
-//! Hammersley, J. Royal Statistical Society, Supplement 8, 1946). ρ is summed until it first is negative: what follows is
+//! The residuals of a recorded motion come from friction, play and filters: neighbours in time are nearly equal, so
+//! that N of them hold as much information as N/κ independent ones, with κ the sum of the autocorrelations ρ at all lags (Bayley,
+//! Hammersley, J. Royal Statistical Society, Supplement 8, 1946). ρ is summed until it first is negative: later lags are
 //! noise of the estimate (Geyer, Statistical Science 7, 1992).
 
 use std::ops::Range;
@@ -11,7 +11,7 @@ use crate::dataset::{Dataset, Timeline};
 use lagrangian_mechanics::dynamics::Model;
 use lagrangian_motion::samples::Samples;
 
-/// κ of the torque residuals of each joint, `[n]`; 1 where the samples belong to no motions.
+/// κ of the torque residuals of each joint, `[n]`; 1 for samples without motions.
 pub(crate) fn correlations(dataset: &Dataset, model: &dyn Model) -> Vec<f64> {
     let n = dataset.coordinates.dof();
     let parts = [
@@ -47,7 +47,7 @@ fn torque_errors(model: &dyn Model, samples: &Samples) -> Vec<f64> {
     errors
 }
 
-/// κ of a series of which these parts are successive in time, at least 1. Lags far apart are interpolated linearly.
+/// κ of a series whose parts are successive in time, at least 1. Lags far apart are interpolated linearly.
 pub(crate) fn correlation(series: &[f64], runs: &[Range<usize>]) -> f64 {
     let runs: Vec<&[f64]> = runs
         .iter()
@@ -87,7 +87,7 @@ mod tests {
     use super::*;
     use rand::{RngExt, SeedableRng};
 
-    /// rₜ₊₁ = a rₜ + noise, for which κ = (1 + a)/(1 − a).
+    /// A series rₜ₊₁ = a rₜ + noise, for which κ = (1 + a)/(1 − a).
     fn series(a: f64, length: usize) -> Vec<f64> {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
         let mut r = 0.0;

@@ -93,7 +93,7 @@ pub struct Abilities {
 }
 
 impl Abilities {
-    /// These losses, and nothing else.
+    /// Abilities of these losses, and nothing else.
     pub(crate) const fn of_losses(losses: &'static [Loss], remedy: &'static str) -> Self {
         Self {
             losses,
@@ -129,7 +129,7 @@ pub struct Solution {
     pub model: Learned,
     /// The mean loss on the training samples.
     pub loss: f64,
-    /// The mean loss on the validation samples, where there are any.
+    /// The mean loss on the validation samples, where they exist.
     pub validation: Option<f64>,
 }
 
@@ -206,7 +206,7 @@ pub(crate) trait Trainable: Send + Sync {
     /// [`Error::NotFinite`] where training has diverged.
     fn assemble(&self, parameters: &[f64]) -> Result<Learned>;
 
-    /// Random weights; friction begins small.
+    /// Random weights, with little initial friction.
     fn initialise(&self, seed: u64) -> Vec<f64> {
         self.learner(Residuals::OfLoss).initialise(seed)
     }
@@ -288,7 +288,7 @@ impl Entry {
     /// The family of this name.
     ///
     /// # Errors
-    /// [`Error::UnknownName`], with the names that there are.
+    /// [`Error::UnknownName`], with the known names.
     pub fn by_name(name: &str) -> Result<&'static Self> {
         let found = FAMILIES.iter().find(|entry| entry.name == name);
         found.ok_or_else(|| Error::UnknownName {
@@ -315,7 +315,7 @@ impl Entry {
         FAMILIES.iter().find(|entry| entry.robot().is_some())
     }
 
-    /// The setting of this family that is a robot, where it has one.
+    /// The setting of this family whose value is a robot, where it has one.
     fn robot(&self) -> Option<&'static Setting> {
         self.settings.iter().find(|s| s.kind == Kind::Robot)
     }
@@ -323,7 +323,7 @@ impl Entry {
     /// The setting that takes a robot: that of the family of this name, or of the first family that takes one.
     ///
     /// # Errors
-    /// [`Error::UnknownName`]; [`Error::Setting`] for a family that takes none.
+    /// [`Error::UnknownName`]; [`Error::Setting`] for a family without such a setting.
     pub fn taking_a_robot(family: Option<&str>) -> Result<&'static Setting> {
         let all = || {
             FAMILIES
@@ -363,10 +363,10 @@ pub(crate) fn default<F: Family + Default>() -> Box<dyn Family> {
     Box::new(F::default())
 }
 
-/// A limit of speed is at most so many times the fastest velocity of the data.
+/// The largest limit of speed, as a multiple of the fastest velocity of the data.
 const FARTHEST: f64 = 1e3;
 
-/// Refuses a limit of speed that the data break or do not show, or that a rollout has no gradient through.
+/// Refuses a limit of speed that the data exceed or do not show, or that has no gradient through a rollout.
 pub(crate) fn check_speed_limit(
     limit: Option<f64>,
     dataset: &Dataset,
@@ -435,7 +435,7 @@ impl PartialEq for dyn Family {
     }
 }
 
-/// For derived comparisons of structs that hold a boxed family.
+/// Comparison for derived comparisons of structs that hold a boxed family.
 impl PartialEq<&Self> for Box<dyn Family> {
     fn eq(&self, other: &&Self) -> bool {
         **self == ***other

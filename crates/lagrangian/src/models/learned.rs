@@ -65,19 +65,19 @@ pub trait FittedModel: Model + Any + Debug {
         Named::of(self.coordinates()).forces(self.forces()).list()
     }
 
-    /// The same motion with the Lagrangian on the heap, for the sum with a nominal model; `None` for a model that cannot be
-    /// combined with one.
+    /// The motion of the model with the Lagrangian on the heap, for the sum with a nominal model; `None` for a model that cannot
+    /// be combined with one.
     fn boxed_motion(&self) -> Option<Mechanical<Box<dyn LearnedLagrangian>>> {
         None
     }
 
-    /// The same model with inertia added to its drives, kg·m² or kg, `[n]`; `None` for one that cannot have any.
+    /// The model with inertia added to its drives, kg·m² or kg, `[n]`; `None` for one without drives.
     fn with_added_inertia(&self, added: &[f64]) -> Option<Learned> {
         let _ = added;
         None
     }
 
-    /// The same model, whose learned correction of a nominal model fades beyond these states; `None` for one without.
+    /// The model with a learned correction of a nominal model that fades beyond these states; `None` for one without.
     fn within(&self, visited: &Visited) -> Option<Box<dyn FittedModel>> {
         let _ = visited;
         None
@@ -235,7 +235,7 @@ pub trait LearnedLagrangian: Lagrangian + Any + Debug {
         &[]
     }
 
-    /// The same Lagrangian with inertia added to its rotors, kg·m² or kg, `[n]`, where it keeps these apart.
+    /// The Lagrangian with inertia added to its rotors, kg·m² or kg, `[n]`, where it keeps these apart.
     fn with_added_inertia(&self, added: &[f64]) -> Option<Self>
     where
         Self: Sized,
@@ -311,7 +311,7 @@ impl<L: LearnedLagrangian + Clone> FittedModel for Mechanical<L> {
     }
 }
 
-/// The sum of a nominal model and of a network that learned what it omits.
+/// The sum of a nominal model and of a network that learned the forces that it omits.
 type WithNominal = Sum<RigidBodies, Box<dyn LearnedLagrangian>>;
 
 /// The prefix of the family of a network with a nominal model.
@@ -399,7 +399,7 @@ impl Model for Learned {
 }
 
 impl Learned {
-    /// The same model with inertia added to its drives, kg·m² or kg, `[n]`; `None` for one that cannot have any.
+    /// The model with inertia added to its drives, kg·m² or kg, `[n]`; `None` for one without drives.
     pub(crate) fn with_added_inertia(&self, added: &[f64]) -> Option<Self> {
         let model = self.model.with_added_inertia(added)?;
         Some(Self {
@@ -408,7 +408,7 @@ impl Learned {
         })
     }
 
-    /// The same model with the states that its data visited, beyond which a correction of a nominal model fades.
+    /// The model with the states that its data visited, beyond which a correction of a nominal model fades.
     pub(crate) fn with_visited(self, visited: Option<Visited>) -> Self {
         let within = visited
             .as_ref()
@@ -444,7 +444,7 @@ impl Learned {
         self.model.description()
     }
 
-    /// The Lagrangian, where there is one.
+    /// The Lagrangian, where the model has one.
     #[must_use]
     pub fn lagrangian(&self) -> Option<&dyn Lagrangian> {
         self.model.lagrangian()
@@ -469,7 +469,7 @@ impl Learned {
         self.model.in_training()
     }
 
-    /// The friction, where there is any.
+    /// The friction, where it exists.
     #[must_use]
     pub fn dissipation(&self) -> Option<&Dissipation> {
         self.model.forces().dissipation
@@ -494,7 +494,7 @@ impl Learned {
     }
 
     /// The parameters that have a name and a unit: friction, offsets, gains, rotor inertias, or all of an identified robot. The
-    /// units of a model of free motions say that its forces and inertias are known up to one common factor.
+    /// units of a model of free motions show that its forces and inertias are known up to one common factor.
     #[must_use]
     pub fn parameters(&self) -> Vec<Parameter> {
         let mut parameters = self.model.parameters();
@@ -504,7 +504,7 @@ impl Learned {
         parameters
     }
 
-    /// The sum of a nominal model and of a network that learned what it omits.
+    /// The sum of a nominal model and of a network that learned the forces that it omits.
     pub(crate) fn with_nominal(
         nominal: RigidBodies,
         rest: Mechanical<Box<dyn LearnedLagrangian>>,
@@ -544,7 +544,7 @@ impl Learned {
     /// The model of a saved form.
     ///
     /// # Errors
-    /// [`crate::Error::DamagedModel`] for an unknown family or a description that is not that of its family;
+    /// [`crate::Error::DamagedModel`] for an unknown family or a description that does not fit its family;
     /// [`crate::Error::Tensor`], [`crate::Error::Shape`] or [`crate::Error::Argument`] for weights that do not belong to it.
     pub fn load(saved: &SavedModel) -> Result<Self> {
         if let Some(visited) = &saved.header.visited {

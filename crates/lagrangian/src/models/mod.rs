@@ -1,9 +1,9 @@
-//! Families of models: everything of a family stands in its folder, and one row of [`FAMILIES`] registers it.
+//! Families of models: all code of a family is in its folder, and one row of [`FAMILIES`] registers it.
 //!
-//! | file of a family | what it holds |
+//! | file of a family | content |
 //! |---|---|
 //! | `mod.rs` | its configuration and the model itself |
-//! | `family.rs` | what it can be fitted to, how it is prepared for training, how it is saved |
+//! | `family.rs` | its losses and data, its preparation for training, its saved form |
 //! | `learner.rs` | its residuals and their derivatives |
 
 pub(crate) mod chain;

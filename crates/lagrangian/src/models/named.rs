@@ -21,7 +21,7 @@ pub struct Parameter {
 }
 
 impl Parameter {
-    /// Says of a force or an inertia that it is known up to the factor of a Lagrangian of free motions. Speeds and quotients of two
+    /// Marks a force or an inertia as known up to the factor of a Lagrangian of free motions. Speeds and quotients of two
     /// such parameters do not depend on it.
     pub(super) fn up_to_a_factor(&mut self) {
         if self.unit.starts_with("N") || self.unit.starts_with("kg") {
@@ -58,7 +58,7 @@ pub(crate) struct Named<'a> {
 }
 
 impl<'a> Named<'a> {
-    /// No parameters yet, of a model of these coordinates.
+    /// An empty list, for a model of these coordinates.
     pub(crate) fn of(coordinates: &'a Coordinates) -> Self {
         Self {
             coordinates,
@@ -129,7 +129,7 @@ impl<'a> Named<'a> {
 
     fn actuation(&mut self, actuation: &Actuation) {
         self.add("offset", actuation.offsets(), force);
-        // The identity is what joints driven by their own torques have, learned or not.
+        // Joints that are driven by their own torques have the identity, learned or not.
         if actuation.is_direct() {
             return;
         }

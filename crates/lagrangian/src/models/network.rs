@@ -66,13 +66,13 @@ impl<S: NetworkShape> Network<S> {
         &self.parameters
     }
 
-    /// Its configuration.
+    /// The configuration of the network.
     #[must_use]
     pub fn config(&self) -> &S::Config {
         self.shape.parts().config
     }
 
-    /// Its scales.
+    /// The scales of the network.
     #[must_use]
     pub fn scaling(&self) -> &S::Scaling {
         self.shape.parts().scaling
@@ -83,7 +83,7 @@ impl<S: NetworkShape> Network<S> {
         Stored::new(name, self.config(), self.scaling(), &self.parameters)
     }
 
-    /// The network that was saved, with these weights of it.
+    /// The saved network with these weights.
     pub(crate) fn load(saved: &SavedModel, weights: Vec<f64>) -> Result<Self> {
         let header = &saved.header;
         let config = saved::read("architecture", &header.architecture)?;
@@ -92,7 +92,7 @@ impl<S: NetworkShape> Network<S> {
     }
 }
 
-/// Largest width and depth that are accepted: a file or a setting cannot ask for more memory than this means.
+/// Largest width and depth that are accepted, which bound the memory that a file or a setting can request.
 const MAX_WIDTH: usize = 4096;
 const MAX_LAYERS: usize = 16;
 

@@ -2,7 +2,7 @@
 
 use nets::{Net, Pass};
 
-/// Samples of a block when many states are evaluated at once.
+/// The number of samples of a block when many states are evaluated at once.
 pub(crate) const BLOCK: usize = 16;
 
 /// Passes for one state and for blocks, made when first needed.
@@ -21,7 +21,7 @@ pub(crate) struct States {
 }
 
 impl States {
-    /// The number of the state of sample `s`. The last block repeats its first state: every lane stays an ordinary one.
+    /// The number of the state of sample `s`. The last block repeats its first state, so that every lane holds a valid one.
     pub(crate) fn of(&self, s: usize) -> usize {
         self.start + if s < self.count { s } else { 0 }
     }

@@ -2,7 +2,7 @@
 
 use lagrangian_motion::settings::{Kind, Named, Range, Setting, named};
 
-/// Units of a hidden layer.
+/// The number of units of a hidden layer.
 pub(crate) const WIDTH: Setting = Setting::new(
     "width",
     Kind::Integer { min: 1, max: 4096 },
@@ -10,7 +10,7 @@ pub(crate) const WIDTH: Setting = Setting::new(
 )
 .or("64; 16 for delan and vin where the data are noisy");
 
-/// Hidden layers.
+/// The number of hidden layers.
 pub(crate) const LAYERS: Setting =
     Setting::new("layers", Kind::Integer { min: 1, max: 16 }, "Hidden layers").or("2");
 
@@ -29,7 +29,7 @@ const ACTIVATIONS: &[Named] = &[
     named("xtanh", "x tanh x"),
 ];
 
-/// A speed that nothing reaches.
+/// A speed that is never reached.
 pub(crate) const SPEED_LIMIT: Setting = Setting::new(
     "speed_limit",
     Kind::Number(Range::POSITIVE),

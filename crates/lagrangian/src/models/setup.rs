@@ -86,8 +86,8 @@ impl Setup {
         }
     }
 
-    /// The learner of a Lagrangian network from positions alone, for such a loss; `constant` says whether momenta depend on
-    /// the velocity alone.
+    /// The learner of a Lagrangian network from positions alone, for such a loss; momenta depend on the velocity alone if
+    /// `constant`.
     pub(crate) fn positions<'a, F>(
         &'a self,
         family: &'a F,
@@ -104,7 +104,7 @@ impl Setup {
         })
     }
 
-    /// The Lagrangian with the trained forces, added to the nominal model where there is one.
+    /// The Lagrangian with the trained forces, added to the nominal model where it exists.
     pub(crate) fn learned(
         &self,
         lagrangian: impl LearnedLagrangian + Clone,
@@ -129,7 +129,7 @@ impl Setup {
 }
 
 impl Loss {
-    /// The weights of a sample's residuals, `[m]`: one over the root mean square of what they are errors of, 0 of
+    /// The weights of a sample's residuals, `[m]`: one over the root mean square of their signal, 0 for
     /// parameters.
     fn weights(self, dataset: &Dataset) -> Vec<f64> {
         let (qdd, tau) = (dataset.acceleration_scale(), dataset.force_scale());

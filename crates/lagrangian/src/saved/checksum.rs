@@ -1,15 +1,15 @@
-//! A checksum over a whole file, which stands in the file's own header.
+//! A checksum over a whole file, which is stored in the file's own header.
 //!
 //! Headers are JSON within JSON, so that the field is written `\"checksum\":\"89abcdef\"`. The CRC-32 (IEEE 802.3) is that of
-//! the file with zeros in the place of its digits: it finds every burst of up to 32 wrong bits, wherever they are.
+//! the file with zeros in the place of its digits: it finds every burst of up to 32 wrong bits, at any position.
 
-/// What a header holds before its checksum is known.
+/// The digits of a header before its checksum is known.
 pub(crate) const BLANK: &str = "00000000";
 
-/// What stands before the digits.
+/// The bytes before the digits.
 const FIELD: &[u8] = br#"\"checksum\":\""#;
 
-/// The bytes of a file among which the field stands: nothing that a user can name comes before it.
+/// The first bytes of a file, which contain the field: no text that a user can name comes before it.
 const START: usize = 256;
 
 /// The place of the digits.
@@ -30,7 +30,7 @@ fn digits(file: &[u8], place: &std::ops::Range<usize>) -> String {
     format!("{:08x}", hasher.finalize())
 }
 
-/// Writes the checksum into its place; whether there is one.
+/// Writes the checksum into its place, and returns whether the file has one.
 pub(crate) fn seal(file: &mut [u8]) -> bool {
     let Some(place) = place(file) else {
         return false;

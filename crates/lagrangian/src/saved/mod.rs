@@ -1,14 +1,14 @@
-//! Saved models: a safetensors file whose header says what the weights mean.
+//! Saved models: a safetensors file whose header describes the weights.
 //!
 //! The layout is that of safetensors: 8 bytes (length of the header, little endian), a JSON header, then the
 //! weights. Everything that is not a weight is JSON in the header's `__metadata__`, under the one key
 //! `lagrangian`, so that the bytes depend on the content alone.
 //!
-//! Since version 2 the header holds a checksum of the whole file, so that a file with a single wrong bit is refused; of
-//! older files it is not known whether they are as they were written ([`Provenance::unverified`]).
+//! Since version 2 the header holds a checksum of the whole file, so that a file with a single wrong bit is refused. Damage to
+//! older files cannot be detected ([`Provenance::unverified`]).
 //!
-//! A file may come from anywhere. Nothing is allocated on the word of its header, and whatever is not a complete,
-//! finite model of a known version is refused.
+//! A file may come from anywhere. Nothing is allocated on the word of its header, and only a complete, finite model of a
+//! known version is accepted.
 
 pub(crate) mod checksum;
 mod read;
@@ -45,7 +45,7 @@ pub(crate) const WEIGHTS: &str = "parameters";
 /// The key in safetensors' `__metadata__` that holds the [`Header`] as JSON.
 const KEY: &str = "lagrangian";
 
-/// What a model is, apart from its weights.
+/// The description of a model, apart from its weights.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Header {
     /// Family, e.g. `lnn` or `mlp`.
@@ -72,11 +72,11 @@ pub struct Header {
     /// The states that its data visited, where they are known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub visited: Option<Visited>,
-    /// Where it came from.
+    /// The origin of the model.
     pub provenance: Provenance,
 }
 
-/// Where a model came from: enough to make it again.
+/// The origin of a model: enough to make it again.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
     /// Version of this library that wrote it.
@@ -90,7 +90,7 @@ pub struct Provenance {
     /// The command line that made it, where there was one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub command: Option<String>,
-    /// How its recordings were prepared, where that is known.
+    /// The preparation of its recordings, where it is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub preparation: Option<Preparation>,
     /// Whether the model was read from a file without a checksum, as versions before 2 wrote them.
@@ -98,7 +98,7 @@ pub struct Provenance {
     pub unverified: bool,
 }
 
-/// How the recordings of a fit were read and prepared, so that others can be prepared alike.
+/// The reading and preparation of the recordings of a fit, so that others can be prepared alike.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Preparation {
@@ -113,7 +113,7 @@ pub struct Preparation {
 }
 
 impl Preparation {
-    /// How signals that were not measured are estimated in other recordings, as they were in those of the fit.
+    /// The options by which signals that were not measured are estimated in other recordings, as in those of the fit.
     #[must_use]
     pub fn estimates(&self) -> EstimateOptions {
         let options = PrepareOptions {
@@ -126,7 +126,7 @@ impl Preparation {
 }
 
 impl Provenance {
-    /// This version of the library, a seed, and nothing else.
+    /// The provenance of this version of the library and a seed, and nothing else.
     #[must_use]
     pub fn of_seed(seed: u64) -> Self {
         Self {
@@ -149,7 +149,7 @@ struct Envelope {
     model: Header,
 }
 
-/// A model as it is stored: what it is, and its weights by name.
+/// A stored model: its header, and its weights by name.
 ///
 /// ```
 /// use lagrangian::{Coordinates, Provenance, SavedModel};
@@ -175,7 +175,7 @@ struct Envelope {
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct SavedModel {
-    /// What the model is.
+    /// The description of the model.
     pub header: Header,
     /// Its weights by name.
     pub tensors: BTreeMap<String, Tensor>,
@@ -250,7 +250,7 @@ impl SavedModel {
         }
     }
 
-    /// The weight `name`, if it is there and has that shape.
+    /// The weight `name`, if it exists and has that shape.
     ///
     /// # Errors
     /// [`Error::Tensor`] otherwise.
@@ -280,7 +280,7 @@ impl SavedModel {
         Ok(lists)
     }
 
-    /// The weights of a network that has nothing else.
+    /// The weights of a network without other tensors.
     pub(crate) fn weights(&self) -> Result<Vec<f64>> {
         let [weights] = self.vectors([WEIGHTS])?;
         Ok(weights)

@@ -33,7 +33,7 @@ pub(super) fn from_reader(mut reader: impl Read) -> Result<SavedModel> {
     from_bytes(&bytes)
 }
 
-/// Appends at most `length` bytes; memory grows with what arrives, not with what was promised.
+/// Appends at most `length` bytes; memory grows with the bytes that arrive, not with the promised number.
 fn take(reader: &mut impl Read, length: usize, bytes: &mut Vec<u8>) -> Result<()> {
     reader.by_ref().take(length as u64).read_to_end(bytes)?;
     Ok(())
@@ -81,14 +81,14 @@ pub(super) fn header_length(bytes: &[u8]) -> Result<usize> {
     }
 }
 
-/// What of the envelope every version must have.
+/// The fields of the envelope that every version must have.
 #[derive(Deserialize)]
 struct Marker {
     format: String,
     version: u32,
 }
 
-/// The header: first whose it is, then which version, then its content.
+/// The header: first the format is checked, then the version, then the content.
 fn header(bytes: &[u8], length: usize) -> Result<(Metadata, Envelope)> {
     let Some(json) = bytes.get(PREFIX..PREFIX + length) else {
         let found = bytes.len() - PREFIX;

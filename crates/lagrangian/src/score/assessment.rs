@@ -1,4 +1,4 @@
-//! How far a model can be trusted, from its errors on motions that it has not seen.
+//! The reliability of a model, from its errors on motions that it has not seen.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,31 +16,31 @@ use lagrangian_recordings::check::{CheckReport, LARGEST};
 pub(super) const GOOD: f64 = 0.1;
 /// A model of torques that leaves more than this part of their variance is of no use.
 pub(super) const HALF: f64 = 0.5;
-/// What is learned upon a nominal model makes it worse where errors are more than this multiple of its own.
+/// A model learned on top of a nominal one makes it worse where errors are more than this multiple of the nominal ones.
 const WORSE: f64 = 1.02;
 /// The scaled mass matrix is nearly singular where its smallest eigenvalue is below this.
 const NEARLY_SINGULAR: f64 = 1e-7;
 
-/// How far a model can be trusted.
+/// The reliability of a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Grade {
-    /// It explains what was recorded.
+    /// The model explains the recordings.
     Good,
-    /// It can be used, with the reservations that are given.
+    /// The model can be used, with the given reservations.
     Fair,
-    /// It must not be used.
+    /// The model must not be used.
     Poor,
 }
 
-/// A verdict on a model, with what it rests on.
+/// A verdict on a model, with its grounds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Assessment {
-    /// How far the model can be trusted.
+    /// The reliability of the model.
     pub verdict: Grade,
-    /// Why it is not better, the gravest first; empty for a good one.
+    /// The reasons against a better verdict, the gravest first; empty for a good one.
     pub reasons: Vec<Reason>,
-    /// Each coordinate of a driven machine forwards; empty for free motions, and for a model without a mass matrix.
+    /// The forward dynamics of each coordinate of a driven machine; empty for free motions, and for a model without a mass matrix.
     pub joints: Vec<Forward>,
     /// The eigenvalues of the mass matrix over the motions, where the model has one.
     pub inertia: Option<Spectrum>,
@@ -49,11 +49,11 @@ pub struct Assessment {
 /// A reason for a verdict.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Reason {
-    /// How grave it is.
+    /// The gravity of the reason.
     pub grade: Grade,
-    /// What was found.
+    /// The finding.
     pub finding: String,
-    /// What to do about it.
+    /// The remedy.
     pub remedy: String,
 }
 
@@ -84,8 +84,8 @@ impl Assessment {
         assessment.with(reasons)
     }
 
-    /// The same for a model of data that this check is about: where the values themselves are in doubt no model of them is
-    /// good, however well it explains them.
+    /// The assessment of a model of the data of this check: where the values themselves look wrong no model of them is good,
+    /// however well it explains them.
     #[must_use]
     pub fn of_checked(self, check: &CheckReport) -> Self {
         let mut doubts: Vec<Reason> = Vec::new();
@@ -100,14 +100,14 @@ impl Assessment {
         self.with(doubts)
     }
 
-    /// The same for a model that was kept of several: a description of the robot that explains much less than a model that
-    /// does not know it is that of another robot.
+    /// The assessment of a model that was selected from several: a description of the robot that explains much less than a model
+    /// without it is that of another robot.
     #[must_use]
     pub fn of_selected(self, contestants: &[CandidateResult]) -> Self {
         self.with(of_description(contestants))
     }
 
-    /// The same with more reasons.
+    /// The assessment with more reasons.
     fn with(mut self, reasons: impl IntoIterator<Item = Reason>) -> Self {
         self.reasons.extend(reasons);
         self.reasons.sort_by_key(|r| std::cmp::Reverse(r.grade));
@@ -116,7 +116,7 @@ impl Assessment {
     }
 }
 
-/// A description whose robot leaves at least so many times as much of the torques as a model without it …
+/// A robot whose description leaves at least this multiple of the torque error of a model without it …
 const DESCRIBED: f64 = 3.0;
 /// … and this part of their variance.
 const UNDESCRIBED: f64 = 0.02;
@@ -151,7 +151,7 @@ impl Reason {
 const MODEL: &str =
     "check the data (signs, units and order of the torques), or choose another model";
 
-/// Errors that are no numbers, and values beyond all that is recorded, whatever the other errors are.
+/// Errors that are NaN, and values beyond all recorded ones, whatever the other errors are.
 fn of_numbers(motions: &[Trajectory], score: &Score) -> Option<Reason> {
     let finite = |errors: &[f64]| errors.iter().all(|e| e.is_finite());
     let signal = |error: &Option<SignalError>| error.as_ref().is_none_or(|e| finite(&e.mse));
@@ -180,7 +180,7 @@ fn of_torques(score: &Score, coordinates: &Coordinates, joints: &[Forward]) -> V
         return Vec::new();
     };
     let mean = match joints.is_empty() {
-        // Nothing tells a joint without a drive, whose noise is no reason against a model: all squares count alike.
+        // Nothing identifies a joint without a drive, whose noise is no reason against a model: all squares count alike.
         true => error.unexplained(),
         false => driven(error, joints),
     };
@@ -213,7 +213,7 @@ fn of_torques(score: &Score, coordinates: &Coordinates, joints: &[Forward]) -> V
     reasons
 }
 
-/// A network upon a nominal model that is worse than that model alone.
+/// A network on top of a nominal model that is worse than that model alone.
 fn of_nominal(model: &dyn Model, motions: &[Trajectory], score: &Score) -> Option<Reason> {
     let own = score.torque.as_ref()?.nmse_mean;
     let mut torques = Errors::new(model.coordinates().dof());
@@ -352,7 +352,7 @@ fn deviation(motion: &Trajectory) -> f64 {
     (0..n).map(of).sum()
 }
 
-/// The share of the deviation of positions above which their error is no good one.
+/// The part of the deviation of positions above which their error is not good.
 const FAR_OFF: f64 = 0.2;
 
 /// Predictions over a short time that all diverge, or of whole motions where these are shorter.
@@ -372,12 +372,12 @@ fn of_rollouts(score: &Score) -> Option<Reason> {
     Some(Reason::new(Grade::Poor, finding, remedy))
 }
 
-/// A model predicts well that follows motions for this part of the time for which they can be predicted …
+/// A model predicts well if it follows motions for this part of the time for which they can be predicted …
 pub(super) const FOLLOWED: f64 = 0.8;
 /// … and not at all below this one.
 pub(super) const LOST: f64 = 0.1;
 
-/// How long whole motions are followed, of the time for which a good model does (ADR 0096).
+/// The time for which whole motions are followed, as a part of that for a good model (ADR 0096).
 fn of_motions(score: &Score) -> Option<Reason> {
     let known = || score.rollouts.iter().filter(|r| !r.outcome.is_stopped());
     let possible: f64 = known().map(|r| r.predictable_seconds).sum();

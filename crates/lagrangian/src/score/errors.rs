@@ -13,7 +13,7 @@ use lagrangian_motion::{Signals, Stop, Trajectory};
 pub struct SignalError {
     /// Mean squared error, `[n]`, in the square of the signal's unit.
     pub mse: Vec<f64>,
-    /// The same divided by the variance of the signal, `[n]`: 1 is as good as predicting the mean. Not finite for
+    /// Mean squared error divided by the variance of the signal, `[n]`: 1 is as good as predicting the mean. Not finite for
     /// a signal that is constant.
     pub nmse: Vec<f64>,
     /// Mean squared error of all coordinates together: the sum of `mse`, as results of `characters` are given.
@@ -23,7 +23,7 @@ pub struct SignalError {
 }
 
 impl SignalError {
-    /// From mean squared errors and the variances of the true signals, both `[n]`.
+    /// The errors from mean squared errors and the variances of the true signals, both `[n]`.
     #[must_use]
     pub fn new(mse: Vec<f64>, variance: &[f64]) -> Self {
         let nmse: Vec<f64> = mse.iter().zip(variance).map(|(e, v)| e / v).collect();
@@ -42,8 +42,8 @@ impl SignalError {
         }
     }
 
-    /// The part of the variance that is not explained, over all coordinates. Either all of them count alike, or all squares: the noise of
-    /// a joint without a drive is no reason against a model, and neither are joints that are small beside a well explained one.
+    /// The part of the variance that is not explained, over all coordinates. Either all of them count alike, or all squares, whichever
+    /// is less: the noise of a joint without a drive is no reason against a model, nor are small joints beside a well explained one.
     #[must_use]
     pub fn unexplained(&self) -> f64 {
         let variance = |(mse, nmse): (&f64, &f64)| mse / nmse;
@@ -52,7 +52,7 @@ impl SignalError {
         self.nmse_mean.min(self.mse_sum / all)
     }
 
-    /// Of some of the coordinates alone.
+    /// The errors of some of the coordinates alone.
     #[must_use]
     pub fn of(&self, coordinates: &[usize]) -> Self {
         let pick = |all: &[f64]| -> Vec<f64> { coordinates.iter().map(|&i| all[i]).collect() };

@@ -1,4 +1,4 @@
-//! The mass matrix of a model over some motions, and what it is worth forwards.
+//! The mass matrix of a model over some motions, and the quality of its forward dynamics.
 
 use serde::Serialize;
 
@@ -8,7 +8,7 @@ use lagrangian_motion::Signal;
 use lagrangian_motion::statistics::variances;
 use lagrangian_motion::{Coordinates, Trajectory};
 
-/// States at which the mass matrix is examined, at most.
+/// The largest number of states at which the mass matrix is examined.
 const STATES: usize = 500;
 
 /// The forward dynamics of one coordinate.
@@ -22,7 +22,7 @@ pub struct Forward {
     pub unexplained: f64,
     /// The squared error of the acceleration over its variance.
     pub acceleration_nmse: f64,
-    /// Whether the inertial torque exceeds what is not explained, so that the acceleration can be predicted at all.
+    /// Whether the inertial torque exceeds the unexplained one, so that the acceleration can be predicted at all.
     pub predictable: bool,
 }
 
@@ -89,7 +89,7 @@ pub(super) fn spectrum(model: &dyn Model, motions: &[Trajectory]) -> Option<Spec
 }
 
 impl Spectrum {
-    /// That of both together.
+    /// The spectrum of both together.
     fn and(self, other: Self) -> Self {
         Self {
             smallest: self.smallest.min(other.smallest),
@@ -100,7 +100,7 @@ impl Spectrum {
     }
 }
 
-/// Each coordinate forwards, where torques and accelerations are known.
+/// The forward dynamics of each coordinate, where torques and accelerations are known.
 pub(super) fn forwards(model: &dyn Model, motions: &[Trajectory], score: &Score) -> Vec<Forward> {
     let (Some(torque), Some(acceleration)) = (&score.torque, &score.acceleration) else {
         return Vec::new();

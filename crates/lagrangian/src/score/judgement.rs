@@ -1,5 +1,5 @@
-//! Verdicts on single numbers of a score: good, fair or poor, and why. The verdict on the whole model ([`Assessment`]) rests on the
-//! same limits.
+//! Verdicts on single numbers of a score: good, fair or poor, and the reason. The verdict on the whole model ([`Assessment`]) rests on
+//! these limits too.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,24 +7,24 @@ use super::assessment::{FOLLOWED, GOOD, Grade, HALF, LOST};
 use super::{Assessment, Forward, Outside, RolloutScore, Score, SignalError};
 use lagrangian_motion::Coordinates;
 
-/// A joint is passive, or nearly, whose inertial torque has more than this multiple of the variance of its force: inertia and gravity
-/// cancel there, and what is recorded is their small remainder and noise.
+/// A joint is passive, or nearly, where the variance of its inertial torque is more than this multiple of that of its force: inertia and
+/// gravity cancel there, and the recorded force is their small remainder and noise.
 pub(super) const PASSIVE: f64 = 10.0;
 
-/// A change of what should be constant, or an error of what is solved for, is good up to this part of the size of a quantity, and fair up
-/// to the other.
+/// A change of a conserved quantity, or an error of a solved one, is good up to this part of the size of the quantity, and fair up
+/// to `NOTICEABLE`.
 const SMALL: f64 = 0.01;
 const NOTICEABLE: f64 = 0.1;
 
-/// A drive is told to be at its limit that is there for more than this part of the time.
+/// A drive is reported as limited if it is at its limit for more than this part of the time.
 const LIMITED: f64 = 0.01;
 
 /// A verdict on one number.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Judgement {
-    /// How good it is.
+    /// The grade of the number.
     pub grade: Grade,
-    /// Why; empty where the number says it.
+    /// The reason; empty where the number itself is the reason.
     pub why: String,
 }
 
@@ -56,7 +56,7 @@ impl Judgement {
 }
 
 impl SignalError {
-    /// How much of a signal, such as `torques`, is explained over these coordinates, with the worst of them.
+    /// The explained part of a signal, such as `torques`, over these coordinates, with the worst of them.
     #[must_use]
     pub fn judged(&self, signal: &str, coordinates: &Coordinates) -> Judgement {
         let left = self.unexplained();
@@ -81,14 +81,14 @@ impl SignalError {
     }
 }
 
-/// What is explained where this percentage is not, of which two digits are significant.
+/// The explained percentage, 100 less this unexplained one, of which two digits are significant.
 fn explained(left: f64) -> String {
     let digits = 1 - left.log10().floor().clamp(-8.0, 1.0) as i32;
     format!("{:.1$}", 100.0 - left, digits.unsigned_abs() as usize)
 }
 
 impl Grade {
-    /// Its word.
+    /// The word of the grade.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -98,7 +98,7 @@ impl Grade {
         }
     }
 
-    /// Of a squared error over the variance of its signal.
+    /// The grade of a squared error over the variance of its signal.
     #[must_use]
     pub fn of_error(nmse: f64) -> Self {
         match nmse {
@@ -108,7 +108,7 @@ impl Grade {
         }
     }
 
-    /// Of a change of what should be constant, or of an error of what is solved for, as a part of the size of the quantity.
+    /// The grade of a change of a conserved quantity, or of an error of a solved one, as a part of the size of the quantity.
     #[must_use]
     pub fn of_change(part: f64) -> Self {
         match part {
@@ -122,18 +122,18 @@ impl Grade {
 /// Root mean square errors with which a coordinate follows a reference, rad or m; NaN where the motion diverged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackingErrors {
-    /// With the torques of the model and feedback.
+    /// Errors with the torques of the model and feedback.
     pub model: f64,
-    /// With feedback alone.
+    /// Errors with feedback alone.
     pub feedback: f64,
-    /// With the torques of the true model.
+    /// Errors with the torques of the true model.
     pub truth: f64,
     /// The part of the time for which the drive was at its limit.
     pub at_limit: f64,
 }
 
 impl TrackingErrors {
-    /// How much of what the true model gains over feedback alone the model gains.
+    /// The part of the gain of the true model over feedback alone that the model reaches.
     #[must_use]
     pub fn judged(&self) -> Judgement {
         let possible = self.feedback - self.truth;
@@ -172,7 +172,7 @@ impl TrackingErrors {
     }
 }
 
-/// A reason why states outside of the data of a model make a result fair at best; none where few lie there.
+/// A reason for states outside of the data of a model, which make a result fair at best; `None` where few lie there.
 #[must_use]
 pub fn extrapolation(outside: Option<&Outside>) -> Option<Judgement> {
     let why = extrapolated("", outside);
@@ -180,7 +180,7 @@ pub fn extrapolation(outside: Option<&Outside>) -> Option<Judgement> {
 }
 
 impl Score {
-    /// The error of the torque of coordinate `i`. A joint without a drive is told from one that is not understood.
+    /// The error of the torque of coordinate `i`. A joint without a drive is distinguished from one that is not understood.
     #[must_use]
     pub fn judged_torque(&self, i: usize, assessment: &Assessment) -> Option<Judgement> {
         let nmse = *self.torque.as_ref()?.nmse.get(i)?;
@@ -192,7 +192,7 @@ impl Score {
         let is_passive =
             |joint: &&Forward| joint.inertial_share > PASSIVE && joint.inertial_share.is_finite();
         if let Some(joint) = joint.filter(is_passive) {
-            // Beside the torques that cancel there: what is asked of a joint without a drive.
+            // A joint without a drive is compared to the torques that cancel there.
             let beside = Grade::of_error(nmse / joint.inertial_share).max(Grade::Fair);
             let why = "a passive joint, or nearly: its force is a small remainder of inertia and gravity, which cancel there";
             return Some(Judgement::new(beside, why));
@@ -200,7 +200,7 @@ impl Score {
         Some(self.judged(nmse))
     }
 
-    /// The error of the acceleration of coordinate `i`; where friction and noise hide inertia, nobody can predict it.
+    /// The error of the acceleration of coordinate `i`; where friction and noise hide inertia, it cannot be predicted.
     #[must_use]
     pub fn judged_acceleration(&self, i: usize, assessment: &Assessment) -> Option<Judgement> {
         let nmse = *self.acceleration.as_ref()?.nmse.get(i)?;
@@ -219,7 +219,7 @@ impl Score {
         Some(self.judged(nmse))
     }
 
-    /// An error that nothing is to blame for but the model, or states that it does not know.
+    /// An error whose only cause is the model, or states outside of its data.
     fn judged(&self, nmse: f64) -> Judgement {
         let why = match nmse {
             x if x.is_nan() || x >= 1.0 => "no better than the mean of the signal",
@@ -262,7 +262,7 @@ impl RolloutScore {
     }
 }
 
-/// A reason, and that the states lie outside of the data where many do.
+/// A reason, with a remark that the states lie outside of the data where many do.
 fn extrapolated(why: &str, outside: Option<&Outside>) -> String {
     let far = outside.filter(|outside| outside.is_unusual());
     let Some(outside) = far else {
@@ -395,7 +395,7 @@ mod tests {
             ..errors(0.02, 0.01)
         };
         assert!(alone.judged().why.contains("diverged"));
-        // Where the truth gains nothing, no model is to blame.
+        // Where the truth gains nothing, the model is not to blame.
         assert_eq!(grade(errors(0.1, 0.1)), Grade::Fair);
         let limited = TrackingErrors {
             at_limit: 0.3,

@@ -1,4 +1,4 @@
-//! How far motions lie outside of the states that the data of a model visited.
+//! The distance of motions from the states that the data of a model visited.
 
 use serde::Serialize;
 
@@ -6,12 +6,12 @@ use lagrangian_mechanics::Beyond;
 use lagrangian_mechanics::dynamics::Model;
 use lagrangian_motion::Trajectory;
 
-/// Samples that are looked at, at most.
+/// The largest number of samples that are examined.
 const SAMPLES: usize = 10_000;
 /// Of the samples of a motion like those that were fitted, at most this part lies outside.
 const USUAL: f64 = 0.05;
 
-/// How far motions lie outside of the states that the data of a model [visited](crate::Visited).
+/// The distance of motions from the states that the data of a model [visited](crate::Visited).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Outside {
     /// The part of the samples that lies outside.
@@ -23,14 +23,14 @@ pub struct Outside {
 }
 
 impl Outside {
-    /// Whether more of the samples lie outside than of motions like those that were fitted.
+    /// Whether more of the samples lie outside than of motions like the fitted ones.
     #[must_use]
     pub fn is_unusual(&self) -> bool {
         self.share > USUAL
     }
 }
 
-/// How far motions lie outside of the states that the data of a model visited; `None` where these are not known, and without motion.
+/// The distance of motions from the states that the data of a model visited; `None` where these are unknown, and without motion.
 #[must_use]
 pub fn outside(model: &dyn Model, motions: &[Trajectory]) -> Option<Outside> {
     let (visited, coordinates) = (model.visited()?, model.coordinates());
@@ -45,7 +45,7 @@ pub fn outside(model: &dyn Model, motions: &[Trajectory]) -> Option<Outside> {
     for row in rows.step_by(samples.div_ceil(SAMPLES).max(1)) {
         let distance = visited.distance(coordinates, row.q, row.qd);
         count += 1.0;
-        // A state that is not finite is outside too, and no farthest one.
+        // A state that is not finite is outside too, and does not count as the farthest.
         found.share += if distance <= 1.0 { 0.0 } else { 1.0 };
         if distance > found.farthest {
             found.farthest = distance;

@@ -1,4 +1,4 @@
-//! For how long a motion can be predicted: whatever the model, an error of the first state grows.
+//! The time for which a motion can be predicted: whatever the model, an error of the first state grows.
 
 use faer::Mat;
 use faer::linalg::solvers::Solve;
@@ -9,11 +9,11 @@ use lagrangian_mechanics::dynamics::Model;
 use lagrangian_motion::Signal;
 use lagrangian_motion::Trajectory;
 
-/// A model is asked to follow a motion for so many of its natural periods, at most.
+/// The largest number of natural periods for which a model must follow a motion.
 const PERIODS: f64 = 3.0;
-/// The growth of errors is known at so many points of a natural period.
+/// The number of points of a natural period at which the growth of errors is known.
 const POINTS: f64 = 40.0;
-/// What shows how accelerations depend on the state, in deviations of the motion: to a finite step friction at rest is no edge.
+/// The step of the differences of accelerations over the state, in deviations of the motion; a finite step smooths friction at rest.
 const STEP: f64 = 0.02;
 /// The error of the first state that is granted to all data, in deviations of the motion.
 const GRANTED: f64 = 0.02;
@@ -23,10 +23,10 @@ const USED_UP: f64 = 0.5;
 const LARGEST: usize = 24;
 
 /// The time for which a good model follows a motion from its first state, s (theory.md, 139): until an error of the first
-/// state has grown, by the linearised equation of motion along the recording, to half of what is granted, and for three natural
+/// state has grown, by the linearised equation of motion along the recording, to half of the allowed error, and for three natural
 /// periods at most. The error of the first state is taken from the prediction itself, before forces can have moved it far.
 ///
-/// 0 where this is not known: without motion, for a model that moves by drives, or in more than 24 degrees of freedom.
+/// 0 where this is unknown: without motion, for a model that moves by drives, or in more than 24 degrees of freedom.
 pub(super) fn predictable_seconds(
     model: &dyn Model,
     truth: &Trajectory,
@@ -89,7 +89,7 @@ fn points(t: &[f64], period: f64) -> Vec<usize> {
     points
 }
 
-/// The root mean square of the normalised error over a twentieth of a period: what is wrong at once is wrong with the first state.
+/// The root mean square of the normalised error over a twentieth of a period: an error that is there at once is one of the first state.
 fn first_error(
     truth: &Trajectory,
     prediction: &Trajectory,
@@ -157,7 +157,7 @@ mod tests {
     use lagrangian_mechanics::analytic::by_name;
     use lagrangian_mechanics::rollout::{RolloutOptions, free, rollout, times};
 
-    /// The predictable time of a motion of 20 s that was measured with an error of its first state, in parts of a period.
+    /// The predictable time of a motion of 20 s that was measured with an error of its first state, in periods.
     fn periods(system: &str, q0: &[f64], qd0: &[f64], off: f64) -> f64 {
         let model = by_name(system, &[]).unwrap();
         let clock = times(20.0, 0.01).unwrap();

@@ -15,23 +15,23 @@ pub const RESTARTS: [f64; 2] = [0.5, 1.0];
 
 /// Predictions over short times, from the state that was measured at the start of each.
 ///
-/// For a driven or chaotic machine, a long prediction shows how soon it fails, short ones how good it is until then.
+/// For a driven or chaotic machine, a long prediction shows the time until it fails, short ones the error until then.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RestartScore {
-    /// From one start to the next, and length of each prediction, s.
+    /// Time from one start to the next, and length of each prediction, s.
     pub seconds: f64,
-    /// Predictions.
+    /// The number of predictions.
     pub starts: usize,
-    /// Those that diverged; they are in none of the errors.
+    /// The number of predictions that diverged; they are omitted from all errors.
     pub unfinished: usize,
     /// Root mean square error of q over all samples of the predictions, `[n]`, in the unit of q; on the circle for
     /// angles.
     pub q_rms: Vec<f64>,
-    /// The same at their ends alone.
+    /// Root mean square error of q at the ends of the predictions alone, `[n]`.
     pub q_rms_end: Vec<f64>,
 }
 
-/// The short predictions, and how many of them were stopped.
+/// The short predictions, and the number of them that were stopped.
 pub(super) fn restarts(
     model: &dyn Model,
     trajectories: &[Trajectory],
@@ -57,7 +57,7 @@ pub fn restart(
     restart_counted(model, trajectories, seconds, options).map(|(score, _)| score)
 }
 
-/// [`restart`], and how many of its predictions were stopped, which it leaves out.
+/// [`restart`], and the number of its predictions that were stopped, which it omits.
 fn restart_counted(
     model: &dyn Model,
     trajectories: &[Trajectory],

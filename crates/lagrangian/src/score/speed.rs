@@ -1,4 +1,4 @@
-//! Whether accelerations fall with the speed, as they do near one that nothing reaches.
+//! Accelerations that fall with the speed, as they do near a limit that is never reached.
 
 use std::f64::consts::TAU;
 
@@ -6,20 +6,20 @@ use lagrangian_motion::Signal;
 use lagrangian_motion::{Coordinates, Trajectory};
 use lagrangian_recordings::local_polynomial::median;
 
-/// States that are compared, at most.
+/// The largest number of states that are compared.
 const STATES: usize = 2000;
 /// Parts of the highest speed above which a state is fast, and below which it is slow.
 const FAST: f64 = 0.8;
 const SLOW: f64 = 0.4;
-/// Two states are at the same place whose coordinates differ by this part of their deviations.
+/// Two states are at one place if their coordinates differ by at most this part of their deviations.
 const PLACE: f64 = 0.3;
-/// Fast states of each direction, at least.
+/// The smallest number of fast states of each direction.
 const FEWEST: usize = 10;
-/// Accelerations of fast states over those of slow ones that speak for a limit.
+/// The ratio of accelerations of fast states to those of slow ones below which a limit is likely.
 const WEAK: f64 = 0.5;
 
-/// The acceleration of fast free states over that of slow ones at the same place, where it is less than half, whether the motion is
-/// sped up or slowed down: as if the inertia grew with the speed. Friction does so in one direction only.
+/// The acceleration of fast free states over that of slow ones at the same place, where it is less than half, for motion that is
+/// sped up and slowed down alike: as if the inertia grew with the speed. Friction does so in one direction only.
 pub(super) fn weakened(coordinates: &Coordinates, motions: &[Trajectory]) -> Option<f64> {
     let states = States::of(coordinates, motions)?;
     let (slow, fast): (Vec<usize>, Vec<usize>) = (0..states.speed.len())
@@ -114,7 +114,7 @@ mod tests {
     use lagrangian_mechanics::analytic::by_name;
     use lagrangian_mechanics::rollout::{Force, RolloutOptions, free, rollout, times};
 
-    /// What free motions of a system say, from starts with these velocities.
+    /// The result for free motions of a system, from starts with these velocities.
     fn found(system: &str, starts: impl Iterator<Item = f64>, force: &Force<'_>) -> Option<f64> {
         let field: &[(&str, f64)] = match system {
             "relativistic-particle" => &[("field", 1.0)],

@@ -26,7 +26,7 @@ fn a_score_that_is_stopped_says_how_much_it_left_out_and_is_no_verdict_on_rollou
     assert_eq!(assessment.verdict, Grade::Good, "{:?}", assessment.reasons);
 }
 
-/// Free motions of a system with this much viscous friction on each coordinate, which nobody recorded.
+/// Free motions of a system with this much viscous friction on each coordinate, which the motions do not record.
 fn damped(system: &str, starts: &[[f64; 2]], seconds: f64, friction: f64) -> Vec<Trajectory> {
     let truth = by_name(system, &[]).unwrap();
     let clock = times(seconds, 0.02).unwrap();

@@ -1,8 +1,8 @@
-//! How long a prediction stayed valid (theory.md, equation 26).
+//! The time for which a prediction stayed valid (theory.md, equation 26).
 
 use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
 
-/// How long a prediction stayed valid.
+/// The time for which a prediction stayed valid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ValidTime {
     /// Time from the first sample to the first at which the error exceeds the threshold, s; the duration where
@@ -38,7 +38,7 @@ pub fn valid_prediction_time(
     comparable(truth, prediction, coordinates)?;
     let error = NormalisedError::new(truth, coordinates);
     let since = |k: usize| truth.t[k] - truth.t[0];
-    // An error that is no number is above every threshold.
+    // An error that is NaN is above every threshold.
     let is_valid = |k: usize| error.at(truth, prediction, k) <= threshold;
     let ended = Some(prediction.len()).filter(|len| *len < truth.len());
     let bad = (0..prediction.len()).find(|&k| !is_valid(k)).or(ended);

@@ -45,7 +45,7 @@ impl Default for AdamConfig {
 }
 
 impl AdamConfig {
-    /// The numbers of step `step`, which counts from 0, at `rate`, for a gradient with this sum of squares; `None` where
+    /// The rule for step `step`, which counts from 0, at `rate`, for a gradient with this sum of squares; `None` where
     /// that is not finite.
     pub(crate) fn rule(&self, rate: f64, step: usize, squares: f64) -> Option<AdamRule> {
         let norm = squares.sqrt();
@@ -90,7 +90,7 @@ pub(crate) struct Adam {
 }
 
 impl Adam {
-    /// Moments of so many parameters before the first step.
+    /// Zero moments of `parameters` parameters, as before the first step.
     pub(crate) fn zeros(parameters: usize) -> Self {
         Self {
             first: vec![0.0; parameters],

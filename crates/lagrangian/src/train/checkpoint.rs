@@ -80,7 +80,7 @@ impl Checkpoint {
         }
     }
 
-    /// Refuses to go on with other settings than those of the fit that wrote it; names what differs.
+    /// Refuses to resume with other settings than those of the fit that wrote it, and names the differences.
     pub(crate) fn check_config(&self, now: &Value) -> Result<()> {
         let changed = self.config.as_ref().and_then(|then| difference(then, now));
         match changed {
@@ -197,10 +197,10 @@ impl Checkpoint {
         }
     }
 
-    /// The checkpoint that [`Checkpoint::to_bytes`] wrote.
+    /// Reads a checkpoint that [`Checkpoint::to_bytes`] wrote.
     ///
     /// # Errors
-    /// [`Error::Checkpoint`] for bytes that are incomplete, damaged or no checkpoint.
+    /// [`Error::Checkpoint`] for bytes that are incomplete, damaged or not a checkpoint.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
         let (_, header) = safetensors::SafeTensors::read_metadata(bytes).map_err(refused)?;
         let metadata = header

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use nets::Instant;
 
-/// How often the time is taken.
+/// The interval at which the time is taken.
 const TICK: Duration = Duration::from_millis(100);
 
 /// A longer interval between two ticks is one in which the process was stopped (SIGSTOP, a laptop asleep): it counts as this.
@@ -16,8 +16,8 @@ const LONGEST: Duration = Duration::from_secs(1);
 /// A clock that runs while the process does.
 pub(super) struct Clock {
     time: Arc<Mutex<Time>>,
-    /// Ends the thread of the ticks when it is dropped; none where there are no threads, in a browser: only what runs between two
-    /// readings of the time is then counted.
+    /// Ends the thread of the ticks when it is dropped; `None` without threads, as in a browser, where the time is taken only at
+    /// readings.
     _running: Option<Sender<()>>,
 }
 

@@ -10,18 +10,18 @@ use super::schedule::cosine;
 pub(super) trait Engine {
     /// One step.
     fn step(&mut self, state: &mut Checkpoint, at: StepAt<'_>) -> Stepped;
-    /// Writes what it keeps to itself between two validations.
+    /// Writes the memory that it keeps between two validations to `state`.
     fn save(&self, state: &mut Checkpoint);
-    /// Takes it back, perhaps changed.
+    /// Reads this memory from `state`, which may have changed.
     fn load(&mut self, state: &Checkpoint);
 }
 
 /// The result of a step.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stepped {
-    /// The loss of the batch before it.
+    /// The loss of the batch before the step.
     pub(super) loss: LossValue,
-    /// Its rate.
+    /// The rate of the step.
     pub(super) rate: f64,
 }
 
@@ -58,7 +58,7 @@ pub(super) trait Problems {
     fn unit(&self, loss: LossValue) -> f64;
 }
 
-/// The natural gradient, and the damping that adapts itself to what a step achieved.
+/// The natural gradient, and the damping that adapts itself to the decrease that a step achieved.
 pub(super) struct NaturalEngine<'a, S> {
     natural: Natural,
     problems: S,
@@ -126,14 +126,14 @@ pub(super) struct Sequential<A, B> {
 /// The schedules of two engines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Schedules {
-    /// Each has one of its own.
+    /// Each engine has a schedule of its own.
     Own,
-    /// Both share that of the whole run.
+    /// Both engines share the schedule of the whole run.
     Shared,
 }
 
 impl<A, B> Sequential<A, B> {
-    /// The part of the budget as the engine at work sees it.
+    /// The part of the budget that the engine at work sees.
     fn part(&self, part: f64) -> f64 {
         match self.schedules {
             Schedules::Shared => part,

@@ -1,7 +1,7 @@
 //! Friction and actuation in training: forces of each coordinate that are learned with the Lagrangian.
 //!
-//! The balance that is trained is M q̈ + c + d(q̇, B u − o) + o + J q̈ = B u. Whatever a term adds to the left side depends on a
-//! few parameters of its own coordinate; their slopes join the Jacobian beside those of the network.
+//! The balance that is trained is M q̈ + c + d(q̇, B u − o) + o + J q̈ = B u. The contribution of a term to the left side depends on
+//! a few parameters of its own coordinate; their slopes join the Jacobian beside those of the network.
 
 mod again;
 pub use again::FittedForces;
@@ -27,10 +27,10 @@ pub struct ForceTerms {
     /// Whether friction in proportion to the force F of the drive l |F| tanh(q̇ / vₛ) is learned, with vₛ.
     pub load: bool,
     /// Whether friction in proportion to the force that comes through the gear is learned beside that by the force of the drive, so that
-    /// a gear that is driven backwards loses another share; near standstill too where `stribeck` is learned. Takes `load` with it.
+    /// a gear that is driven backwards loses another part; near standstill too where `stribeck` is learned. Implies `load`.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub directional: bool,
-    /// Whether friction by the squares of these forces near standstill is learned. Takes `directional` and `stribeck` with it.
+    /// Whether friction by the squares of these forces near standstill is learned. Implies `directional` and `stribeck`.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub quadratic: bool,
     /// Whether constant torques o are learned.
@@ -140,7 +140,7 @@ impl ForceTerms {
         self.complete().load || self.input != Input::Torque
     }
 
-    /// With the terms that these take with them.
+    /// The terms with all those that they imply.
     fn complete(mut self) -> Self {
         self.directional |= self.quadratic;
         self.stribeck |= self.quadratic;
@@ -200,10 +200,10 @@ enum Term {
 /// The largest change of a speed from its initial value, as a logarithm.
 const SPEED_RANGE: f64 = 2.5;
 
-/// The largest share of the force of a drive that its gear takes.
+/// The largest part of the force of a drive that its gear takes.
 const MOST_LOAD: f64 = 0.9;
 
-/// The largest share of a force that its gear takes near standstill, all terms together.
+/// The largest part of a force that its gear takes near standstill, all terms together.
 const MOST_NEAR_STANDSTILL: f64 = 0.95;
 
 /// The smallest gain of a joint; its sign is that of the sensor, which `check` tests.
@@ -255,7 +255,7 @@ impl Forces {
         self.terms.iter().position(|t| *t == term)
     }
 
-    /// Parameter `term` of coordinate `i`, 0 where it is not learned; `extra` is `[force_terms, n]`.
+    /// Parameter `term` of coordinate `i`, 0 for one that is not learned; `extra` is `[force_terms, n]`.
     fn value(&self, extra: &[f64], term: Term, i: usize) -> f64 {
         self.find(term).map_or(0.0, |k| extra[k * self.n() + i])
     }
@@ -312,7 +312,7 @@ impl Forces {
         self.keep_gears_movable(extra);
     }
 
-    /// Bounds the shares that are lost near standstill by what is lost anyway.
+    /// Bounds the parts that are lost near standstill by the part that is lost at any speed.
     fn keep_gears_movable(&self, extra: &mut [f64]) {
         let pairs = [
             (Term::Load, Term::StribeckMotor),
@@ -445,7 +445,7 @@ impl Forces {
         viscous + bend - 2.0 * excess * sign * qd / (slow * slow)
     }
 
-    /// The friction with the trained parameters, where any is learned.
+    /// The friction with the trained parameters, where friction is learned.
     pub(crate) fn dissipation(&self, extra: &[f64]) -> Option<Dissipation> {
         let each = |f: &dyn Fn(usize) -> f64| (0..self.n()).map(f).collect::<Vec<f64>>();
         let force = |term| each(&|i| self.tau[i] * self.value(extra, term, i));
@@ -472,7 +472,7 @@ impl Forces {
         })
     }
 
-    /// The actuation with the trained parameters, where any part of it is learned.
+    /// The actuation with the trained parameters, where a part of it is learned.
     pub(crate) fn actuation(&self, terms: ForceTerms, extra: &[f64]) -> Result<Option<Actuation>> {
         let n = self.n();
         if !terms.offset && terms.input == Input::Torque {
@@ -491,7 +491,7 @@ impl Forces {
         Actuation::new(matrix, offset.collect()).map(Some)
     }
 
-    /// Inertias of all rotors, kg·m², `[n]`; empty where none is learned.
+    /// Inertias of all rotors, kg·m², `[n]`; empty where they are not learned.
     pub(crate) fn rotors(&self, extra: &[f64]) -> Vec<f64> {
         match self.find(Term::Rotor) {
             None => Vec::new(),

@@ -13,7 +13,7 @@ pub struct DataFacts {
     pub uncertainty: f64,
     /// Whether forces are recorded.
     pub forced: bool,
-    /// Whether the forces passed a low-pass with the motion: they are those of a real machine, with more noise and friction than any
+    /// Whether the forces passed a low-pass with the motion: they are then those of a real machine, with more noise and friction than any
     /// model explains.
     pub filtered: bool,
 }

@@ -288,7 +288,7 @@ pub(crate) trait Learner<T: Real>: Send + Sync {
     fn linearise(&self, packed: &Packed<T>, work: &mut Work<T>);
     /// Writes ∂S/∂(q, q̇) `[samples, k, 2n]` (∂S/∂(q, p) where these are the states) at fixed τ and at the accelerations
     /// of [`Linearisation::along`], learned forces included, after [`Learner::linearise`] (theory.md, equations 95 and
-    /// 96); NaN for a learner that is no flow.
+    /// 96); NaN for a learner that is not a flow.
     fn state_slopes(
         &self,
         packed: &Packed<T>,
@@ -300,7 +300,7 @@ pub(crate) trait Learner<T: Real>: Send + Sync {
         slopes.fill(f64::NAN);
     }
     /// Writes ∂S/∂τ `[samples, k, n]` at fixed states and at the accelerations of [`Linearisation::along`], after
-    /// [`Learner::state_slopes`]; NaN for a learner that is no flow.
+    /// [`Learner::state_slopes`]; NaN for a learner that is not a flow.
     fn input_slopes(&self, extra: &[f64], work: &Work<T>, slopes: &mut [f64]) {
         let _ = (extra, work);
         slopes.fill(f64::NAN);
@@ -342,7 +342,7 @@ impl<'a, T: Real> dyn Learner<T> + 'a {
     pub(crate) fn points(&self) -> usize {
         self.facts().points
     }
-    /// The coordinate that raw output `output` of a sample belongs to.
+    /// The coordinate of raw output `output` of a sample.
     pub(crate) fn coordinate(&self, output: usize) -> usize {
         let facts = self.facts();
         output / facts.points % facts.dof
@@ -384,7 +384,7 @@ impl<'a, T: Real> dyn Learner<T> + 'a {
             forces.project(extra);
         }
     }
-    /// Random weights; friction begins small.
+    /// Random weights, with little initial friction.
     pub(crate) fn initialise(&self, seed: u64) -> Vec<f64> {
         let mut parameters = self.net().initialise(&mut ChaCha8Rng::seed_from_u64(seed));
         parameters.extend(self.forces().map(Forces::initial).unwrap_or_default());

@@ -1,4 +1,4 @@
-//! A nominal model in training: its forces join the balance, and a network learns what they omit.
+//! A nominal model in training: its forces join the balance, and a network learns the forces that it omits.
 
 use super::learner::{At, Work};
 use crate::dataset::Dataset;
@@ -51,14 +51,14 @@ impl<T: Real> Work<T> {
     }
 }
 
-/// A joint tells the unit of its force where the nominal model explains this part of what friction and an offset do not.
+/// A joint determines the unit of its force where the nominal model explains this part of what friction and an offset do not.
 const TELLING: f64 = 0.5;
-/// Forces in the unit of the nominal model are within this factor of it, with room for a load that the model does not know.
+/// Forces in the unit of the nominal model are within this factor of it, with room for a load that the model does not include.
 const FACTOR: f64 = 4.0;
-/// Samples that are compared, at most.
+/// The largest number of samples that are compared.
 const COMPARED: usize = 4000;
 
-/// Refuses forces that are a multiple of those of the nominal model: they are in another unit, as currents are, or have the wrong sign.
+/// Refuses forces that are a multiple of those of the nominal model: they are in another unit, such as currents, or have the wrong sign.
 pub(crate) fn check_unit(nominal: &RigidBodies, dataset: &Dataset) -> Result<()> {
     let gains = informative_gains(nominal, dataset);
     let wrong = |gain: f64| !(1.0 / FACTOR..=FACTOR).contains(&gain);
@@ -79,7 +79,7 @@ pub(crate) fn check_unit(nominal: &RigidBodies, dataset: &Dataset) -> Result<()>
     Err(Error::setting(problem, remedy))
 }
 
-/// The gains from the forces of the nominal model to the recorded ones, of the joints that tell them.
+/// The gains from the forces of the nominal model to the recorded ones, of the joints that determine them.
 fn informative_gains(nominal: &RigidBodies, dataset: &Dataset) -> Vec<(usize, f64)> {
     if !dataset.forced || dataset.train.qdd.is_empty() {
         return Vec::new();
@@ -106,7 +106,7 @@ fn informative_gains(nominal: &RigidBodies, dataset: &Dataset) -> Vec<(usize, f6
 /// The coefficient of the first column in a regression of the last one on all others; `None` where it explains too little.
 fn gain(rows: &[[f64; 5]]) -> Option<f64> {
     let mut residual: Vec<[f64; 5]> = rows.to_vec();
-    // Friction and offset are taken out of both, column after column (Gram–Schmidt).
+    // Friction and offset are removed from both, column after column (Gram–Schmidt).
     for k in [3, 2, 1] {
         let size: f64 = residual.iter().map(|r| r[k] * r[k]).sum();
         for j in [0, 1, 2, 4].into_iter().filter(|j| *j < k || *j == 4) {

@@ -33,8 +33,8 @@ pub trait Observer: Send {
     /// Called after each step; `Break` ends the run, which keeps the best weights.
     fn progress(&mut self, progress: &Progress) -> ControlFlow<()>;
 
-    /// Called by a family that is solved for at once, with what it does and the part of it that is done, 0…1; `Break` asks it to
-    /// end with what it has.
+    /// Called by a family that is solved for at once, with its present stage and the part of it that is done, 0…1; `Break` asks it
+    /// to end with its present result.
     fn stage(&mut self, what: &str, share: f64) -> ControlFlow<()> {
         let _ = (what, share);
         ControlFlow::Continue(())
@@ -50,7 +50,7 @@ pub trait Observer: Send {
     }
 }
 
-/// Observes nothing.
+/// An observer that does nothing.
 impl Observer for () {
     fn progress(&mut self, _: &Progress) -> ControlFlow<()> {
         ControlFlow::Continue(())
@@ -65,6 +65,6 @@ pub enum Ending {
     Finished,
     /// The validation loss has not improved within the given patience.
     Converged,
-    /// The observer ended it.
+    /// The observer ended the run.
     Interrupted,
 }

@@ -1,4 +1,4 @@
-//! The interface of optimisers: problems of least squares, and losses with a gradient, both without a model.
+//! The interface of optimisers: problems of least squares, and losses with a gradient, both independent of a model.
 //!
 //! | symbol | meaning | shape |
 //! |---|---|---|
@@ -88,7 +88,7 @@ pub trait LeastSquares {
     /// Evaluates the residuals r at θ.
     fn residuals(&mut self, theta: &[f64]) -> ResidualSize;
 
-    /// Linearises the residuals there, and evaluates J φ.
+    /// Linearises the residuals at θ, and evaluates J φ.
     fn linearise(&mut self, phi: &[f64]);
 
     /// Writes the lower triangle of J Jᵀ, r and J φ to `system`, and returns N. Rows that do not depend on any parameter may

@@ -1,4 +1,4 @@
-//! What is asked of a fit, and what was chosen where nothing was asked.
+//! The request of a fit, and the automatic settings where it names none.
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;

@@ -1,4 +1,4 @@
-//! A run: steps, validations, and why it ends.
+//! A run: steps, validations, and the reason for its end.
 
 use serde_json::Value;
 
@@ -44,7 +44,7 @@ pub(crate) struct Ended {
 }
 
 impl<'a> Run<'a> {
-    /// A run of this task on data with these momenta; `settings` are those of the whole fit, by which a checkpoint is told from that
+    /// A run of this task on data with these momenta; `settings` are those of the whole fit, which distinguish its checkpoints from those
     /// of another run.
     pub(crate) fn new(
         (dataset, momenta): (&'a Dataset, Option<&'a Momenta>),
@@ -79,7 +79,7 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// With the kernels in double precision, by either optimiser.
+    /// Runs with the kernels in double precision, by either optimiser.
     pub(crate) fn in_double(
         &mut self,
         learner: &dyn Learner<f64>,
@@ -93,7 +93,7 @@ impl<'a> Run<'a> {
         self.descend(self.validation_loss(learner), observer, engine)
     }
 
-    /// By Adam, in the precision of the learner.
+    /// Runs Adam, in the precision of the learner.
     pub(crate) fn by_adam<T: Real>(
         &mut self,
         learner: &dyn Learner<T>,
@@ -111,8 +111,8 @@ impl<'a> Run<'a> {
         self.descend(self.validation_loss(learner), observer, engine)
     }
 
-    /// Under the rollout loss, after a fit of accelerations where the settings ask for one; `flow` gives the rates as they
-    /// are, `learner` the residuals of that fit.
+    /// Runs under the rollout loss, after a fit of accelerations where the settings ask for one; `flow` gives the rates
+    /// themselves, `learner` the residuals of that fit.
     pub(crate) fn in_rollouts(
         &mut self,
         flow: &dyn Learner<f64>,
@@ -157,12 +157,12 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// The largest batch that there are samples for.
+    /// The largest batch for which there are samples.
     fn batch(&self) -> usize {
         self.config.batch.min(self.dataset.train.len())
     }
 
-    /// The loss of parameters on the validation samples; `None` where there are none.
+    /// The loss of parameters on the validation samples; `None` without validation samples.
     fn validation_loss<'l, T: Real>(
         &self,
         learner: &'l dyn Learner<T>,
@@ -229,7 +229,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// One step on the batch whose turn it is.
+    /// One step on the next batch.
     fn advance(&mut self, engine: &mut impl Engine) -> Stepped {
         let part = self.share();
         let last = self.config.batch;
@@ -245,15 +245,15 @@ impl<'a> Run<'a> {
         stepped
     }
 
-    /// Keeps the parameters if they are the best so far by the loss on the validation samples, or by that of the batch where
-    /// there are none; returns the former.
+    /// Keeps the parameters if they are the best so far by the loss on the validation samples, or by that of the batch without
+    /// validation samples; returns the former.
     fn update_best(&mut self, validation: Option<LossValue>, batch: LossValue) -> Option<f64> {
         let value = self.state.update_best(validation.unwrap_or(batch));
         validation.map(|_| value)
     }
 
-    /// The parameters of a run that ended before its first validation are its best. Not in the checkpoint: a resumed run must
-    /// not know of it.
+    /// The parameters of a run that ended before its first validation are its best. They are not in the checkpoint: a resumed run must
+    /// not depend on them.
     fn settle(&mut self, validate: &mut impl FnMut(&[f64]) -> Option<LossValue>, batch: LossValue) {
         if self.state.best_parameters.is_empty() {
             self.update_best(validate(&self.state.parameters), batch);
@@ -298,7 +298,7 @@ impl<'a> Run<'a> {
         self.before + self.clock.seconds()
     }
 
-    /// The share of the budget that is used.
+    /// The part of the budget that is used.
     fn share(&self) -> f64 {
         let share = match self.config.budget {
             Budget::Steps(steps) => self.state.step as f64 / steps as f64,

@@ -1,4 +1,4 @@
-//! What a fit does: its loss, its optimiser, its length.
+//! The task of a fit: its loss, its optimiser, its length.
 
 use serde::{Deserialize, Serialize};
 
@@ -27,7 +27,7 @@ impl Default for Optimizer {
     }
 }
 
-/// The weight of the accelerations after a fit of torques where nothing else is asked for.
+/// The default weight of the accelerations after a fit of torques.
 pub(crate) const FORWARD: f64 = 1.5e-4;
 
 /// The length of a run, which the schedules follow.
@@ -51,7 +51,7 @@ pub enum Precision {
     F64,
 }
 
-/// What a fit does beside its family of models: the loss, the optimiser and the length of the run, and what is learned beside.
+/// The task of a fit beside its family of models: the loss, the optimiser, the length of the run, and the forces that are learned.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TrainingTask {
@@ -74,8 +74,8 @@ pub struct TrainingTask {
     pub seed: u64,
     /// The forces that are learned beside the Lagrangian; of a chain of rigid links only friction is identified.
     pub forces: ForceTerms,
-    /// The nominal model: a Lagrangian network then learns what its description omits (theory.md, 48), and the losses are
-    /// in units of that. `DeLaN` can only add inertia to it, a free network also take some away.
+    /// The nominal model. A Lagrangian network then learns the forces that its description omits (theory.md, 48), and the losses are
+    /// in units of those. `DeLaN` can only add inertia to the nominal model, a free network can also remove some.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nominal: Option<RobotConfig>,
     /// The weight λ of the accelerations after a fit of torques: inertia is added to the drives where it lowers

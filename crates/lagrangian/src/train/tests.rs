@@ -66,14 +66,14 @@ pub(crate) fn forces(terms: ForceTerms, n: usize) -> Forces {
     Forces::new(terms, vec![0.7; n], vec![1.5; n], vec![1.1; n])
 }
 
-/// Every force that there is.
+/// All kinds of forces.
 fn all_forces(input: Input) -> ForceTerms {
     ForceTerms {
         viscous: true,
         coulomb: true,
         stribeck: true,
         load: true,
-        // With the closed slopes and with those that are carried.
+        // Tests both the closed slopes and the carried ones.
         directional: input == Input::Matrix,
         quadratic: input == Input::Matrix,
         offset: true,
@@ -82,7 +82,7 @@ fn all_forces(input: Input) -> ForceTerms {
     }
 }
 
-/// Random weights, and forces away from where they begin.
+/// Random weights, and forces that differ from their initial values.
 fn parameters(learner: &dyn Learner<f64>) -> Vec<f64> {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let mut parameters = learner.net().initialise(&mut rng);

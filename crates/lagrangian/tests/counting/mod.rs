@@ -1,4 +1,4 @@
-//! An allocator that counts what the thread of a test asks of it.
+//! An allocator that counts the allocations of the thread of a test.
 #![allow(unsafe_code, reason = "an allocator that counts")]
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -14,11 +14,11 @@ thread_local! {
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         COUNT.with(|count| count.set(count.get() + 1));
-        // SAFETY: the caller's.
+        // SAFETY: as for the caller.
         unsafe { System.alloc(layout) }
     }
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's.
+        // SAFETY: as for the caller.
         unsafe { System.dealloc(pointer, layout) }
     }
 }

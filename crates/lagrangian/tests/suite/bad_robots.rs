@@ -389,7 +389,7 @@ fn elements_of_another_namespace_are_not_those_of_urdf() {
             .inertial_parameters(),
         robot.inertial_parameters()
     );
-    // A namespace of the whole file is that of all of it.
+    // A namespace of the root element applies to the whole file.
     let whole = text.replacen("<robot", "<robot xmlns=\"http://www.ros.org\"", 1);
     assert_eq!(
         RigidBodies::from_urdf(&whole)

@@ -1,4 +1,4 @@
-//! Laws of deep Lagrangian networks, on random weights: what robotics builds on holds whatever was learned.
+//! Laws of deep Lagrangian networks on random weights: the properties that robotics relies on hold for any weights.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use lagrangian::mechanics::{Directional, Jet, Regularity, Scaling, Stribeck, SymmetricSolver};
@@ -113,7 +113,7 @@ fn the_rate_of_the_mass_matrix_minus_twice_the_coriolis_matrix_is_skew_symmetric
         let (q, qd) = (random(&mut rng, n, 3.0), random(&mut rng, n, 2.0));
         let mut structure = delan.structure();
         let terms = structure.at(&q, &qd).clone();
-        // Ṁ by differences of order 4 along the motion, so that nothing of C's own derivatives is used.
+        // Ṁ by differences of order 4 along the motion, so that C's own derivatives are not used.
         let mut mass = |s: f64| {
             let moved: Vec<f64> = q.iter().zip(&qd).map(|(q, v)| q + s * v).collect();
             structure.at(&moved, &qd).mass_matrix.clone()

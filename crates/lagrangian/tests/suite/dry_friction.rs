@@ -1,4 +1,4 @@
-//! Dry friction as a set of forces: what it holds stands still exactly, and motions follow their closed forms.
+//! Dry friction as a set of forces: a system that it holds stands still exactly, and motions follow their closed forms.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::f64::consts::{PI, TAU};
@@ -271,7 +271,7 @@ fn learned_models_move_by_it_and_plain_networks_are_told_why_not() {
     });
     assert!(distance(&smooth, &set) < 1e-3, "{smooth:?} {set:?}");
 
-    // A Hamiltonian moves in momenta; what dry friction holds is a velocity.
+    // A Hamiltonian moves in momenta; dry friction holds a velocity.
     let double = by_name("double-pendulum", &[]).unwrap();
     let hamiltonian = HamiltonianOf::new(double.lagrangian());
     let canonical = Canonical::with(hamiltonian, Some(coulomb(&[20.0, 0.3])), None).unwrap();

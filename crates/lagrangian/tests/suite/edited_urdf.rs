@@ -29,7 +29,7 @@ fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
     pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// A robot whose bodies are other ones, as an identification leaves them: heavier or lighter, with a load off the axis.
+/// A robot with other bodies, as an identification leaves them: heavier or lighter, with a load off the axis.
 fn changed(robot: &RigidBodies, seed: u64) -> RigidBodies {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut parameters = robot.inertial_parameters();
@@ -65,7 +65,7 @@ fn friction(n: usize) -> Dissipation {
     }
 }
 
-/// Without the elements that may be edited, and without blanks.
+/// The text without the elements that may be edited, and without blanks.
 fn rest(text: &str) -> String {
     let edited = ["<mass", "<inertia ", "<dynamics", "<inertial", "</inertial"];
     let lines = text.lines();
@@ -149,7 +149,7 @@ fn fixed_links_lose_a_part_of_their_inertia_only_where_the_moving_link_could_not
             || edited.contains("<mass value=\"0.05\"/>"),
         "{edited}"
     );
-    // What no body can have is refused.
+    // Parameters that no body can have are refused.
     let mut none = described;
     none[10] = -1.0;
     let none = robot.with_inertial_parameters(&none).unwrap();

@@ -1,4 +1,4 @@
-//! Ensembles: bands that hold what they say, and members that are fitted to different blocks.
+//! Ensembles: bands that hold the stated part, and members that are fitted to different blocks.
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -28,7 +28,7 @@ fn swings(count: u64, seed: u64) -> Vec<Trajectory> {
         let (q, qd) = (motion.q.clone(), motion.qd.clone());
         let mut evaluator = pendulum.evaluator();
         let _ = evaluator.forward_dynamics(&q, &qd, &zeros, &mut motion.signals.qdd);
-        // Not of a normal distribution.
+        // Noise that is not normally distributed.
         motion.tau = (0..m)
             .map(|_| 0.3 * rng.random_range(-1.0_f64..1.0).powi(3))
             .collect();
@@ -69,7 +69,7 @@ fn bands_hold_what_they_say_of_new_motions() {
     assert_eq!(torque.samples, 30 * 101);
     let position = coverage.position.unwrap();
     assert!(position.all[1] > 0.6, "{position:?}");
-    // Wider where no data were.
+    // The band is wider where there were no data.
     let deviation = |qd: f64| ensemble.torques(&[0.5], &[qd], &[1.0]).unwrap().deviation[0];
     let (far, near) = (deviation(40.0), deviation(1.0));
     assert!(far > 1.5 * near, "{far} {near}");

@@ -48,7 +48,7 @@ fn assert_within(plan: &Trajectory, limits: &[JointLimits], margin: f64) {
                 .fold(0.0, |m: f64, x| m.max(x.abs()))
         };
         let (lower, upper) = (limit.lower.unwrap(), limit.upper.unwrap());
-        // Between the times at which the bounds are looked at, a sine exceeds them by 0.3 %.
+        // Between the times at which the bounds are checked, a sine exceeds them by 0.3 %.
         let rim = (0.5 * (1.0 - margin) - 5e-3) * (upper - lower);
         assert!(
             column(&plan.q, n, i)
@@ -162,7 +162,7 @@ fn truth(bodies: &RigidBodies) -> Mechanical<RigidBodies> {
     Mechanical::dissipative(arm, friction).unwrap()
 }
 
-/// The root mean square torque error of what is identified from a plan under noise, in parts of that of the torque, at random
+/// The root mean square torque error of a robot identified from a plan under noise, in parts of that of the torque, at random
 /// states within the limits.
 fn error_after(
     plan: &Trajectory,
@@ -216,7 +216,7 @@ fn error_after(
     relative.sqrt()
 }
 
-/// The medians over five seeds after random sums of sines within the limits, and after those that were searched for.
+/// The medians over five seeds after random sums of sines within the limits, and after plans of the search.
 #[test]
 fn what_is_identified_from_a_plan_is_twice_as_exact_as_from_random_sines() {
     let (bodies, limits) = robot("ur5");

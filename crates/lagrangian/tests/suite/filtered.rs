@@ -55,7 +55,7 @@ fn the_inertia_of_a_noisy_pendulum_is_found_from_filtered_signals() {
         estimates.iter().map(|e| e.signal).collect::<Vec<_>>(),
         ["q", "qd", "qdd", "tau"]
     );
-    // Half a period of the cut-off at each end.
+    // Half a period of the cut-off is lost at each end.
     assert_eq!(filtered.len(), 5000 - 100);
     let dataset = Dataset::new(Coordinates::angles(1), &[filtered], &[]).unwrap();
     let found = identify(&dataset, &RigidConfig::default(), false).unwrap();

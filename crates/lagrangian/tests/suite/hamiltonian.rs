@@ -1,4 +1,4 @@
-//! Hamilton's equations and the Legendre transform, on systems that are known and on random networks.
+//! Hamilton's equations and the Legendre transform, on known systems and on random networks.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use lagrangian::analytic::{by_name, systems};
@@ -32,7 +32,7 @@ fn the_legendre_transform_there_and_back_is_the_lagrangian_of_every_analytic_sys
             let state = system.sample_state(&mut rng);
             let (mut jet, mut found) = (Jet::default(), Jet::default());
             jets.jet(&state.q, &state.qd, &mut jet);
-            // The relativistic ones reach M of 1e12, which is what rounding of the velocity is worth in p.
+            // The relativistic ones reach M of 1e12, the factor from a rounding of the velocity to one of p.
             let stiff = jet.mass_matrix.iter().fold(1.0, |m: f64, x| m.max(x.abs()));
             if stiff > 1e5 {
                 continue;

@@ -188,7 +188,7 @@ fn the_errors_of_noisy_torques_are_of_the_size_that_is_reported() {
     let scores: Vec<f64> = exact
         .iter()
         .zip(&noisy)
-        // Terms that were left out have no error.
+        // Terms that were omitted have no error.
         .filter(|(_, n)| n.standard_error > Some(0.0))
         .map(|(e, n)| (n.value - e.value) / n.standard_error.unwrap())
         .collect();

@@ -1,4 +1,4 @@
-//! Laws of mechanics on random Lagrangians that are nobody's: whatever L is, these must hold.
+//! Laws of mechanics on random Lagrangians of no known system: they must hold for any L.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use lagrangian::analytic::{Analytic, Domain, Parameter, System, systems};
@@ -179,7 +179,7 @@ fn energy_changes_by_the_power_of_the_forces_and_of_friction() {
 fn every_analytic_system_balances_power() {
     let mut rng = ChaCha8Rng::seed_from_u64(12);
     for entry in systems() {
-        // Far from the speed of light, where differences would say nothing.
+        // Far from the speed of light, where differences would be inaccurate.
         let relativistic = entry.name.starts_with("relativistic");
         let model = entry
             .build(if relativistic { &[("field", 1.0)] } else { &[] })

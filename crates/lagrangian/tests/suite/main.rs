@@ -1,6 +1,6 @@
 //! Tests of the library through its public interface, as one program: the library is compiled into it once.
 //!
-//! Apart stand the tests that need a process of their own: of allocations, and of the instructions that the kernels use.
+//! Tests that need a process of their own are separate: those of allocations, and of the instructions that the kernels use.
 
 mod bad_robots;
 mod chain;

@@ -1,4 +1,4 @@
-//! Networks through the kernels against the same networks over dual numbers.
+//! Networks evaluated by the kernels, compared with their evaluation over dual numbers.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use lagrangian::mechanics::{Jet, Scaling, SpeedChart};
@@ -113,7 +113,7 @@ fn worst(found: &[f64], truth: &[f64]) -> f64 {
         .fold(0.0_f64, |m, (a, b)| m.max((a - b).abs() / scale))
 }
 
-/// Kernels and dual numbers at some random states.
+/// Compares kernels and dual numbers at some random states.
 fn assert_agrees<L: Slow + Lagrangian>(lagrangian: &L, n: usize, what: &str) {
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let states = 19; // one block and a part of another
@@ -191,7 +191,7 @@ fn derivatives_through_charts_of_the_speed_and_exponential_units_agree_with_dual
     }
 }
 
-/// One state has a way of its own through networks whose layers are a chain; blocks are tested above.
+/// A single state is evaluated separately through networks whose layers are a chain; blocks are tested above.
 fn assert_alone_as_in_a_block(lagrangian: &impl Lagrangian, n: usize, what: &str) {
     let wave = |k: usize, f: f64| 3.0 * (k as f64 * f).sin();
     let column = |f: f64| (0..3 * n).map(|k| wave(k + 1, f)).collect::<Vec<_>>();

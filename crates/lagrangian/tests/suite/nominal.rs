@@ -1,4 +1,4 @@
-//! A network that learns what a robot's description leaves.
+//! A network that learns the forces that a robot's description omits.
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -23,7 +23,7 @@ fn arm() -> RigidBodies {
     RigidBodies::from_urdf(rigid::example(ARM).unwrap()).unwrap()
 }
 
-/// The arm with a load that its description does not know.
+/// The arm with a load that its description does not include.
 fn loaded() -> RigidBodies {
     arm().with_payload("hand", 0.5, [0.05, 0.0, 0.0]).unwrap()
 }
@@ -121,7 +121,7 @@ fn the_derivatives_of_a_sum_are_sums() {
     let sum = Sum::new(arm(), network).unwrap();
     sum.jets().jet(&q, &qd, &mut c);
     assert_eq!(a, c);
-    // And the power balance holds for it: dH/dt = τ·q̇ along the motion.
+    // The power balance holds for it too: dH/dt = τ·q̇ along the motion.
     let model = Mechanical::conservative(sum);
     let (mut qdd, mut h) = ([0.0; 2], [0.0; 2]);
     let (q, qd, tau) = ([0.3, -0.8], [1.0, 2.0], [2.0, -1.0]);
@@ -265,7 +265,7 @@ fn a_model_upon_a_robot_is_saved_with_it() {
             motion.trajectory.signals.q
         };
         assert_eq!(motion(&found), motion(&again), "to the bit");
-        // Damage is found: no robot, another one, a family that does not exist.
+        // Damage is found: no robot, another one, an unknown family.
         let mut damaged = saved.clone();
         damaged.header.nominal = serde_json::Value::Null;
         assert!(Learned::load(&damaged).is_err());
@@ -302,7 +302,7 @@ fn a_correction_is_silent_beyond_the_range_of_its_data() {
         for faster in [[3.7, 0.0], [2.0, -8.0], [100.0, 1e4]] {
             assert!(difference(faster) <= 1e-9 * torques(&robot, faster)[0].abs());
         }
-        // A motion into the unknown and back goes on.
+        // A motion beyond the data and back continues.
         let start = ([0.5, 0.2], [2.5, 4.5]);
         let options = RolloutOptions::default();
         let times = times(2.0, 0.01).unwrap();
@@ -364,7 +364,7 @@ fn forces_in_another_unit_than_the_nominal_model_are_refused_or_get_gains() {
             assert!(message.contains("multiples of them: shoulder"), "{message}");
         }
     }
-    // A gain of each joint takes them.
+    // A gain of each joint corrects the unit.
     data.train.signals.tau.iter_mut().for_each(|x| *x *= 0.08);
     let mut with_gains = config;
     with_gains.forces = ForceTerms {
@@ -376,7 +376,7 @@ fn forces_in_another_unit_than_the_nominal_model_are_refused_or_get_gains() {
 
 #[test]
 fn what_makes_a_nominal_model_worse_is_told_as_poor() {
-    // A network that was fitted to a loaded arm, upon its description, on the arm without the load.
+    // A network that was fitted to a loaded arm, on top of its description, on the arm without the load.
     let found = fit(
         &dataset(&loaded(), 400),
         &config(lnn(), Loss::TORQUE),
@@ -428,7 +428,7 @@ fn a_description_that_explains_much_less_than_a_chain_lowers_the_verdict() {
         graded(&[("rigid", Some(described)), ("chain", Some(free)), delan])
     };
     assert_eq!(beside(0.2, 0.02), Grade::Fair);
-    // About as good, nearly exact, or nothing to compare it with.
+    // About as good, nearly exact, or without a comparison.
     assert_eq!(beside(0.2, 0.1), Grade::Good);
     assert_eq!(beside(1e-4, 1e-8), Grade::Good);
     assert_eq!(

@@ -1,11 +1,11 @@
-//! The order of the modules: data, training, models, scores, fits. None uses one that comes later.
+//! The order of the modules: data, training, models, scores, fits. No module uses a later one.
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The modules in their order; those of a row know each other.
+/// The modules in their order; those of a row may use each other.
 const ORDER: [&[&str]; 6] = [
     &["dataset", "saved"],
     &["train"],

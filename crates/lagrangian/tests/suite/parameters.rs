@@ -1,4 +1,4 @@
-//! Coordinates that never move: a model with a parameter is a family of models without.
+//! Coordinates that never move: a model with a parameter is a family of models without one.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use lagrangian::analytic::{Analytic, AnalyticModel, Parameter, System, by_name};
@@ -34,7 +34,7 @@ impl System for AnyPendulum {
     }
 
     fn lagrangian<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> D {
-        // The length has a velocity here as well, so that all that holds it is its declaration.
+        // The length has a velocity here as well, so that only its declaration holds it.
         let (l, v) = (q[1], q[1] * qd[0] + qd[1]);
         v * v * 0.5 + l * q[0].cos() * 9.8
     }
@@ -212,7 +212,7 @@ fn scales_of_a_constant_parameter_divide() {
     let scaling = data.scaling();
     scaling.validate(2).unwrap();
     assert!((scaling.q_scale[1] - 1.0).abs() < 1e-15 && (scaling.qd_scale[1] - 1.0).abs() < 1e-15);
-    // The energy is that of what moves.
+    // The energy is that of the moving coordinate.
     assert!((scaling.energy - 2.5).abs() < 1e-12, "{}", scaling.energy);
 }
 

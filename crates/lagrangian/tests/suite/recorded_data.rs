@@ -10,7 +10,7 @@ use lagrangian::{
     check,
 };
 
-/// The folder of recorded data, if it is there.
+/// The folder of recorded data, if it exists.
 fn data() -> Option<PathBuf> {
     let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data");
     let folder =

@@ -1,4 +1,4 @@
-//! Analytic systems against textbooks: mass matrices, forces, trajectories in closed form, and the answers of an
+//! Analytic systems compared with textbooks: mass matrices, forces, trajectories in closed form, and the answers of an
 //! independent code.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -273,7 +273,7 @@ fn error_with_step(
 
 #[test]
 fn methods_with_a_fixed_step_converge_with_their_order_also_where_forces_depend_on_velocity() {
-    // Steps so short that the leading term of the error is what remains.
+    // Steps so short that only the leading term of the error remains.
     for (name, q0, qd0, parts) in [
         ("double-pendulum", vec![1.0, -0.5], vec![0.5, 1.0], 400.0),
         ("charged-particle", vec![1.0, -0.5], vec![0.5, 1.0], 50.0),

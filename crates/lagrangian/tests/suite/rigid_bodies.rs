@@ -11,7 +11,7 @@ use lagrangian::{
 use rand::{RngExt, SeedableRng};
 use serde::Deserialize;
 
-/// `tests/golden/rigid/recipe.py` made these.
+/// Golden values that `tests/golden/rigid/recipe.py` made.
 #[derive(Deserialize)]
 struct Golden {
     joints: Vec<String>,
@@ -137,7 +137,7 @@ fn joints_that_are_not_named_are_depth_first_in_the_order_of_the_file() {
     }
 }
 
-/// The trait's method by another name: two traits have it.
+/// A trait with the method under another name, since two traits have it.
 trait Names {
     fn coordinates_of(&self) -> &[lagrangian::Coordinate];
 }

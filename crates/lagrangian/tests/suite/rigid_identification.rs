@@ -147,7 +147,7 @@ fn an_arm_whose_masses_were_not_known_is_found_from_its_torques() {
             before > 1e-3 && after < 1e-12,
             "{name}: {before:e} {after:e}"
         );
-        // And so is the motion: forward dynamics at rest.
+        // The motion agrees too: forward dynamics at rest.
         let n = truth.dof();
         let (q, zero) = (vec![0.3; n], vec![0.0; n]);
         let (mut a, mut b) = (vec![0.0; n], vec![0.0; n]);
@@ -206,7 +206,7 @@ fn rotors_offsets_and_friction_are_found_with_the_masses() {
         "{:?}",
         robot.offset()
     );
-    // The rotor of the first joint cannot be told from its link; those further out can.
+    // The rotor of the first joint cannot be distinguished from its link; those further out can.
     assert!(near(&robot.rotor()[2..], 0.2), "{:?}", robot.rotor());
 }
 
@@ -229,10 +229,10 @@ fn noise_and_few_samples_leave_what_is_known_of_the_robot_in_place() {
         torque_nmse(&fitted.model, &truth)
     };
     let before = torque_nmse(&nominal, &truth);
-    // 60 torques for some 40 numbers that can be told apart, 5 % of noise.
+    // 60 torques for some 40 numbers that can be distinguished, 5 % of noise.
     let few = found(10, 0.05);
     assert!(few < before, "{few:e} {before:e}");
-    // With many the error is far below the noise: 0.05² = 2.5e-3 of the variance.
+    // With many samples the error is far below the noise: 0.05² = 2.5e-3 of the variance.
     let many = found(1000, 0.05);
     assert!(many < 0.02 * 2.5e-3, "{many:e}");
 }
@@ -462,7 +462,7 @@ fn standard_errors_are_the_scatter_of_the_parameters_where_noise_lasts() {
                 let motion = motion(&truth, seed, 0.3, a);
                 let data = Dataset::new(truth.coordinates().clone(), &[motion], &[]).unwrap();
                 let found = rigid::identify(&data, &robot, &options).unwrap();
-                // What the prior keeps from being explained lasts, too.
+                // Residuals that the prior leaves unexplained are correlated, too.
                 let (found_memory, memory) = (1500.0 / found.independent[0], (1.0 + a) / (1.0 - a));
                 assert!(
                     (0.35 * memory..1.6 * memory + 3.0).contains(&found_memory),
@@ -482,13 +482,13 @@ fn standard_errors_are_the_scatter_of_the_parameters_where_noise_lasts() {
                     .iter()
                     .map(|all| all.iter().find(|q| q.name == name).unwrap())
             };
-            // The prior holds all of them back alike; it is as strong as the torques allow.
+            // The prior holds all of them back equally; it is as strong as the torques allow.
             let mean = own().map(|q| q.after).sum::<f64>() / 24.0;
             assert!((mean - value).abs() < 0.1, "{a} {name}: {mean}");
             let scatter = own().map(|q| (q.after - mean).powi(2)).sum::<f64>() / 23.0;
             let claimed = own().map(|q| q.standard_error.powi(2)).sum::<f64>() / 24.0;
             let ratio = (scatter / claimed).sqrt();
-            // Coulomb friction changes faster than the noise, and is known better than is said.
+            // Coulomb friction changes faster than the noise, and is known better than stated.
             assert!((0.25..1.6).contains(&ratio), "{a} {name}: {ratio}");
             assert!(own().all(Quantity::is_determined));
         }
@@ -589,7 +589,7 @@ fn what_torques_do_not_tell_is_said_to_be_that_of_the_description() {
     );
     assert_eq!(quantity(0, "mass").before, Some(3.7));
     // 36 combinations of the bodies of six joints (Gautier, Khalil 1990), six constant torques, and four rotors that are
-    // no part of a body's inertia.
+    // not part of a body's inertia.
     assert_eq!(found.combinations, 36 + 6 + 4);
     let text = rigid::example("ur5").unwrap();
     let edited = found

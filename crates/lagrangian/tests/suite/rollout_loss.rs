@@ -1,4 +1,4 @@
-//! Fits through an integrator: what they learn from noise, and that they can be repeated and resumed to the bit.
+//! Fits through an integrator: their accuracy under noise, and that they can be repeated and resumed to the bit.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::ops::ControlFlow;

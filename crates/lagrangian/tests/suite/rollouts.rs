@@ -1,5 +1,5 @@
-//! Rollouts: conserved energy, honest endings, refused input, the same bits on any number of threads; and how long
-//! a prediction stays valid.
+//! Rollouts: conserved energy, honest endings, refused input, equal bits on any number of threads, and the time for
+//! which a prediction stays valid.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use lagrangian::analytic::by_name;

@@ -354,7 +354,7 @@ mod families {
         Learned::from(Rigid::new(motion, vec![0.01; 14]).unwrap())
     }
 
-    /// Both directions; NaN and zeros where it has none.
+    /// Both directions; NaN and zeros for a direction that the model lacks.
     fn dynamics(model: &Learned) -> [u64; 4] {
         let (q, qd, third) = ([0.3, -1.2], [2.0, 0.5], [0.1, -0.4]);
         let (mut qdd, mut tau) = ([0.0; 2], [0.0; 2]);

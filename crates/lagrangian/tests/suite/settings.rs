@@ -1,4 +1,4 @@
-//! The tables of settings: what is given changes a fit, or is refused.
+//! The tables of settings: a given setting changes a fit, or is refused.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::collections::BTreeMap;
@@ -15,10 +15,10 @@ use lagrangian::{
 };
 use serde_json::{Value, json};
 
-/// Steps of a fit: some under a short horizon, some under the whole.
+/// The number of steps of a fit: some under a short horizon, some under the whole.
 const STEPS: usize = 4;
 
-/// Two coordinates that swing, free or under forces, with momenta and with goals where there are forces.
+/// Two coordinates that swing, free or under forces, with momenta, and with goals where forces are given.
 fn dataset(forced: bool, positions: bool) -> Dataset {
     let (n, len) = (2, 24);
     let wave = |phase: f64| -> Vec<f64> {
@@ -52,7 +52,7 @@ fn dataset(forced: bool, positions: bool) -> Dataset {
     }
 }
 
-/// Data and settings that a setting is added to.
+/// Data and settings to which a setting is added.
 struct Context {
     forced: bool,
     positions: bool,
@@ -62,7 +62,7 @@ struct Context {
 
 fn contexts(family: &str) -> Vec<Context> {
     let has = |name: &str| Entry::by_name(family).unwrap().has(name);
-    // What is quick; one family tries all kinds of friction where none is given.
+    // Settings for a quick fit; one family tries all kinds of friction where the request gives none.
     let settings = match (has("width"), has("friction")) {
         (true, _) => json!({ "width": 16 }),
         (_, true) => json!({ "friction": "m1" }),
@@ -104,7 +104,7 @@ fn contexts(family: &str) -> Vec<Context> {
     all
 }
 
-/// The settings of a fit with one more; none where they are refused.
+/// The settings of a fit with one more; `None` where they are refused.
 fn chosen(
     family: &str,
     context: &Context,
@@ -131,7 +131,7 @@ fn chosen(
     Some(config)
 }
 
-/// The bits of all numbers of a fit; none where it is refused.
+/// The bits of all numbers of a fit; `None` where it is refused.
 fn bits(dataset: &Dataset, config: &FitConfig) -> Option<Vec<u8>> {
     let fit = fit(dataset, config, None, &mut ()).ok()?;
     let saved = fit.model.save(Provenance::default()).unwrap();
@@ -155,7 +155,7 @@ fn values(setting: &Setting) -> Vec<Value> {
             vec![json!(min + 15), json!(min + 31)]
         }
         Kind::Integer { min, .. } => vec![json!(min + 1), json!(min + 2)],
-        // Weights of what a fit of torques leaves are small.
+        // Weights for the residuals of a fit of torques are small.
         Kind::Number(_) if setting.name == "forward" => vec![json!(1e3), json!(1e6)],
         Kind::Number(range) if range.max < 1.0 => vec![json!(0.2), json!(0.7)],
         Kind::Number(_) => vec![json!(3.5), json!(7.5)],
@@ -164,7 +164,7 @@ fn values(setting: &Setting) -> Vec<Value> {
     }
 }
 
-/// What has an effect that five steps of a fit do not show, with the reason.
+/// Whether a setting has an effect that five steps of a fit do not show; each with the reason.
 fn unseen(family: &str, setting: &str) -> bool {
     match (family, setting) {
         // A fit ends early after 25 steps at the earliest.
@@ -199,7 +199,7 @@ fn idle_settings(entry: &Entry, context: &Context) -> Vec<String> {
                 Some((value, config))
             });
             let allowed: Vec<_> = allowed.collect();
-            // One value may be that which is chosen anyway.
+            // One value may be the automatic one.
             let others = allowed.iter().filter(|(_, config)| *config != base);
             let others: Vec<_> = others.collect();
             if allowed.len() > others.len() + 1 {

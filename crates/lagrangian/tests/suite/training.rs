@@ -1,4 +1,4 @@
-//! Fits end to end: what they learn, and that they can be repeated and resumed to the bit.
+//! Fits end to end: their accuracy, and that they can be repeated and resumed to the bit.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::ops::ControlFlow;

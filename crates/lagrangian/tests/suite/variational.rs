@@ -1,4 +1,4 @@
-//! Variational integrators: what they keep, their order, and that nothing but the action decides.
+//! Variational integrators: their conserved quantities, their order, and that only the action matters.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use lagrangian::analytic::by_name;
@@ -118,7 +118,7 @@ fn the_trapezoidal_rule_is_the_leapfrog_where_the_mass_matrix_is_constant() {
 }
 
 /// A step is symplectic where the Jacobian A of (q, p) ↦ (q₁, p₁) satisfies Aᵀ J A = J; here for a random network, which
-/// is no quadratic function of the velocity.
+/// is not a quadratic function of the velocity.
 #[test]
 fn a_step_is_symplectic_for_any_lagrangian() {
     let config = LnnConfig {

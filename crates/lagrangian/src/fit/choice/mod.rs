@@ -1,4 +1,4 @@
-//! The settings of a fit from a request and from what is known of the data.
+//! The settings of a fit from a request and from properties of the data.
 //!
 //! Settings that a request omits are chosen here, each with a reason, so that the same request gives the same model in a
 //! command, a program or a script.
@@ -29,7 +29,7 @@ use lagrangian_recordings::Estimate;
 pub struct ResolvedConfig {
     /// The settings.
     pub config: FitConfig,
-    /// The choices of those that were not given.
+    /// The settings that the request omitted, with the chosen values.
     pub choices: Vec<AutoSetting>,
 }
 
@@ -75,7 +75,7 @@ impl Request {
         Ok(chosen)
     }
 
-    /// The family that is fitted where one is.
+    /// The family that is fitted, where the request fits a single one.
     fn entry(&self) -> Result<&'static Entry> {
         let first = match self.has_robot() {
             true => Entry::by_robot(),
@@ -274,5 +274,5 @@ const OPTIMIZER: &str = "optimizer";
 /// The setting of the inertia that is added to drives.
 const FORWARD_WEIGHT: &str = "forward";
 
-/// What a family with a closed form has no use for.
+/// The settings that a family with a closed form does not use.
 const DESCENT: &[&str] = &[LOSS, OPTIMIZER, "damping", "batch", "seconds"];

@@ -12,7 +12,7 @@ use crate::train::request::AutoSetting;
 use crate::train::task::{Budget, Optimizer};
 use lagrangian_motion::{Error, Result};
 
-/// The choices of the training so far, and what further ones depend on.
+/// The choices of the training up to now, and the facts that further ones depend on.
 pub(super) struct TrainingChoices {
     pub(super) asked: TrainingSettings,
     pub(super) loss: Loss,

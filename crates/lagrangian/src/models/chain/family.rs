@@ -1,4 +1,4 @@
-//! Chains as a family: what they can be fitted to, and their settings.
+//! Chains as a family: their losses and data, and their settings.
 
 use super::{ChainConfig, search};
 use crate::dataset::Dataset;
@@ -23,7 +23,7 @@ pub(crate) const ENTRY: Entry = Entry {
 
 const NAME: &str = "chain";
 
-/// What people can set of chains.
+/// The settings of chains.
 const SETTINGS: &[Setting] = &[Setting::new(
     "searches",
     Kind::Integer { min: 1, max: 1000 },

@@ -1,13 +1,13 @@
 //! A robot from its log alone: the screws of a serial chain are searched for, and its bodies identified.
 //!
-//! | file | what it does |
+//! | file | content |
 //! |---|---|
 //! | `search.rs` | directions and offsets of all joints by linear regressions (ADR 0066) |
 //! | `refine.rs` | the joints between the points of the search |
-//! | `family.rs` | what the family can be fitted to, its settings, its row of the table |
+//! | `family.rs` | losses and data, settings, row of the table |
 //!
-//! Friction is always learned, since a machine without it has a coefficient of nearly 0. What is learned is a robot with a
-//! description: it is evaluated, saved and reported as an identified robot is.
+//! Friction is always learned, since a machine without it has a coefficient of nearly 0. The result is a robot with a
+//! description: it is evaluated, saved and reported like an identified robot.
 
 pub(crate) mod family;
 mod refine;

@@ -3,13 +3,13 @@
 //!
 //! | symbol | meaning | shape |
 //! |---|---|---|
-//! | s | displacements of the frames of all joints: two rotations and two translations across the axis of each, and no translation of the first, which nothing feels | S = 4 n − 2 |
+//! | s | displacements of all frames: two rotations and two translations across the axis of each joint, except the translations of the first, which have no effect | S = 4 n − 2 |
 //! | π(s) | bodies and coefficients that minimise (47) for these screws | K |
 //! | B | ∂τ/∂s | rows × S |
 //! | H, C | half of the Hessian of (47); Yᵀ W² B / N | K × K, K × S |
 //!
 //! The step solves [Bᵀ W² B / N + P + μ − Cᵀ H⁻¹ C] Δs = −Bᵀ W² r / N − P s, with a prior P around the point of the
-//! search, that also holds what the torques do not determine.
+//! search, which also determines directions that the torques do not.
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
@@ -33,9 +33,9 @@ const STRENGTH: f64 = 1e-3;
 /// The prior of the displacements: of translations, 1/m², and of rotations.
 const TRANSLATION: f64 = 1e-2;
 const ROTATION: f64 = 1e-1;
-/// Rounds of weighting the joints by their residuals.
+/// The number of rounds of weighting the joints by their residuals.
 const ROUNDS: usize = 3;
-/// The most steps.
+/// The largest number of steps.
 const STEPS: usize = 30;
 /// The longest displacement of one step, m or rad.
 const LONGEST: f64 = 0.1;
@@ -53,7 +53,7 @@ pub(super) struct Refinement<'a> {
 /// Screws with the bodies that belong to them.
 struct Point {
     screws: Vec<Screw>,
-    /// s.
+    /// The displacements s.
     displacements: Vec<f64>,
     robot: RigidBodies,
     minimum: Minimum,
@@ -87,7 +87,7 @@ impl Refinement<'_> {
         Some(point.screws)
     }
 
-    /// The mean logarithm of the relative mean square error on blocks of time that were left out in turn.
+    /// The mean logarithm of the relative mean square error on blocks of time that were omitted in turn.
     pub(super) fn error_of_blocks(&self, screws: &[Screw]) -> Option<f64> {
         let robot = RigidBodies::of_screws(screws, self.coordinates).ok()?;
         let m = self.samples.len();
@@ -123,7 +123,7 @@ impl Refinement<'_> {
         Some(relative.sum::<f64>() / errors.len().max(1) as f64)
     }
 
-    /// Weights of the joints by their residuals, found in a few rounds, and the parameters of the last.
+    /// Weights of the joints by their residuals after a few rounds, and the parameters of the last.
     fn reweighted(&self, sums: &JointSums) -> Option<(Vec<f64>, Vec<f64>)> {
         let prior = Prior::generic(self.scale, sums.of_joint(&Friction::Every));
         let mut weights: Vec<f64> = self.scale.iter().map(|s| 1.0 / s).collect();
@@ -254,7 +254,7 @@ fn step(matrix: &Mat<f64>, right: &[f64], damping: f64) -> Option<Vec<f64>> {
     step.iter().all(|x| x.is_finite()).then_some(step)
 }
 
-/// Which joint unknown `k` displaces, and how, in the axes of its frame.
+/// The joint that unknown `k` displaces, and the displacement in the axes of its frame.
 fn unknown(k: usize) -> (usize, Twist) {
     const AXES: [Vec3; 2] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     // Two rotations of the first joint, then two rotations and two translations of each.
@@ -278,7 +278,7 @@ fn stiffness(k: usize) -> f64 {
     }
 }
 
-/// Displaces a joint, and all that it carries, along unknown `k`.
+/// Displaces a joint, and all joints after it, along unknown `k`.
 fn displace(screws: &mut [Screw], k: usize, by: f64) {
     let (joint, twist) = unknown(k);
     let axes = turning_to_z(screws[joint].axis);
@@ -306,7 +306,7 @@ fn displace(screws: &mut [Screw], k: usize, by: f64) {
     }
 }
 
-/// What a step needs of one sample.
+/// The memory for the terms of one sample in a step.
 struct Rows<'a> {
     data: &'a Refinement<'a>,
     point: &'a Point,
@@ -339,7 +339,7 @@ impl<'a> Rows<'a> {
         let (x, n) = (self.data.samples.row(s), self.residual.len());
         self.dynamics
             .inertial_regressor(x.q, x.qd, x.qdd, &mut self.bodies);
-        // A robot answers; what is not finite is found in the sums.
+        // A robot always has an answer; values that are not finite are found in the sums.
         let _ = self
             .dynamics
             .inverse_dynamics(x.q, x.qd, x.qdd, &mut self.residual);

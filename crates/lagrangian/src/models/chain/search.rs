@@ -2,8 +2,8 @@
 //!
 //! Coordinate descent over directions ±x, ±y, ±z and offsets of 0 or 0.3 m along these, from several random starts. A set
 //! of screws is scored by a ridge regression over blocks of time: the sum over the joints of the logarithm of the mean
-//! square error on the block that was left out. Joints are weighted by that error, so that one with much friction does
-//! not hide what the others say.
+//! square error on the block that was omitted. Joints are weighted by that error, so that one with much friction does
+//! not hide the information in the others.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -24,13 +24,13 @@ use lagrangian_motion::samples::Samples;
 use lagrangian_motion::solve::ridge::{Ridge, scales};
 use lagrangian_motion::{Coordinates, Error, Result};
 
-/// The samples that are searched with.
+/// The number of samples of a search.
 const SAMPLES: usize = 240;
-/// The samples of a refinement.
+/// The number of samples of a refinement.
 const REFINED: usize = 1500;
-/// The searches whose result is refined.
+/// The number of searches whose result is refined.
 const BEST: usize = 3;
-/// The blocks that are left out in turn.
+/// The number of blocks that are omitted in turn.
 pub(super) const BLOCKS: usize = 6;
 /// The ridge of a regression, in parts of a column.
 const RIDGE: f64 = 1e-4;
@@ -38,11 +38,11 @@ const RIDGE: f64 = 1e-4;
 const OFFSET: f64 = 0.3;
 /// Smoothing speeds of Coulomb friction, all at once, rad/s or m/s.
 pub(super) const SPEEDS: [f64; 2] = [0.02, 0.2];
-/// The most sweeps over all joints.
+/// The largest number of sweeps over all joints.
 const SWEEPS: usize = 10;
-/// The smallest error that a weight believes, in parts of the deviation of the torque.
+/// The lower bound of the error in a weight, in parts of the deviation of the torque.
 const SMALLEST: f64 = 1e-2;
-/// A lower score that is none.
+/// The smallest decrease of the score that counts.
 const GAIN: f64 = 1e-6;
 
 const DIRECTIONS: [[f64; 3]; 6] = [
@@ -105,7 +105,7 @@ pub(super) fn screws(
     Ok(screws)
 }
 
-/// Tells an observer how many stages are done, from several threads.
+/// Reports the number of finished stages to an observer, from several threads.
 struct Stages<'a> {
     observer: Mutex<(&'a mut dyn Observer, usize)>,
     all: usize,
@@ -143,7 +143,7 @@ impl<'a> Stages<'a> {
 struct Joint {
     kind: JointKind,
     axis: [f64; 3],
-    /// From the joint before it, m.
+    /// The offset from the joint before it, m.
     offset: [f64; 3],
 }
 
@@ -168,7 +168,7 @@ struct Search<'a> {
     variances: Vec<f64>,
 }
 
-/// Mean square errors on blocks that were left out, `[n]`.
+/// Mean square errors on blocks that were omitted, `[n]`.
 type Errors = Vec<f64>;
 
 impl<'a> Search<'a> {
@@ -264,7 +264,7 @@ impl<'a> Search<'a> {
         floored.map(|e| 1.0 / e.sqrt()).collect()
     }
 
-    /// The mean logarithm of the relative errors; infinite where there is no regression.
+    /// The mean logarithm of the relative errors; infinite without a regression.
     fn score(&self, joints: &[Joint], weights: &[f64]) -> f64 {
         let Some(errors) = self.errors(joints, weights) else {
             return f64::INFINITY;

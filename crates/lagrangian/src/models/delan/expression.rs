@@ -5,7 +5,7 @@ use lagrangian_mechanics::expression::{Function, Value, network};
 use nets::Activation;
 
 impl Delan {
-    /// L of (q, q̇).
+    /// L as an expression of (q, q̇).
     pub(crate) fn expression<'g>(&self, q: Value<'g>, qd: Value<'g>) -> Value<'g> {
         let (shape, scaling, graph, n) = (&self.shape, &self.shape.scaling, q.graph(), q.len());
         let number = |number: f64| graph.number(number);

@@ -1,4 +1,4 @@
-//! What the outputs of a deep Lagrangian network mean: L/E = ½ |Gᵀv|² + A·v − V and its derivatives (theory.md,
+//! The meaning of the outputs of a deep Lagrangian network: L/E = ½ |Gᵀv|² + A·v − V and its derivatives (theory.md,
 //! section 14), at one state or at a vector of them.
 //!
 //! | symbol | meaning | shape |
@@ -15,23 +15,23 @@
 use nets::Activation;
 use nets::simd::{Buffer, Real, Vector, set_vector, vector};
 
-/// The output that entry (i, j) of G is, j < i.
+/// The number of the output that is entry (i, j) of G, j < i.
 #[inline(always)]
 pub(crate) fn below(n: usize, i: usize, j: usize) -> usize {
     n + i * (i - 1) / 2 + j
 }
 
-/// Where entry (i, j) of a lower triangular matrix stands, j ≤ i.
+/// The position of entry (i, j) of a lower triangular matrix, j ≤ i.
 #[inline(always)]
 fn entry(i: usize, j: usize) -> usize {
     i * (i + 1) / 2 + j
 }
 
-/// Scratch for one state or for a vector of them, read off the outputs of their pass.
+/// Scratch for one state or for a vector of them, read from the outputs of their pass.
 #[derive(Debug, Clone)]
 pub(crate) struct Factor<T = f64> {
     n: usize,
-    /// Added to the diagonal of G.
+    /// The constant that is added to the diagonal of G.
     shift: f64,
     /// Whether the outputs include A.
     vector_potential: bool,
@@ -61,7 +61,7 @@ struct WithRate<T> {
     rate: Buffer<T>,
 }
 
-/// The diagonal of G, which is softplus of its outputs: what its derivatives need.
+/// Derivatives of the diagonal of G, which is softplus of its outputs.
 #[derive(Debug, Clone)]
 struct Diagonal<T> {
     /// softplus′.

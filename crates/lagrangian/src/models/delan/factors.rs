@@ -36,7 +36,7 @@ impl Factors {
         self.read_weighted(shape, packed, pass, (outputs, v, |_| 1.0));
     }
 
-    /// The same with the seeds of sample s times `weight(s)`.
+    /// Reads the factors and carries back their seeds, those of sample s times `weight(s)`.
     pub(crate) fn read_weighted<T: Real>(
         &mut self,
         shape: &DelanShape,

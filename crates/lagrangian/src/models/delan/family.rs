@@ -1,4 +1,4 @@
-//! Deep Lagrangian networks as a family: what they can be fitted to, their training, their saved form.
+//! Deep Lagrangian networks as a family: their losses and data, their training, their saved form.
 
 use super::learner::DelanLearner;
 use super::{Delan, DelanConfig, DelanShape, Inertia};
@@ -32,10 +32,10 @@ pub(crate) const ENTRY: Entry = Entry {
 
 const NAME: &str = "delan";
 
-/// The tensor of the inertias of rotors, one a coordinate or none.
+/// The tensor of the inertias of rotors, one per coordinate or empty.
 const ROTORS: &str = "rotor_inertias";
 
-/// The losses that a mass matrix of one's own can be trained with.
+/// The losses that a family with a mass matrix of its own can be trained with.
 pub(crate) const LOSSES: &[Loss] = &[
     Loss::ACCELERATION,
     Loss::ACCELERATION_RELATIVE,
@@ -71,7 +71,7 @@ const SETTINGS: &[Setting] = &[
 /// Units of a layer for noisy data: a narrow mass matrix extrapolates better.
 const NARROW: usize = 16;
 
-/// The width that noise asks for.
+/// The width for noisy data.
 pub(crate) fn narrow(known: &DataFacts) -> Option<AutoSetting> {
     let reason = format!(
         "{}: a narrow mass matrix extrapolates better beyond them",

@@ -9,7 +9,7 @@ use lagrangian_mechanics::lagrangian::{Curvature, Jet, Jets};
 
 pub(super) struct DelanJets<'a> {
     delan: &'a Delan,
-    /// For one state, where the layers are a chain.
+    /// The evaluation of one state, where the layers are a chain.
     chain: Option<One>,
     passes: Passes,
     factors: Factors,
@@ -56,7 +56,7 @@ impl Jets for DelanJets<'_> {
         });
     }
 
-    /// By differences over steps of the network's own scales.
+    /// Evaluates the curvature by differences over steps of the network's own scales.
     fn curvature(&mut self, q: &[f64], qd: &[f64], curvature: &mut Curvature) {
         let shape = &self.delan.shape;
         let step = |i: usize| match shape.coordinates.is_circle(i) {

@@ -262,7 +262,7 @@ impl DelanLearner<'_> {
         }
         work.mechanics.inverse = inverse;
         if regular {
-            // Rotors feel the acceleration of the model.
+            // Rotors have the acceleration of the model.
             return work.force(&self.forces, extra, (s, At::Predicted(set)), energy);
         }
         work.linear.singular += usize::from(s < work.count);
@@ -289,7 +289,7 @@ impl DelanLearner<'_> {
             block.write_tangent(&mut work.pass, d, |s, i| weight(s, d, i));
         }
         work.pass.forward_tangents(&shape.net, packed, directions);
-        // A torque loss alone has left the factor at its one acceleration.
+        // After a torque loss alone the factor is already at its one acceleration.
         let there = self.sets() == 1 && self.loss.needs_forces();
         for d in 0..directions {
             if !there && d % directions.div_ceil(self.sets()) == 0 {

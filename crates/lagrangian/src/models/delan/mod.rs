@@ -193,7 +193,7 @@ impl Delan {
         Ok(self)
     }
 
-    /// Inertias of the rotors, kg·m², `[n]`; empty where none were learned or given.
+    /// Inertias of the rotors, kg·m², `[n]`; empty where they were neither learned nor given.
     #[must_use]
     pub fn rotors(&self) -> &[f64] {
         &self.shape.rotors
@@ -283,7 +283,7 @@ impl DelanShape {
         self.factor_over(1)
     }
 
-    /// The same over vectors of `lanes` states.
+    /// The meaning of the outputs, over vectors of `lanes` states.
     pub(crate) fn factor_over<T: Real>(&self, lanes: usize) -> Factor<T> {
         let config = &self.config;
         Factor::new(self.dof(), config.vector_potential, config.shift, lanes)

@@ -1,11 +1,11 @@
-//! The derivatives of a deep Lagrangian network at one state, as a control loop asks for them.
+//! The derivatives of a deep Lagrangian network at one state, as a control loop needs them.
 
 use super::{Delan, DelanShape, Factor};
 use lagrangian_mechanics::lagrangian::Jet;
 use lagrangian_mechanics::lagrangian::positions::Positions;
 use nets::Chain;
 
-/// Evaluates them where the layers are a chain: shared trunks, and M depends on q.
+/// Evaluates them where the layers are a chain: the trunks are shared, and M depends on q.
 pub(super) struct One {
     chain: Chain,
     factor: Factor,
@@ -14,7 +14,7 @@ pub(super) struct One {
 }
 
 impl One {
-    /// `None` where the layers are no chain.
+    /// Memory of the evaluation; `None` where the layers are not a chain.
     pub(super) fn new(shape: &DelanShape) -> Option<Self> {
         Some(Self {
             chain: Chain::new(&shape.net, 0, 0)?,

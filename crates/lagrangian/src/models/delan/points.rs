@@ -8,7 +8,7 @@ use nets::Packed;
 use nets::simd::Real;
 
 impl<T: Real> PointFamily<T> for DelanShape {
-    /// The outputs do not change along q̇ here, so that no term of ′ is left.
+    /// The outputs do not change along q̇ here, so that all terms of ′ vanish.
     fn pairs(&self, d: usize, directions: usize) -> [(usize, usize); 2] {
         [(0, 2 + d), (1 + directions + d, 0)]
     }
@@ -84,7 +84,7 @@ impl<T: Real> PointFamily<T> for DelanShape {
                 let values = &mut values[at..at + outputs];
                 let hat = |o: usize| pass.output(&shape.net, 2 + d, point, o).f64();
                 factor.sensitivities(&beta[..n], hat, &mut rates[at..at + outputs], values);
-                // The vector potential is momentum too.
+                // The vector potential contributes to the momentum too.
                 let potential = values[linear..].iter_mut().zip(&beta);
                 potential.for_each(|(x, b)| *x += alpha * b);
             }

@@ -11,8 +11,8 @@ pub struct Terms {
     pub mass_matrix: Vec<f64>,
     /// ∂M/∂qₖ, `[n, n, n]` with k first.
     pub mass_slopes: Vec<f64>,
-    /// C(q, q̇) by Christoffel's symbols, so that Ṁ − 2C is skew-symmetric, `[n, n]`; the forces of a vector potential
-    /// are in it: they do no work either.
+    /// C(q, q̇) by Christoffel's symbols, so that Ṁ − 2C is skew-symmetric, `[n, n]`. The forces of a vector potential
+    /// are included, since they do no work either.
     pub coriolis_matrix: Vec<f64>,
     /// g = ∂V/∂q, N·m, `[n]`.
     pub gravity: Vec<f64>,
@@ -51,7 +51,7 @@ impl<'a> Structure<'a> {
     /// The terms at the state (`q`, `qd`), `[n]` each.
     ///
     /// # Panics
-    /// Where `q` or `qd` have another length than the coordinates.
+    /// If `q` or `qd` have another length than the coordinates.
     pub fn at(&mut self, q: &[f64], qd: &[f64]) -> &Terms {
         let shape = &self.delan.shape;
         let n = shape.dof();
@@ -65,7 +65,7 @@ impl<'a> Structure<'a> {
         self.pass.forward(&shape.net, &self.delan.packed, Some(n));
         let potential = n * (n + 1) / 2;
         for k in 0..n {
-            // The change along qₖ in the place of that along q̇.
+            // The change along qₖ takes the place of that along q̇.
             let along = |c: usize, o: usize| self.pass.output(&shape.net, c * (2 + k), 0, o);
             self.factor.read(along, |i| qd[i] / scale[i]);
             self.terms.gravity[k] = e * along(1, potential);

@@ -1,4 +1,4 @@
-//! The algebra over vectors of samples against the same at one state at a time.
+//! The algebra over vectors of samples, compared with that at one state at a time.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use rand::{RngExt, SeedableRng};
@@ -18,7 +18,7 @@ struct Case<T: Real> {
     q: Vec<f64>,
     qd: Vec<f64>,
     qdd: Vec<f64>,
-    /// Of each sample and coordinate.
+    /// Sensitivities of each sample and coordinate.
     lambda: Vec<f64>,
 }
 
@@ -51,7 +51,7 @@ impl<T: Real> Case<T> {
         }
     }
 
-    /// Left sides, masses, ∂(λ·S)/∂(outputs, their rates) and ∂(L/E)/∂o: by the block.
+    /// Left sides, masses, ∂(λ·S)/∂(outputs, their rates) and ∂(L/E)/∂o, computed by the block.
     fn by_block(&self) -> Vec<f64> {
         let (n, shape, m) = (self.shape.dof(), &self.shape, self.samples);
         let mut pass = Pass::<T>::new(&shape.net, m, 1);
@@ -73,7 +73,7 @@ impl<T: Real> Case<T> {
         found
     }
 
-    /// The same with one factor a sample, in double precision between the passes.
+    /// These values computed with one factor a sample, in double precision between the passes.
     fn by_state(&self) -> Vec<f64> {
         let (n, shape, m) = (self.shape.dof(), &self.shape, self.samples);
         let outputs = shape.factor_outputs();
@@ -122,7 +122,7 @@ impl<T: Real> Case<T> {
         found
     }
 
-    /// What the outputs' layers hold of components of the sensitivities.
+    /// Components of the sensitivities that the layers of the outputs hold.
     fn sensitivities(&self, pass: &Pass<T>, components: std::ops::Range<usize>) -> Vec<f64> {
         let net = &self.shape.net;
         let mut found = Vec::new();

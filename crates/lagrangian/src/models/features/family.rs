@@ -1,4 +1,4 @@
-//! Random features as a family: what they can be fitted to, their settings, their saved form.
+//! Random features as a family: their losses and data, their settings, their saved form.
 
 use super::{FeatureLagrangian, FeaturesConfig, solve};
 use crate::dataset::Dataset;
@@ -54,7 +54,7 @@ impl Family for FeaturesConfig {
     }
 
     fn abilities(&self) -> Abilities {
-        // Whatever is compared, the balance of forces is what the weights are solved from.
+        // Whatever quantity is compared, the weights are solved from the balance of forces.
         const LOSSES: &[Loss] = Loss::SINGLE.split_at(Loss::SINGLE.len() - 1).0;
         let remedy =
             "acceleration or torque: random features are solved from the balance of forces";

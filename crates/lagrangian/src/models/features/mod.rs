@@ -1,11 +1,11 @@
-//! A Lagrangian that is linear in random features: the hidden layer of a network stays as it was drawn, and its output
+//! A Lagrangian that is linear in random features: the hidden layer of a network keeps its random weights, and its output
 //! weights are solved for by one ridge regression (theory.md, section 29; as arXiv 2411.17511 does
 //! for Hamiltonians).
 //!
-//! | file | what it holds |
+//! | file | content |
 //! |---|---|
 //! | `mod.rs` | the configuration and the model |
-//! | `family.rs` | what it can be fitted to, how it is saved |
+//! | `family.rs` | losses and data, saved form |
 //! | `solve.rs` | the regression |
 
 pub(crate) mod family;

@@ -2,13 +2,13 @@
 //!
 //! | symbol | meaning | shape |
 //! |---|---|---|
-//! | zₖ = aₖ·x(q) + bₖ·q̇/s + cₖ | what feature k is a function of; a, b, c are random | K |
+//! | zₖ = aₖ·x(q) + bₖ·q̇/s + cₖ | argument of feature k; a, b, c are random | K |
 //! | Aₖ = ∂zₖ/∂q, Bₖ = ∂zₖ/∂q̇ | its slopes | K × n |
 //! | Y | column k is the force of the Lagrangian E σ(zₖ) along the motion | n × K |
 //! | W | diagonal, one over the size of each force | n × n |
 //!
 //! Σₖ wₖ Yₖ = τ − E κ q̈/s² for every sample, Yₖ = E [σ″(zₖ) (Aₖ·q̇ + Bₖ·q̈) Bₖ − σ′(zₖ) Aₖ] (theory.md, equations 118
-//! and 119). Random features are nearly dependent, so that the triangle of a QR decomposition stands for all samples: a
+//! and 119). Random features are nearly dependent, so the triangle of a QR decomposition represents all samples: a
 //! sum of products would lose half of the digits.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -84,14 +84,14 @@ pub(super) fn solve(dataset: &Dataset, config: &FeaturesConfig, seed: u64) -> Re
     })
 }
 
-/// The random features, and what their forces are compared with.
+/// The random features, and the forces with which theirs are compared.
 struct Problem<'a> {
     coordinates: &'a Coordinates,
     config: &'a FeaturesConfig,
     scaling: Scaling,
     /// The weights of all features, row-major `[K, inputs]`, then their biases, `[K]`.
     hidden: Vec<f64>,
-    /// W, `[n]`: 0 of parameters.
+    /// W, `[n]`: 0 for parameters.
     weights: Vec<f64>,
 }
 
@@ -188,7 +188,7 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// One row that holds the mean inertia Σᵢ sᵢ² Mᵢᵢ where the kinetic term puts it: what a free motion leaves open.
+    /// One row that sets the mean inertia Σᵢ sᵢ² Mᵢᵢ to that of the kinetic term, which a free motion does not determine.
     fn inertia(&self, samples: &Samples) -> Mat<f64> {
         let (n, size) = (samples.n, self.config.width);
         let mut row = Mat::zeros(1, size + 1);
@@ -248,7 +248,7 @@ impl State {
     }
 }
 
-/// These rows, one below the other.
+/// Stacks these rows, one below the other.
 fn stack(parts: &[Mat<f64>]) -> Mat<f64> {
     let rows = parts.iter().map(Mat::nrows).sum();
     let mut all = Mat::zeros(rows, parts.first().map_or(0, Mat::ncols));
@@ -261,7 +261,7 @@ fn stack(parts: &[Mat<f64>]) -> Mat<f64> {
     all
 }
 
-/// R of the decomposition QR, which has the products of the columns of `rows`; on one thread, for the same bits on any.
+/// R of a QR decomposition, which keeps the products of the columns of `rows`; on one thread, for equal bits on any number.
 fn triangle(mut rows: Mat<f64>) -> Mat<f64> {
     let (m, n) = (rows.nrows(), rows.ncols());
     let size = factor::recommended_block_size::<f64>(m, n);

@@ -17,7 +17,7 @@ impl Hnn {
                 "a flow of velocities in the place of momenta",
             ));
         }
-        // Both kinds of network are scalars of (q, z): a Lagrangian of the same weights is the same function.
+        // Both kinds of network are scalars of (q, z): a Lagrangian with these weights is an equal function.
         let found = match &self.shape.net {
             HnnNet::Free(lnn) => {
                 let same = Lnn::assemble(lnn.clone(), self.parameters.clone())?;

@@ -1,4 +1,4 @@
-//! Hamiltonian networks as a family: what they can be fitted to, their training, their saved form.
+//! Hamiltonian networks as a family: their losses and data, their training, their saved form.
 
 use serde_json::Value;
 
@@ -83,7 +83,7 @@ fn read(mut settings: Value) -> serde_json::Result<Box<dyn Family>> {
     family::read::<HnnConfig>(settings)
 }
 
-/// Refuses momenta that cannot be.
+/// Refuses momenta that are impossible.
 fn choose(_: &DataFacts, request: &Request) -> Result<Vec<AutoSetting>> {
     let given = |name: &str| request.settings.get(name).and_then(Value::as_str);
     if given("momenta").is_some() && request.settings.contains_key(MASSES) {

@@ -12,7 +12,7 @@ use lagrangian_mechanics::lagrangian::Jet;
 pub(super) struct HnnJets<'a> {
     hnn: &'a Hnn,
     passes: Passes,
-    /// The same with room for second derivatives.
+    /// Passes with room for second derivatives.
     curved: Passes,
     factors: Factors,
     jet: Jet,
@@ -72,7 +72,7 @@ impl HamiltonianJets for HnnJets<'_> {
                 }
             }
         });
-        // A parameter neither moves nor is pushed (theory.md, equation 107).
+        // A parameter neither moves nor has a force (theory.md, equation 107).
         for i in shape.coordinates().parameters() {
             for at in (i..q.len()).step_by(n) {
                 (velocity[at], dh_dq[at]) = (p[at], 0.0);
@@ -121,7 +121,7 @@ impl HamiltonianJets for HnnJets<'_> {
 }
 
 impl HnnJets<'_> {
-    /// H, ∂²H/∂p∂p and the drift of a free network; `jet.velocity` is there.
+    /// H, ∂²H/∂p∂p and the drift of a free network; `jet.velocity` is already set.
     fn free(&mut self, q: &[f64], p: &[f64], jet: &mut HamiltonianJet) {
         let HnnNet::Free(shape) = &self.hnn.shape.net else {
             return;
@@ -148,7 +148,7 @@ impl HnnJets<'_> {
         jet.velocity_drift.copy_from_slice(&self.jet.momentum_drift);
     }
 
-    /// The same of a network with a mass matrix.
+    /// H, ∂²H/∂p∂p and the drift of a network with a mass matrix.
     fn mass(&mut self, q: &[f64], p: &[f64], jet: &mut HamiltonianJet) {
         let hnn = self.hnn;
         let HnnNet::Mass(shape) = &hnn.shape.net else {

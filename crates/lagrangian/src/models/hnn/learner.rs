@@ -1,5 +1,5 @@
-//! Training of Hamiltonian networks on (q̇, ṗ): the residuals are linear in the first derivatives of the network, so
-//! that one reverse pass makes them (theory.md, equation 93).
+//! Training of Hamiltonian networks on (q̇, ṗ). The residuals are linear in the first derivatives of the network, so
+//! that one reverse pass computes them (theory.md, equation 93).
 
 use super::{HnnNet, HnnShape, Unit};
 use crate::dataset::Momenta;
@@ -22,7 +22,7 @@ pub(crate) struct HnnLearner<'a> {
     /// Weight of each residual, `[2 n]`.
     pub(crate) weights: &'a [f64],
     pub(crate) forces: Forces,
-    /// Whether states are (q, p), as those of a rollout are, and not those of a recording.
+    /// Whether states are (q, p), as in a rollout, and not those of a recording.
     pub(crate) phase: bool,
 }
 
@@ -153,7 +153,7 @@ impl<T: Real> Learner<T> for HnnLearner<'_> {
 }
 
 impl HnnLearner<'_> {
-    /// Puts what stands for the momenta in their place.
+    /// Sets the momenta and their rates, unless they are recorded.
     fn set_momenta<T: Real>(&self, work: &mut Work<T>) {
         let n = self.shape.dof();
         let Signals { p, pd, qd, qdd, .. } = &mut work.states.signals;
@@ -362,7 +362,7 @@ mod tests {
     #[test]
     fn a_natural_step_of_a_hamiltonian_network_shrinks_every_residual_by_its_rate() {
         each(|learner, n| {
-            // Few: the residuals of a smooth scalar at near states depend on each other.
+            // Few samples: the residuals of a smooth scalar at near states depend on each other.
             assert_step_solves(learner, learner.loss, &recorded(n, 3));
         });
     }

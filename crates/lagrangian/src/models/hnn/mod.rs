@@ -30,8 +30,8 @@ pub enum HnnStructure {
     Free,
     /// H = ½ pᵀM⁻¹(q)p + V(q), M positive definite by construction.
     Mass,
-    /// No Hamiltonian but the flow (q, z) → (q̇, ż) itself, a plain network for comparison. With momenta it moves from
-    /// (q, p) alone, see [`crate::rollout::rollout_phase`]: it knows none that belongs to a q̇.
+    /// Only the flow (q, z) → (q̇, ż) itself, a plain network for comparison. With momenta it moves from (q, p)
+    /// alone, see [`crate::rollout::rollout_phase`]: it cannot compute p from q̇.
     None,
 }
 
@@ -98,7 +98,7 @@ const KINETIC: f64 = 1.0;
 ///   free: H = E [ N(x(q), π) + ½ |π|² ];   mass: H = E [ ½ |G(x(q))ᵀ π|² + V(x(q)) ].
 ///
 /// Angles enter as cos and sin; G is lower triangular with a positive diagonal, so that M⁻¹ = E s⁻¹ G Gᵀ s⁻¹ is
-/// positive definite. In double precision.
+/// positive definite. All is in double precision.
 ///
 /// ```
 /// use lagrangian::{Coordinates, HnnConfig, Model};
@@ -142,10 +142,10 @@ pub(crate) enum HnnNet {
 }
 
 impl Hnn {
-    /// H over any scalar, `None` where there is none: the slow, plain evaluation that the kernels are tested against.
+    /// H over any scalar, `None` without a Hamiltonian: the slow, plain evaluation that the kernels are tested against.
     /// `q`, `p` are `[n]`.
     pub fn hamiltonian<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], p: &[D]) -> Option<D> {
-        // Both kinds of network are scalars of (q, z): a Lagrangian of the same weights is the same function.
+        // Both kinds of network are scalars of (q, z): a Lagrangian with these weights is an equal function.
         match &self.shape.net {
             HnnNet::Free(lnn) => Lnn::assemble(lnn.clone(), self.parameters.clone())
                 .ok()
@@ -254,7 +254,7 @@ impl HnnShape {
         }
     }
 
-    /// Writes tangent `d` of sample `s`: along `weight(i)` in what the network sees of p for i < n, along −`weight(n + i)` in q.
+    /// Writes tangent `d` of sample `s`: along `weight(i)` in the network's input of p for i < n, along −`weight(n + i)` in q.
     pub(crate) fn write_tangent<T: Real>(
         &self,
         pass: &mut Pass<T>,
@@ -276,7 +276,7 @@ impl HnnShape {
     }
 
     /// Reads the raw outputs S of sample `s`, `[2 n]`, after the pass was reversed from one output: its slopes by
-    /// what it sees of p, and those by q with the sign of ṗ.
+    /// the inputs of p, and those by q with the sign of ṗ.
     pub(crate) fn read_slopes<T: Real>(
         &self,
         pass: &Pass<T>,
@@ -299,7 +299,7 @@ impl HnnShape {
     }
 
     /// The units of the raw outputs of coordinate `i` at momentum `p`: q̇ᵢ = rate Sᵢ + start, ṗᵢ = force Sₙ₊ᵢ, with
-    /// the start that of the kinetic term.
+    /// the `start` that of the kinetic term.
     pub(crate) fn unit(&self, i: usize, p: f64) -> Unit {
         let scaling = self.scaling();
         let (e, s) = (scaling.energy, scaling.qd_scale[i]);
@@ -309,7 +309,7 @@ impl HnnShape {
                 (e * seen.slope, e, e * KINETIC * seen.kinetic[1])
             }
             HnnNet::Mass(_) => (e / s, e, 0.0),
-            // Of the order of the data; there is no energy that would bind them.
+            // Units of the order of the data; no energy binds them.
             HnnNet::None(_) => (s, e / scaling.q_scale[i], 0.0),
         };
         Unit { rate, force, start }

@@ -1,4 +1,4 @@
-//! How the raw outputs of a Hamiltonian network change with the state (q, p): second derivatives of H, so that rollouts
+//! The change of the raw outputs of a Hamiltonian network with the state (q, p): second derivatives of H, so that rollouts
 //! can be trained through (theory.md, section 23).
 
 use super::HnnNet;
@@ -67,7 +67,7 @@ impl HnnLearner<'_> {
         for (d, j) in (0..2 * n).flat_map(|d| (0..n).map(move |j| (d, j))) {
             let by_scaled = match &shape.net {
                 HnnNet::Mass(_) if d < n => mass(d, j),
-                // ∂²H/∂q∂p has one value, whichever comes first.
+                // ∂²H/∂q∂p has one value in either order.
                 HnnNet::Mass(_) => -slopes[j * 2 * n + d - n],
                 HnnNet::Free(_) | HnnNet::None(_) => {
                     pass.feature_sensitivity(first + d, s, features + j).f64()

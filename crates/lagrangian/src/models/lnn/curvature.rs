@@ -8,7 +8,7 @@ use lagrangian_mechanics::lagrangian::scaled::Features;
 use nets::Pass;
 use nets::simd::Real;
 
-/// Writes them for the `m` states; `pass` is made at the first call.
+/// Writes them for the `m` states; the first call makes `pass`.
 pub(super) fn curvature(
     lnn: &Lnn,
     pass: &mut Option<Pass<f64>>,

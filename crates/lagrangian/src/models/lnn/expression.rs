@@ -5,7 +5,7 @@ use lagrangian_mechanics::expression::{Function, Value, network};
 use lagrangian_mechanics::lagrangian::VelocityTransform;
 
 impl Lnn {
-    /// L of (q, q̇).
+    /// L as an expression of (q, q̇).
     pub(crate) fn expression<'g>(&self, q: Value<'g>, qd: Value<'g>) -> Value<'g> {
         let (shape, scaling, graph) = (&self.shape, &self.shape.scaling, q.graph());
         let number = |number: f64| graph.number(number);

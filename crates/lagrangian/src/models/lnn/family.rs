@@ -1,4 +1,4 @@
-//! Lagrangian networks as a family: what they can be fitted to, their training, their saved form.
+//! Lagrangian networks as a family: their losses and data, their training, their saved form.
 
 use serde_json::Value;
 

@@ -184,7 +184,7 @@ impl LnnLearner<'_> {
     }
 
     /// r = w (M q̈ + c + d − τ), D = w E. The pass was along (q̇, q̈), so that the drift holds M q̈ as well,
-    /// but for the kinetic term of the scaling.
+    /// except for the kinetic term of the scaling.
     fn torque_residual<T: Real>(&self, s: usize, work: &mut Work<T>) {
         let n = self.shape.dof();
         for i in 0..n {

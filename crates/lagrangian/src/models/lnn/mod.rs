@@ -50,7 +50,7 @@ pub struct LnnConfig {
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub exponential: bool,
     /// A speed c that no coordinate reaches, in units of q̇: the network then reads artanh(q̇/c) in place of q̇/s
-    /// (theory.md, equation 108). In the free form only: a convex function of the one is not convex in the other.
+    /// (theory.md, equation 108). In the free form only: a function that is convex in one is not convex in the other.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub speed_limit: Option<f64>,
     /// The velocity feature below that limit: artanh(q̇/c) or arcsin(q̇/c).
@@ -167,7 +167,7 @@ pub struct LnnShape {
     pub(crate) net: Net,
     /// The features of the velocities.
     pub(crate) seen: VelocityTransform,
-    /// 1 / s of each coordinate and velocity: a division costs as much as all else that is done with one.
+    /// 1 / s of each coordinate and velocity, since a division costs as much as all other operations on one of them.
     pub(crate) inverse: [Vec<f64>; 2],
 }
 
@@ -262,7 +262,7 @@ impl LnnShape {
         self.write_along(pass, s, (q, qd), qd, qdd);
     }
 
-    /// The same with ′ = `along` in q, whatever the second argument of the function is.
+    /// Writes state (q, q̇) as sample `s` with ′ = `along` in q, whatever the second argument of the function is.
     pub(crate) fn write_along<T: Real>(
         &self,
         pass: &mut Pass<T>,
@@ -448,8 +448,8 @@ impl LnnShape {
         pass.add_products(&self.net, &[(0, 0)], gradient);
     }
 
-    /// Reads sample `s` of a pass that has been forward and back into row `row` of `jet`; `qdd` is what it was
-    /// written with.
+    /// Reads sample `s` of a pass that has been forward and back into row `row` of `jet`; `qdd` is the acceleration with which
+    /// it was written.
     pub(crate) fn read<T: Real>(
         &self,
         pass: &Pass<T>,
@@ -496,10 +496,10 @@ impl LnnShape {
 
 struct LnnJets<'a> {
     lnn: &'a Lnn,
-    /// For one state, where the layers are a chain.
+    /// The evaluation of one state, where the layers are a chain.
     one: Option<one::One>,
     passes: Passes,
-    /// With the directions of the coordinates beside those of the velocities.
+    /// A pass with the directions of the coordinates beside those of the velocities.
     second: Option<Pass<f64>>,
 }
 

@@ -1,4 +1,4 @@
-//! The derivatives of a Lagrangian network at one state, as a control loop and an integrator ask for them.
+//! The derivatives of a Lagrangian network at one state, as a control loop and an integrator need them.
 
 use super::{Form, Lnn, LnnShape};
 use crate::models::NetworkShape;
@@ -17,7 +17,7 @@ pub(super) struct One {
 }
 
 impl One {
-    /// `None` where the layers are no chain.
+    /// Memory of the evaluation; `None` where the layers are not a chain.
     pub(super) fn new(shape: &LnnShape) -> Option<Self> {
         if shape.config.form != Form::Free {
             return None;

@@ -56,7 +56,7 @@ impl<T: Real> PointFamily<T> for LnnShape {
                 for (i, w) in weights.iter_mut().enumerate() {
                     *w = beta * weight(point, d, i);
                 }
-                // No acceleration, as the tangent ′ is zero.
+                // Without acceleration, as the tangent ′ is zero.
                 shape.write_mixed_positions(&mut work.pass, (d, point), weights);
                 shape.write_mixed_velocity(&mut work.pass, (d, point), v, |i| {
                     alpha * weight(point, d, i)

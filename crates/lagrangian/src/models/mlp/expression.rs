@@ -4,7 +4,7 @@ use super::{Direction, Mlp};
 use lagrangian_mechanics::expression::{Equations, Plain, network};
 
 impl Mlp {
-    /// What the network computes.
+    /// The equations that the network computes.
     pub(crate) fn equations(&self) -> Equations {
         let (shape, inputs) = (&self.shape, &self.shape.scaling.inputs);
         let inverse = shape.config.direction == Direction::Inverse;
@@ -12,7 +12,7 @@ impl Mlp {
         let scales: Vec<f64> = (0..shape.outputs())
             .map(|o| shape.output_scale(o))
             .collect();
-        // Of a flow, accelerations are the second half.
+        // Accelerations are the second half of the outputs of a flow.
         let first = shape.outputs() - n;
         Equations::Plain(Plain::of(&shape.coordinates, inverse, |at| {
             let graph = at.q.graph();

@@ -1,4 +1,4 @@
-//! Plain networks as a family: what they can be fitted to, their training, their saved form.
+//! Plain networks as a family: their losses and data, their training, their saved form.
 
 use super::learner::MlpLearner;
 use super::{Direction, Mlp, MlpConfig, MlpScaling, MlpShape};

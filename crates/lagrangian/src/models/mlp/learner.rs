@@ -21,7 +21,7 @@ impl<T: Real> Learner<T> for MlpLearner<'_> {
         LearnerShape {
             net: &self.shape.net,
             dof: self.shape.dof(),
-            // The sensitivities of the outputs stand in the first components.
+            // The sensitivities of the outputs are in the first components.
             directions: self.shape.outputs().div_ceil(2),
             outputs: self.shape.outputs(),
             residuals: self.shape.outputs(),

@@ -1,4 +1,4 @@
-//! Plain networks for comparison, with the same inputs, size and optimiser: (q, q̇, τ) → q̈ under losses of accelerations
+//! Plain networks for comparison, with equal inputs, size and optimiser: (q, q̇, τ) → q̈ under losses of accelerations
 //! and (q, q̇, q̈) → τ under losses of torques.
 
 mod expression;
@@ -100,7 +100,7 @@ impl NetworkShape for MlpShape {
         let n = coordinates.dof();
         check_layers(config.width, config.layers)?;
         scaling.inputs.validate(n)?;
-        // The same rule as for the other scales.
+        // The rule of the other scales.
         let outputs = Scaling {
             q_scale: scaling.qdd.clone(),
             qd_scale: scaling.tau.clone(),
@@ -156,7 +156,7 @@ impl MlpShape {
         }
     }
 
-    /// The scale of the third input, `[n]`: of τ forward, of q̈ inverse; none without such an input.
+    /// The scale of the third input, `[n]`: of τ forward, of q̈ inverse; `None` without such an input.
     fn third_scale(&self) -> Option<&[f64]> {
         match self.config.direction {
             Direction::Forward | Direction::Flow => self.config.forced.then_some(&self.scaling.tau),
@@ -272,7 +272,7 @@ impl MlpEvaluator<'_> {
             pass.forward(&shape.net, packed, None);
             let outputs = shape.outputs();
             for (s, o) in (0..states.count).flat_map(|s| (0..outputs).map(move |o| (s, o))) {
-                // Nothing acts on parameters, and they do not change.
+                // No force acts on parameters, and they do not change.
                 let value = match shape.coordinates.is_parameter(o % n) {
                     true => 0.0,
                     false => shape.output_scale(o) * pass.output(&shape.net, 0, s, o),

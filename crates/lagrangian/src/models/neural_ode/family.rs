@@ -1,4 +1,4 @@
-//! Neural ordinary differential equations as a family: what they can be fitted to, their training, their saved form.
+//! Neural ordinary differential equations as a family: their losses and data, their training, their saved form.
 
 use super::{NeuralOde, NeuralOdeConfig, Order};
 use crate::dataset::Dataset;

@@ -2,7 +2,7 @@
 //! network as the right-hand side of the motion, trained through its integrator.
 //!
 //! Second order: q̈ = f(q, q̇, τ), so that dq/dt = q̇ holds by construction. First order: d(q, z)/dt = f(q, z, τ) for
-//! z = q̇ at the start; what the network calls velocity need not be the rate of its positions.
+//! z = q̇ at the start; the velocity of the network need not be the rate of its positions.
 
 pub(crate) mod family;
 
@@ -51,7 +51,7 @@ impl Default for NeuralOdeConfig {
 }
 
 impl NeuralOdeConfig {
-    /// The network of its right-hand side; `forced` says whether it reads forces.
+    /// The network of its right-hand side, which reads forces if `forced`.
     pub(crate) fn network(&self, forced: bool) -> MlpConfig {
         MlpConfig {
             width: self.width,

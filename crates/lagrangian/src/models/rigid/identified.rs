@@ -21,7 +21,7 @@ pub trait Identifiable: Lagrangian + Clone + std::fmt::Debug + 'static {
     const WHAT: &'static str;
 
     /// All parameters of bodies in motion, without standard errors: those of the bodies, then viscous and Coulomb friction
-    /// where there is any.
+    /// where it exists.
     fn parameters(motion: &Mechanical<Self>) -> Vec<Parameter>;
 
     /// The saved form of the bodies, apart from the standard errors.
@@ -30,12 +30,12 @@ pub trait Identifiable: Lagrangian + Clone + std::fmt::Debug + 'static {
     /// [`Error::DamagedModel`] where their description cannot be written.
     fn stored(&self) -> Result<Stored>;
 
-    /// The robot that they are, where they are one.
+    /// The robot that the bodies are, where they are one.
     fn robot(&self) -> Option<&RigidBodies> {
         None
     }
 
-    /// The same bodies with inertia added to their drives, where these have any.
+    /// The bodies with inertia added to their drives, where they have drives.
     fn with_added_inertia(&self, added: &[f64]) -> Option<Self> {
         let _ = added;
         None
@@ -75,7 +75,7 @@ impl<L: Identifiable> IdentifiedBodies<L> {
     }
 }
 
-/// A parameter of this name, whose unit follows from it.
+/// A parameter with this name, from which its unit follows.
 pub(super) fn parameter(name: String, value: f64) -> Parameter {
     let unit = match name.split('_').next() {
         Some("inertia" | "rotor") => "kg·m²",

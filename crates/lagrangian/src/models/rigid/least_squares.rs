@@ -1,4 +1,4 @@
-//! Least squares from sums over the samples: what every identification here solves.
+//! Least squares from sums over the samples, the problem of every identification here.
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
@@ -24,7 +24,7 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    /// For these data, with friction if `friction`; its smoothing speed is `smoothing`, or one of those that are tried.
+    /// The columns for these data, with friction if `friction`; its smoothing speed is `smoothing`, or one of those that are tried.
     pub(super) fn new(
         dataset: &Dataset,
         bodies: usize,
@@ -100,7 +100,7 @@ pub(super) struct Sums {
     right: Vec<f64>,
     /// `τᵀτ`.
     torque: f64,
-    /// Numbers in the sums.
+    /// The number of terms in the sums.
     pub(super) count: usize,
 }
 
@@ -110,14 +110,14 @@ pub(super) struct Solution {
     pub(super) errors: Vec<f64>,
 }
 
-/// Added to the diagonal of the system in units of it: what the data do not determine becomes 0.
+/// Added to the diagonal of the system in units of it: combinations that the data do not determine become 0.
 const RIDGE: f64 = 1e-13;
 
-/// Samples that are worked on at a time.
+/// The number of samples that are processed at a time.
 const BLOCK: usize = 1024;
 
 impl Sums {
-    /// Over `samples` samples of `weights.len()` rows each: `block` makes the columns of Y and τ of a range of them.
+    /// The sums over `samples` samples of `weights.len()` rows each: `block` computes the columns of Y and τ of a range of them.
     pub(super) fn over(
         samples: usize,
         size: usize,
@@ -175,9 +175,9 @@ impl Sums {
         self.square[k.max(j) * self.size + k.min(j)]
     }
 
-    /// The solution over `columns` in which those that must not be negative are 0 where they would be, the worst first; `free`
-    /// are the indices of the columns that may differ from 0 at all, and `any_sign` says of an index that its value may be
-    /// negative. `None` where the sums are not finite.
+    /// The solution over `columns` in which values that must not be negative are 0 where they would be, the worst first. `free`
+    /// holds the indices of the columns that may differ from 0 at all, and `any_sign` returns for an index whether its value may
+    /// be negative. `None` where the sums are not finite.
     pub(super) fn solve_non_negative(
         &self,
         columns: &[usize],

@@ -94,7 +94,7 @@ impl Family for RigidConfig {
     }
 
     fn abilities(&self) -> Abilities {
-        // Whatever is compared, the torques are what the bodies are solved from.
+        // Whatever quantity is compared, the bodies are solved from the torques.
         let remedy = "omitted: rigid bodies are identified from torques";
         Abilities {
             solved: true,

@@ -1,4 +1,4 @@
-//! Servos as a family: what they can be fitted to, their settings, their saved form.
+//! Servos as a family: their data, their settings, their saved form.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -38,7 +38,7 @@ pub(crate) const ENTRY: Entry = Entry {
 /// The name of the family.
 pub(crate) const NAME: &str = "servo";
 
-/// What people can set of servos.
+/// The settings of servos.
 const SETTINGS: &[Setting] = &[
     Setting::new(
         "friction",
@@ -103,7 +103,7 @@ impl Family for ServoConfig {
     }
 }
 
-/// Reports the progress of a fit from any thread, and remembers whether it was asked to end.
+/// Reports the progress of a fit from any thread, and records whether the observer asked it to end.
 struct Watch<'a> {
     observer: Mutex<(&'a mut dyn Observer, String, f64)>,
     ended: AtomicBool,
@@ -118,7 +118,7 @@ impl Watch<'_> {
         self.should_continue();
     }
 
-    /// Asks the observer whether the fit goes on.
+    /// Asks the observer whether the fit continues.
     fn should_continue(&self) -> bool {
         if let Ok(mut held) = self.observer.lock() {
             let (observer, what, share) = &mut *held;
@@ -211,7 +211,7 @@ impl ServoConfig {
     }
 }
 
-/// The fewest samples of a motion that is simulated.
+/// The smallest number of samples of a motion that is simulated.
 const SHORTEST: usize = 16;
 
 /// The motions of some samples; one that is too short is omitted.
@@ -227,7 +227,7 @@ fn recorded(samples: &Samples, times: &Timeline) -> Vec<Recorded> {
 /// The tensor of the standard errors of all quantities.
 const ERRORS: &str = "standard_errors";
 
-/// The saved form of what parameters stand for.
+/// The saved form of the layout of the parameters.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Shape {
@@ -249,7 +249,7 @@ fn load(saved: &SavedModel) -> Result<Servo> {
         friction: shape.friction,
         weight: shape.weight,
     };
-    // Servos were saved without standard errors once.
+    // Earlier versions saved servos without standard errors.
     let (parameters, errors) = match saved.tensors.contains_key(ERRORS) {
         true => {
             let [parameters, errors] = saved.vectors([WEIGHTS, ERRORS])?;

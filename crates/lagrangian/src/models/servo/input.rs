@@ -1,4 +1,4 @@
-//! What drives are told along a recording.
+//! Commands of drives along a recording.
 
 use lagrangian_mechanics::forces::Command;
 use lagrangian_motion::Signals;
@@ -15,7 +15,7 @@ pub(crate) struct Input {
 }
 
 impl Input {
-    /// The commands of these signals; kₚ and the supply are 1, kᵈ is 0 and the drive is on where they are not known.
+    /// The commands of these signals; kₚ and the supply are 1, kᵈ is 0 and the drive is on where they are unknown.
     pub(crate) fn of(signals: &Signals, n: usize) -> Self {
         let known = |x: &[f64], k: usize, other: f64| x.get(k).copied().unwrap_or(other);
         let command = |(k, &goal): (usize, &f64)| Command {
@@ -44,7 +44,7 @@ fn bridge_single_zeros(commands: &mut [Command], n: usize) {
     }
 }
 
-/// The steps between two samples: how many, and how long each is, s.
+/// The number of steps between two samples, and the length of each, s.
 pub(crate) fn steps(interval: f64) -> (usize, f64) {
     let count = (interval / STEP - 1e-6).ceil().clamp(1.0, 1e6);
     (count as usize, interval / count)

@@ -1,14 +1,14 @@
 //! Servos: planar chains with geared, position-controlled motors, learned from logs without torque (ADR 0074).
 //!
-//! | file | what it does |
+//! | file | content |
 //! |---|---|
 //! | `machine.rs` | the equation of motion and its implicit step |
-//! | `parameters.rs` | which terms are fitted, and how they become a machine |
-//! | `quantities.rs` | what parameters stand for, with names and units |
-//! | `input.rs`, `motion.rs` | what drives are told, and recorded motions |
-//! | `start.rs`, `shooting.rs`, `search.rs` | the fit: a regression, multiple shooting with standard errors, and what held-out motions choose |
+//! | `parameters.rs` | the fitted terms, and the machine that they make |
+//! | `quantities.rs` | the quantities of the parameters, with names and units |
+//! | `input.rs`, `motion.rs` | commands of drives, and recorded motions |
+//! | `start.rs`, `shooting.rs`, `search.rs` | the fit: regression, multiple shooting with standard errors, choices by held-out motions |
 //! | `evaluator.rs` | forces and accelerations at single states |
-//! | `family.rs` | what the family can be fitted to, its settings, its row of the table |
+//! | `family.rs` | the data of the family, its settings, its row of the table |
 
 mod evaluator;
 pub(crate) mod family;
@@ -45,7 +45,7 @@ pub struct ServoConfig {
     /// The terms of the gears' friction; `None` for those with the smallest error on held-out motions.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<Friction>,
-    /// The moment m g l of the first link's weight, N·m, to which all torques are relative; 1 where it is not known.
+    /// The moment m g l of the first link's weight, N·m, to which all torques are relative; 1 where it is unknown.
     pub weight: f64,
 }
 
@@ -68,12 +68,12 @@ pub struct Servo {
     layout: Layout,
     parameters: Vec<f64>,
     machine: Machine<f64>,
-    /// The standard errors of all quantities; empty where they are not known.
+    /// The standard errors of all quantities; empty where they are unknown.
     errors: Vec<f64>,
 }
 
 impl Servo {
-    /// The most joints.
+    /// The largest number of joints.
     pub const MAX_JOINTS: usize = 6;
 
     fn new(coordinates: Coordinates, layout: Layout, parameters: Vec<f64>) -> Result<Self> {
@@ -89,7 +89,7 @@ impl Servo {
         })
     }
 
-    /// The same with the standard errors of all [`quantities`], or without any.
+    /// The servo with the standard errors of all [`quantities`], or without any.
     fn with_errors(mut self, errors: Vec<f64>) -> Result<Self> {
         let expected = quantities(&self.machine).len();
         if !errors.is_empty() {

@@ -1,4 +1,4 @@
-//! Recorded motions as a fit sees them, and their simulation.
+//! Recorded motions in the form of a fit, and their simulation.
 
 use super::input::{Input, steps};
 use super::machine::{Machine, Moving, Workspace};
@@ -6,7 +6,7 @@ use lagrangian_mechanics::forces::Scalar;
 use lagrangian_motion::Signals;
 use lagrangian_recordings::low_pass::{HIGHEST, LowPass};
 
-/// Cut-off of the low-pass that makes the states in which segments begin, Hz.
+/// Cut-off of the low-pass for the states in which segments begin, Hz.
 const CUTOFF: f64 = 20.0;
 
 /// A recorded motion without a gap.
@@ -18,13 +18,13 @@ pub(crate) struct Recorded {
     pub(crate) q: Vec<f64>,
     /// q, q̇ and q̈ after a low-pass, `[len, n]` each.
     pub(crate) smooth: [Vec<f64>; 3],
-    /// What the drives are told.
+    /// The commands of the drives.
     pub(crate) input: Input,
     /// The goals, `[len, n]`.
     pub(crate) goal: Vec<f64>,
     /// The first measured velocity, `[n]`.
     pub(crate) first_velocity: Vec<f64>,
-    /// Joints.
+    /// The number of joints.
     pub(crate) n: usize,
 }
 
@@ -50,7 +50,7 @@ impl Recorded {
         &self.q[k * self.n..(k + 1) * self.n]
     }
 
-    /// Moves a machine from sample `begin` in `state` over `len` samples; `visit` sees the number within the segment and the
+    /// Moves a machine from sample `begin` in `state` over `len` samples; `visit` receives the number within the segment and the
     /// state of each.
     pub(crate) fn simulate<T: Scalar>(
         &self,
@@ -72,7 +72,7 @@ impl Recorded {
         }
     }
 
-    /// The state that was measured first.
+    /// The first measured state.
     pub(crate) fn first<T: Scalar>(&self) -> Moving<T> {
         Moving::at(self.position(0), &self.first_velocity)
     }

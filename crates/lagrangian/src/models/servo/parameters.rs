@@ -11,20 +11,20 @@ use lagrangian_mechanics::forces::{Drive, GearFriction, Scalar, Sensitive};
 pub enum Friction {
     /// Coulomb and viscous.
     M1,
-    /// The same with an excess near standstill (Stribeck).
+    /// Coulomb and viscous, with an excess near standstill (Stribeck).
     M2,
     /// Coulomb, viscous, and in proportion to the load.
     M3,
     /// As M3, with an excess near standstill that grows with the load too.
     M4,
-    /// As M4, with shares of their own for the motor's torque and the external one.
+    /// As M4, with separate coefficients for the motor's torque and the external one.
     M5,
     /// As M5, with squares of the torques near standstill.
     M6,
 }
 
 impl Friction {
-    /// All of them, the simplest first.
+    /// All friction models, the simplest first.
     pub const ALL: [Self; 6] = [Self::M1, Self::M2, Self::M3, Self::M4, Self::M5, Self::M6];
 
     /// The name.
@@ -59,18 +59,18 @@ impl PartialOrd for Friction {
     }
 }
 
-/// Which parameters of a chain are fitted, and in which order.
+/// The fitted parameters of a chain, and their order.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Layout {
-    /// Joints.
+    /// The number of joints.
     pub(crate) n: usize,
     /// The terms of friction.
     pub(crate) friction: Friction,
-    /// The moment of the first link's weight, N·m, which gives all torques their unit.
+    /// The moment of the first link's weight, N·m, which is the unit of all torques.
     pub(crate) weight: f64,
 }
 
-/// What is known of a joint before the fit, torques in units of the weight's moment.
+/// The known properties of a joint before the fit, torques in units of the weight's moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Joint {
     /// Inertia.
@@ -117,7 +117,7 @@ impl<T: Scalar> Reader<'_, T> {
         self.positive().times(unit)
     }
 
-    /// A positive number, or 0 where there is no such term.
+    /// A positive number, or 0 without such a term.
     fn when(&mut self, is_there: bool, read: impl FnOnce(&mut Self) -> T) -> T {
         if is_there { read(self) } else { T::of(0.0) }
     }
@@ -175,7 +175,7 @@ impl Layout {
         gear
     }
 
-    /// The same without terms near standstill.
+    /// The layout without terms near standstill.
     pub(crate) fn without_stribeck(self) -> Self {
         let friction = match self.friction.is_by_load() {
             true => Friction::M3,
@@ -189,7 +189,7 @@ impl Layout {
         self.start(&vec![Joint::default(); self.n]).len()
     }
 
-    /// Parameters to begin with, generic ones beside those of the joints.
+    /// Initial parameters, generic ones beside those of the joints.
     pub(crate) fn start(&self, joints: &[Joint]) -> Vec<f64> {
         let n = self.n;
         let mut start = Vec::new();
@@ -214,7 +214,7 @@ impl Layout {
         terms.filter_map(|(is_there, x)| is_there.then_some(x))
     }
 
-    /// The terms of a gear in the order of [`Layout::gear`]: whether each is there, and where it begins.
+    /// The terms of a gear in the order of [`Layout::gear`]: whether each exists, and its initial value.
     fn gear_terms(&self, speed: f64) -> [(bool, f64); 10] {
         let f = self.friction;
         let (stribeck, load) = (f.is_stribeck(), f.is_by_load());
@@ -233,7 +233,7 @@ impl Layout {
         ]
     }
 
-    /// The parameters of a machine with fewer terms, and for the others values to begin with that change its motion little.
+    /// The parameters of a machine with fewer terms, and for the others initial values that change its motion little.
     pub(crate) fn embed(&self, simpler: &Self, parameters: &[f64], speed: f64) -> Vec<f64> {
         let (own, theirs) = (self.gear_terms(speed), simpler.gear_terms(speed));
         let gears = theirs.iter().filter(|(is_there, _)| *is_there).count();
@@ -263,22 +263,22 @@ impl Layout {
     }
 }
 
-/// Parameters of a drive.
+/// The number of parameters of a drive.
 const DRIVE: usize = 3;
-/// Places in the terms of a gear.
+/// Positions in the terms of a gear.
 const MOTOR: usize = 2;
 const EXTERNAL: usize = 3;
 const LAST: usize = 9;
-/// The part of its usual start at which a term begins that is added to a machine.
+/// The part of its usual initial value at which a term begins that is added to a machine.
 const LITTLE: f64 = 0.2;
-/// Starting values in units of the weight's moment.
+/// Initial values in units of the weight's moment.
 const VISCOUS: f64 = 0.02;
 const COULOMB: f64 = 0.05;
 const SHARE: f64 = 0.1;
 const SQUARE: f64 = 0.01;
 const LIMIT: f64 = 1.5;
 const BACK_EMF: f64 = 0.03;
-/// Starting value, rad/s.
+/// Initial value, rad/s.
 const SPEED: f64 = 0.2;
 
 /// A = L Lᵀ, the diagonal of L positive.

@@ -1,4 +1,4 @@
-//! What the parameters of a servo stand for, with names and units.
+//! The physical quantities of the parameters of a servo, with names and units.
 
 use super::machine::Machine;
 use lagrangian_mechanics::forces::Scalar;
@@ -8,11 +8,11 @@ use lagrangian_mechanics::forces::Scalar;
 pub(crate) struct Quantity<T> {
     /// The joint.
     pub(crate) joint: usize,
-    /// What it is.
+    /// The kind of the quantity.
     pub(crate) kind: &'static str,
-    /// Its value; exactly 0 for a term that the friction does not have.
+    /// The value; exactly 0 for a term that the friction does not have.
     pub(crate) value: T,
-    /// Its unit.
+    /// The unit.
     pub(crate) unit: &'static str,
 }
 

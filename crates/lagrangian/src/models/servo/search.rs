@@ -1,7 +1,7 @@
-//! Which terms of friction and which length of simulations: chosen by motions that are held out.
+//! The choice of the terms of friction and of the length of simulations, by held-out motions.
 //!
-//! A machine with more terms, or fitted over longer simulations, explains the motions that it was fitted to better, and others often
-//! worse. Motions with the same goals, as at several gains, are held out together.
+//! A machine with more terms, or fitted over longer simulations, explains the motions of its fit better, and others often
+//! worse. Motions with equal goals, as at several gains, are held out together.
 
 use rayon::prelude::*;
 
@@ -10,7 +10,7 @@ use super::parameters::{Friction, Layout};
 use super::shooting::{Shooting, Stage};
 use super::start;
 
-/// The stages of a fit: each adds longer simulations to those of the stages before, which keep the machine right in detail, while
+/// The stages of a fit. Each adds longer simulations to those of the stages before, which keep the machine right in detail, while
 /// long simulations alone have many wrong minima.
 pub(crate) const STAGES: [Stage; 4] = [
     Stage {
@@ -30,17 +30,17 @@ pub(crate) const STAGES: [Stage; 4] = [
         scale: 0.03,
     },
 ];
-/// Stribeck speeds that fits begin with, rad/s.
+/// Initial Stribeck speeds of fits, rad/s.
 const SPEEDS: [f64; 3] = [0.05, 0.2, 0.6];
-/// Goals whose root mean square difference is below this part of their deviation are the same.
+/// Goals whose root mean square difference is below this part of their deviation are equal.
 const SAME: f64 = 0.1;
 /// A choice with more terms must lower the error of held-out motions to this part.
 const WORTH: f64 = 0.95;
 
-/// Whether a fit is to go on.
+/// Whether a fit should continue.
 pub(crate) type GoOn<'a> = &'a (dyn Fn() -> bool + Sync);
 
-/// A choice with the mean error of the motions that were held out, rad.
+/// A choice with the mean error of the held-out motions, rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Tried {
     pub(crate) friction: Friction,
@@ -48,7 +48,7 @@ pub(crate) struct Tried {
     pub(crate) error: f64,
 }
 
-/// Parameters with the cost that they were chosen by.
+/// Parameters with the cost by which they were chosen.
 type Costed = (Vec<f64>, f64);
 
 /// The parameters after each stage. Terms near standstill are added to the fit without them, and begin with several speeds.
@@ -132,7 +132,7 @@ pub(crate) fn held_out(
     (0..stages).map(tried).collect()
 }
 
-/// The choice with the smallest error; one with more terms only where it is worth them.
+/// The choice with the smallest error; one with more terms only where its error is much smaller.
 pub(crate) fn choose(tried: &[Tried]) -> Option<Tried> {
     let mut best: Option<Tried> = None;
     for choice in tried {
@@ -147,7 +147,7 @@ pub(crate) fn choose(tried: &[Tried]) -> Option<Tried> {
     best
 }
 
-/// The motions by their goals: those with the same goals together.
+/// The motions by their goals: those with equal goals together.
 pub(crate) fn folds(motions: &[Recorded]) -> Vec<Vec<usize>> {
     let mut folds: Vec<Vec<usize>> = Vec::new();
     for (k, motion) in motions.iter().enumerate() {

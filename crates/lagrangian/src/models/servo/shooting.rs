@@ -19,9 +19,9 @@ use lagrangian_mechanics::forces::{Scalar, Sensitive};
 use lagrangian_motion::solve::SymmetricSolver;
 use lagrangian_recordings::local_polynomial::median_step;
 
-/// Directions of the sensitivities of one simulation.
+/// The number of directions of the sensitivities of one simulation.
 const LANES: usize = 8;
-/// Steps of a stage at most.
+/// The largest number of steps of a stage.
 const STEPS: usize = 40;
 /// The weight of the distance from the parameters that a stage begins with.
 const RIDGE: f64 = 2e-4;
@@ -44,7 +44,7 @@ pub(crate) struct Stage {
 struct Segment<'a> {
     motion: &'a Recorded,
     samples: Range<usize>,
-    /// Samples from one residual to the next.
+    /// The number of samples from one residual to the next.
     stride: usize,
     /// The error beyond which a residual weighs less, rad.
     scale: f64,
@@ -229,7 +229,7 @@ impl Segment<'_> {
         (self.samples.len() - 1) / self.stride * self.motion.n
     }
 
-    /// Gives the errors of the positions to `take`, those of a motion that runs away as constants.
+    /// Passes the errors of the positions to `take`, those of a motion that diverges as constants.
     fn residuals<T: Scalar>(&self, machine: &Machine<T>, mut take: impl FnMut(T)) {
         let begin: Moving<T> = self.motion.smoothed(self.samples.start);
         let samples = self.samples.clone();

@@ -1,4 +1,4 @@
-//! Where the fit begins: inertias and gains by a linear regression on derivatives.
+//! The start of the fit: inertias and gains by a linear regression on derivatives.
 
 use super::motion::Recorded;
 use super::parameters::Joint;
@@ -6,7 +6,7 @@ use lagrangian_motion::solve::SymmetricSolver;
 
 /// Below this speed, rad/s, dry friction hides the motion's equation.
 const SLOW: f64 = 0.3;
-/// Coefficients: inertia, gain, viscous and dry friction.
+/// The number of coefficients: inertia, gain, viscous and dry friction.
 const TERMS: usize = 4;
 
 /// Inertia and gain of each joint, as if it moved alone: J q̈ + sin θ = a kₚ V (goal − q) − b q̇ − c sgn q̇, in units of the weight's
@@ -54,7 +54,7 @@ fn joint(motions: &[&Recorded], i: usize) -> Joint {
     let supply = supply / count.max(1.0);
     let [inertia, gain, ..] = solution;
     let usual = Joint::default();
-    // A gain at which the mean error asks for the weight's moment.
+    // A gain at which the mean error requires the weight's moment.
     let plausible = count.max(1.0) / drives.max(1e-9);
     Joint {
         inertia: if inertia > 1e-4 && inertia < 10.0 {

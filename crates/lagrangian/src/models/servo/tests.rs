@@ -218,7 +218,7 @@ fn standard_errors_grow_with_the_noise_of_the_positions_and_hold_the_truth() {
     let [little, much] = [1e-3, 1e-2].map(of_noise);
     let expected = crate::models::FittedModel::parameters(&truth);
     for (a, b) in little.iter().zip(&much) {
-        // The phase of the truth is 0, which is no parameter.
+        // The phase of the truth is 0, which is not a parameter.
         let truth = expected
             .iter()
             .find(|p| p.name == b.name)
@@ -230,7 +230,7 @@ fn standard_errors_grow_with_the_noise_of_the_positions_and_hold_the_truth() {
         };
         let growth = large / small;
         assert!((2.0..50.0).contains(&growth), "{a:?} {b:?}");
-        // What ties parameters to their start shifts them beside the noise.
+        // The ridge towards the start shifts parameters in addition to the noise.
         let error = (b.value - truth).abs();
         assert!(error < 5.0 * large + 0.02 * truth.abs(), "{b:?} {truth:?}");
     }

@@ -1,4 +1,4 @@
-//! Second derivatives of Lagrangians against hyper-dual numbers.
+//! Second derivatives of Lagrangians, compared with hyper-dual numbers.
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 use num_dual::HyperDual64;
@@ -36,7 +36,7 @@ fn scaling() -> Scaling {
     }
 }
 
-/// By hyper-dual numbers through the plain evaluation.
+/// Derivatives by hyper-dual numbers through the plain evaluation.
 fn oracle(value: impl Fn(&[HyperDual64], &[HyperDual64]) -> HyperDual64, x: &[f64]) -> Vec<f64> {
     let d = x.len();
     let second = |i: usize, j: usize| {

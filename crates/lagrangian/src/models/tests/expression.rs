@@ -1,4 +1,4 @@
-//! Expressions against the models that they are written of, and their derivatives against differences.
+//! Expressions compared with their models, and their derivatives with differences.
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -156,7 +156,7 @@ fn assert_close(found: &[f64], expected: &[f64], tolerance: f64, what: &str) {
     }
 }
 
-/// All that the expressions say at random states is what the model says.
+/// Checks that all expressions agree with the model at random states.
 fn check_mechanics(name: &str, model: &dyn Model, equations: &Mechanics) {
     let n = model.coordinates().dof();
     let mut rng = Rng::seed_from_u64(7);

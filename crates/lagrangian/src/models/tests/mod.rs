@@ -1,4 +1,4 @@
-//! Models against what they are written of.
+//! Models compared with other evaluations of them.
 
 mod curvature;
 mod expression;

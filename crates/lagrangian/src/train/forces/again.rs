@@ -7,7 +7,7 @@ use lagrangian_mechanics::{Lagrangian, Mechanical};
 /// The forces of a fitted model beside those of its Lagrangian.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct FittedForces<'a> {
-    /// The friction, where there is any.
+    /// The friction, where it exists.
     pub dissipation: Option<&'a Dissipation>,
     /// The map from inputs to forces, where inputs are not the forces themselves.
     pub actuation: Option<&'a Actuation>,
@@ -23,7 +23,7 @@ impl<'a> FittedForces<'a> {
 }
 
 impl ForceTerms {
-    /// The terms that such forces and rotors are made of.
+    /// The terms of such forces and rotors.
     fn of(forces: FittedForces<'_>, rotors: &[f64]) -> Self {
         let friction = forces.dissipation;
         let directional = friction.and_then(|d| d.directional.as_ref());

@@ -10,10 +10,10 @@ const LANES: usize = 13;
 const FORCE: usize = 11;
 const VELOCITY: usize = 12;
 
-/// A number with its slopes by all that the friction of a gear depends on.
+/// A number with its slopes by all arguments of the friction of a gear.
 type Sloped = Sensitive<LANES>;
 
-/// The direction of a term, `None` for one that is no friction.
+/// The direction of a term; `None` for one that is not friction.
 fn lane(term: Term) -> Option<usize> {
     Some(match term {
         Term::Viscous => 0,

@@ -17,8 +17,8 @@ pub enum DampingRule {
         factor: f64,
     },
     /// λ begins at its first value; it is multiplied by `factor` < 1 where the loss of the batch falls by more than ¾ of what
-    /// the quadratic model predicts, and divided by it where it falls by less than ¼ (Levenberg 1944, Marquardt 1963). Where
-    /// nothing is predicted (the rollout loss, fields, single steps) λ follows the schedule.
+    /// the quadratic model predicts, and divided by it where it falls by less than ¼ (Levenberg 1944, Marquardt 1963). Without
+    /// a prediction (the rollout loss, fields, single steps) λ follows the schedule.
     Adaptive {
         /// The factor of a step.
         factor: f64,
@@ -31,7 +31,7 @@ const LEAST: f64 = 1e-11;
 const LARGEST: f64 = 10.0;
 
 impl DampingRule {
-    /// λ after a step that lowered the loss by `gain` times what was predicted.
+    /// λ after a step that lowered the loss by `gain` times the predicted decrease.
     pub(crate) fn adapted(self, damping: f64, gain: f64) -> f64 {
         let Self::Adaptive { factor } = self else {
             return damping;

@@ -118,7 +118,7 @@ impl Natural {
         rate
     }
 
-    /// The ratio of the decrease of the loss to that which the quadratic model predicted for the last step.
+    /// The ratio of the decrease of the loss to the decrease that the quadratic model predicted for the last step.
     pub(super) fn gain(&self, rate: f64, change: Change) -> f64 {
         let before = change.before.mean();
         let predicted =
@@ -145,7 +145,7 @@ pub(super) struct Change {
     pub(super) unit: f64,
 }
 
-/// λ of a batch: far from the solution the quadratic model is poor; near it, damping is all that slows the step.
+/// λ of a batch: far from the solution the quadratic model is poor; near it, only damping slows the step.
 fn damping_of_batch(config: &NaturalConfig, damping: f64, seen: ResidualSize) -> f64 {
     let damping = config.damping_rule.on_batch(damping, seen.mean_square);
     damping * seen.level.min(1.0).sqrt()

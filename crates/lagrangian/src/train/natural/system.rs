@@ -26,7 +26,7 @@ impl Default for System {
 }
 
 impl System {
-    /// A system of no equations.
+    /// A system without equations.
     #[must_use]
     pub fn new() -> Self {
         Self {
@@ -85,8 +85,8 @@ impl System {
         self.solve() && self.solution().iter().all(|x| x.is_finite())
     }
 
-    /// Overwrites the right-hand side with the solution. On one thread, so that the bits do not depend on how many
-    /// there are.
+    /// Overwrites the right-hand side with the solution. Runs on one thread, so that the bits do not depend on the number of
+    /// threads.
     fn solve(&mut self) -> bool {
         let stack = MemStack::new(&mut self.memory);
         let (regularization, params) =

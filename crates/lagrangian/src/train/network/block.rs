@@ -143,12 +143,12 @@ impl Block {
         self.reorder(points, |by_point, by_sample| (by_sample, by_point));
     }
 
-    /// Brings `raw` back.
+    /// Returns `raw` to the order of the pass.
     fn by_point(&mut self, points: usize) {
         self.reorder(points, |by_point, by_sample| (by_point, by_sample));
     }
 
-    /// Moves every entry of `raw` from the second to the first of the places that `way` returns.
+    /// Moves every entry of `raw` from the second to the first of the positions that `way` returns.
     fn reorder(&mut self, points: usize, way: impl Fn(usize, usize) -> (usize, usize)) {
         if points == 1 {
             return;

@@ -9,7 +9,7 @@ use crate::train::problem::{Differentiable, GradientSize, StepAt};
 use nets::Moments;
 use nets::simd::{AdamRule, Real};
 
-/// The parameters of a network, the moments of their gradient, and what evaluates it.
+/// The parameters of a network, the moments of their gradient, and the evaluation of its loss.
 pub(crate) struct NetworkDescent<'a, T: Real> {
     learner: &'a dyn Learner<T>,
     loss: Loss,
@@ -21,7 +21,7 @@ pub(crate) struct NetworkDescent<'a, T: Real> {
 }
 
 impl<'a, T: Real> NetworkDescent<'a, T> {
-    /// For batches of at most `batch` samples.
+    /// Memory for batches of at most `batch` samples.
     pub(crate) fn new(learner: &'a dyn Learner<T>, loss: Loss, batch: usize) -> Self {
         let extra = vec![0.0; learner.parameters() - learner.net().parameters];
         Self {

@@ -1,4 +1,4 @@
-//! The loss of a network on a batch and its gradient, on several threads with the same bits whatever their number.
+//! The loss of a network on a batch and its gradient, on several threads with equal bits whatever their number.
 
 use rayon::prelude::*;
 
@@ -8,7 +8,7 @@ use crate::train::problem::{Batch, LossValue};
 use nets::simd::Real;
 use nets::{Gradient, Net, Packed};
 
-/// The number of parts of a batch; more threads are of no use.
+/// The number of parts of a batch; more threads do not help.
 const LANES: usize = 4;
 
 struct Lane<T: Real> {
@@ -66,7 +66,7 @@ impl<T: Real> Batches<T> {
         value
     }
 
-    /// The loss of the packed parameters and of `extra`; where it is `wanted`, each lane keeps its part of the gradient.
+    /// The loss of the packed parameters and of `extra`; where the gradient is `wanted`, each lane keeps its part of it.
     pub(crate) fn run(
         &mut self,
         learner: &dyn Learner<T>,

@@ -35,7 +35,7 @@ pub(crate) struct NetworkMemory {
 }
 
 impl NetworkMemory {
-    /// For batches of at most `batch` samples.
+    /// Memory for batches of at most `batch` samples.
     pub(crate) fn new(learner: &dyn Learner<f64>, batch: usize) -> Self {
         let net = learner.net();
         let count = batch.div_ceil(BLOCK);
@@ -75,7 +75,7 @@ pub(crate) struct NetworkProblems<'a> {
 }
 
 impl<'a> NetworkProblems<'a> {
-    /// For batches of at most `batch` samples.
+    /// Problems for batches of at most `batch` samples.
     pub(crate) fn new(learner: &'a dyn Learner<f64>, loss: Loss, batch: usize) -> Self {
         Self {
             memory: NetworkMemory::new(learner, batch),
@@ -109,7 +109,7 @@ pub(crate) struct NetworkProblem<'p> {
     learner: &'p dyn Learner<f64>,
     loss: Loss,
     batch: Batch<'p>,
-    /// Blocks of this batch.
+    /// The number of blocks of this batch.
     used: usize,
     terms: Terms,
     rows: Rows,

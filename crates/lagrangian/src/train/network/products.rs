@@ -1,4 +1,4 @@
-//! From the products of raw outputs to those of residuals.
+//! From products of raw outputs to products of residuals.
 
 use super::block::BLOCK;
 use crate::train::learner::{Learner, Work};
@@ -21,7 +21,7 @@ pub(super) fn tile_of_residuals(
     let mut between = [0.0; BLOCK];
     for s in 0..BLOCK {
         for (i, l) in (0..m).flat_map(|i| (0..k).map(move |l| (i, l))) {
-            // Σ over the outputs of the left sample, then over those of the right ones.
+            // Sum over the outputs of the left sample, then over those of the right ones.
             between.fill(0.0);
             for (c, d) in left.linear.d[(s * m + i) * k..][..k].iter().enumerate() {
                 let source = &raw[(c * BLOCK + s) * raw_size + l * BLOCK..][..BLOCK];

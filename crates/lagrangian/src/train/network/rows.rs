@@ -4,13 +4,13 @@ use super::block::BLOCK;
 use super::tiles::{Tile, Tiles};
 use crate::train::System;
 
-/// The row of each residual in the system; none for residuals without weight (of parameters, of padding), whose rows of
+/// The row of each residual in the system; `None` for residuals without weight (of parameters, of padding), whose rows of
 /// J Jᵀ are zero.
 #[derive(Default)]
 pub(super) struct Rows {
     /// `[block, residual, sample]`.
     rows: Vec<Option<usize>>,
-    /// Residuals of a sample.
+    /// The number of residuals of a sample.
     m: usize,
 }
 

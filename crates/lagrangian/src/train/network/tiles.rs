@@ -13,7 +13,7 @@ use nets::{Factors, Terms, TileScratch};
 /// J Jᵀ may be rounded to single precision where the damping on its diagonal exceeds this part of its largest entry.
 const ROUNDED: f64 = 1e-6;
 
-/// Tiles on the side of a square.
+/// The number of tiles on the side of a square.
 const SQUARE: usize = 2;
 
 /// The products of two blocks, of m residuals and `BLOCK` samples each: `[residual, sample]` of one by that of the other.
@@ -28,7 +28,7 @@ pub(super) struct Tiles {
     tiles: Vec<Tile>,
     /// The scratch of each thread.
     scratch: Vec<Mutex<Scratch>>,
-    /// Residuals of a block.
+    /// The number of residuals of a block.
     count: usize,
 }
 
@@ -111,7 +111,7 @@ impl Tiles {
 }
 
 /// The lower triangle of a matrix of `count` × `count` tiles, square after square, so that the factors of neighbours are
-/// still at hand.
+/// still in the cache.
 fn in_squares(count: usize) -> Vec<(usize, usize)> {
     let mut tiles: Vec<_> = (0..count)
         .flat_map(|i| (0..=i).map(move |j| (i, j)))
@@ -145,7 +145,7 @@ impl Scratch {
     }
 }
 
-/// Fills tiles from the factors of the blocks; `factors` gives these, `own` their scratch.
+/// Fills tiles from the factors of the blocks: `factors` returns the factors of a block, `own` its scratch.
 fn fill<S: Real>(
     tiles: &mut [&mut Tile],
     (blocks, scratch): (&[Block], &[Mutex<Scratch>]),

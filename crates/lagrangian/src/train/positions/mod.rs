@@ -89,11 +89,11 @@ pub(crate) struct PositionsLearner<'a, F> {
     /// Weight of each coordinate's residual, `[n]`.
     pub(crate) weights: &'a [f64],
     pub(crate) forces: Forces,
-    /// Steps towards â with the mass matrix before that with the Jacobian: each gains a factor of about (h ω)²/4.
+    /// The number of steps towards â with the mass matrix before that with the Jacobian: each gains a factor of about (h ω)²/4.
     pub(crate) chords: usize,
 }
 
-/// Two are enough at ten steps a period.
+/// Two steps are enough at ten samples a period.
 pub(crate) const CHORDS: usize = 2;
 
 impl<T: Real, F: PointFamily<T>> Learner<T> for PositionsLearner<'_, F> {
@@ -176,7 +176,7 @@ impl<F> PositionsLearner<'_, F> {
             let (before, after) = (work.states.steps[2 * s], work.states.steps[2 * s + 1]);
             let mean = 0.5 * (before + after);
             let (past, next) = (0.5 * before / mean, 0.5 * after / mean);
-            // Share of the step between q and the point, α and β of each place.
+            // Part of the step between q and the point, α and β of each place.
             let places: &[[f64; 3]] = match self.rule {
                 Rule::Midpoint => &[[-0.5, -1.0 / mean, past], [0.5, 1.0 / mean, next]],
                 Rule::Trapezoidal if self.constant => {
@@ -323,7 +323,7 @@ impl<F> PositionsLearner<'_, F> {
         std::mem::swap(&mut work.points.balance, &mut work.points.beside);
     }
 
-    /// r = w (â − a), D = −w E (∂B/∂a)⁻¹, the same for all points of a coordinate.
+    /// r = w (â − a), D = −w E (∂B/∂a)⁻¹, equal for all points of a coordinate.
     fn residual<T: Real>(&self, s: usize, work: &mut Work<T>)
     where
         F: PointFamily<T>,

@@ -45,9 +45,9 @@ pub struct RolloutLoss {
     /// The initial states of segments.
     #[serde(alias = "starts")]
     pub start: Start,
-    /// The part of the budget in which the horizon grows from 1 to k; 0 for k from the start.
+    /// The part of the budget in which the horizon grows from 1 to k; 0 for a horizon of k from the start.
     pub growth: f64,
-    /// The part of the budget in which known accelerations are fitted first; 0 for no such fit.
+    /// The part of the budget in which known accelerations are fitted first; 0 to skip that fit.
     pub warm_start: f64,
 }
 
@@ -76,7 +76,7 @@ impl RolloutLoss {
         *self == Self::default()
     }
 
-    /// Evaluations of f in one segment of `horizon` samples.
+    /// The number of evaluations of f in one segment of `horizon` samples.
     pub(super) fn evaluations(&self, horizon: usize) -> usize {
         horizon
             .saturating_mul(self.substeps)
@@ -121,7 +121,7 @@ impl RolloutLoss {
         Ok(())
     }
 
-    /// The horizon fits into the longest trajectory of each part of the data.
+    /// Checks that the horizon fits into the longest trajectory of each part of the data.
     fn validate_horizon(&self, dataset: &Dataset) -> Result<()> {
         if self.horizon == 0 {
             return refuse("horizon", "0", "at least 1");
@@ -141,7 +141,7 @@ impl RolloutLoss {
         Ok(())
     }
 
-    /// Memory and time of a batch stay bounded.
+    /// Checks that memory and time of a batch stay bounded.
     fn validate_cost(&self, dof: usize, optimizer: &Optimizer) -> Result<()> {
         let evaluations = self.evaluations(self.horizon);
         if evaluations > MOST_EVALUATIONS {
@@ -161,7 +161,7 @@ impl RolloutLoss {
     }
 }
 
-/// Samples have times, and no coordinate is a parameter.
+/// Checks that samples have times, and that no coordinate is a parameter.
 fn rollouts_exist(dataset: &Dataset) -> Result<()> {
     if dataset.train_times.longest() == 0 {
         let must = "with data from trajectories: these samples have no times";
@@ -180,5 +180,5 @@ fn refuse(name: &'static str, value: impl Into<String>, must: &'static str) -> R
     Err(Error::Argument { name, value, must })
 }
 
-/// Segments of a block: the least that a batch has.
+/// The number of segments of a block, which is the smallest of a batch.
 pub(super) const SEGMENTS: usize = 8;

@@ -29,7 +29,7 @@ pub(crate) struct SegmentOrder<'a> {
     seed: u64,
     /// The horizon of the segments below.
     horizon: usize,
-    /// The samples that segments of this horizon start at, and the order in which they are visited.
+    /// The samples at which segments of this horizon start, and the order in which they are visited.
     begins: Vec<usize>,
     order: Order,
 }
@@ -88,7 +88,7 @@ impl<'a> SegmentOrder<'a> {
         (grown as usize).clamp(1, self.config.horizon)
     }
 
-    /// The samples that the segments of a step start at.
+    /// The samples at which the segments of a step start.
     fn begins(&mut self, horizon: usize, step: usize) -> Vec<usize> {
         if self.horizon != horizon {
             let stride = match self.config.start {
@@ -105,8 +105,8 @@ impl<'a> SegmentOrder<'a> {
         indices.iter().map(|k| self.begins[*k]).collect()
     }
 
-    /// Segments of a batch: under Adam those with as many samples, under the natural gradient those with twice as many
-    /// evaluations, whose number it costs the square of.
+    /// The number of segments of a batch. Under Adam they have as many samples as a batch, under the natural gradient twice as many
+    /// evaluations, since its cost grows with the square of their number.
     fn count(&self, horizon: usize) -> usize {
         let each = match self.optimizer {
             Optimizer::Natural(_) => self.config.evaluations(horizon).div_ceil(2),
@@ -163,7 +163,7 @@ impl Problems for RolloutProblems<'_> {
     }
 }
 
-/// The rollout loss as something to descend. Free starts have no moments: they move when a gradient is evaluated.
+/// The rollout loss for a descent. Free starts have no moments: they move when a gradient is evaluated.
 pub(crate) struct RolloutDescent<'a> {
     order: SegmentOrder<'a>,
     shooting: Shooting,
@@ -275,7 +275,7 @@ impl<'a> RolloutValidation<'a> {
         }
     }
 
-    /// The loss; `None` where there are no such segments.
+    /// The loss; `None` without such segments.
     pub(crate) fn loss(&mut self, theta: &[f64]) -> Option<LossValue> {
         if self.begins.is_empty() {
             return None;

@@ -6,13 +6,13 @@ use nets::Packed;
 /// Sizes of a block of segments.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sizes {
-    /// Segments of the block.
+    /// The number of segments of the block.
     pub(crate) samples: usize,
-    /// Degrees of freedom n.
+    /// The number of degrees of freedom n.
     pub(crate) n: usize,
-    /// Rates that the network gives, the last of ẋ: n where q̇ is known, 2n where it is learned too.
+    /// The number of rates that the network gives, the last of ẋ: n where q̇ is known, 2n where it is learned too.
     pub(crate) rates: usize,
-    /// Raw outputs k.
+    /// The number of raw outputs k.
     pub(crate) outputs: usize,
 }
 
@@ -45,7 +45,7 @@ pub(crate) struct Point {
     pub(crate) inverse: Vec<f64>,
     /// D = ∂(learned rates)/∂S, `[samples, rates, k]`.
     pub(crate) by_output: Vec<f64>,
-    /// ∂(learned rates)/∂τ, `[samples, rates, n]`; empty where it is not asked for.
+    /// ∂(learned rates)/∂τ, `[samples, rates, n]`; empty where it is not needed.
     pub(crate) by_input: Vec<f64>,
     /// A square and marks for implicit stages.
     pub(crate) scratch: Vec<f64>,
@@ -68,7 +68,7 @@ impl Point {
     }
 }
 
-/// A learner with its parameters, under forces that are held for a while.
+/// A learner with its parameters, under forces that are held for some time.
 pub(crate) struct Flow<'a> {
     pub(crate) learner: &'a dyn Learner<f64>,
     pub(crate) packed: &'a Packed<f64>,
@@ -77,7 +77,7 @@ pub(crate) struct Flow<'a> {
 }
 
 impl Flow<'_> {
-    /// Puts the states `x` of a block in their place.
+    /// Copies the states `x` of a block to their place.
     pub(crate) fn set_states(&self, work: &mut Work<f64>, x: &[f64]) {
         let n = self.sizes.n;
         let second = match self.learner.facts().phase {
@@ -126,7 +126,7 @@ impl Flow<'_> {
         self.set_states(work, x);
         let phase = self.learner.facts().phase;
         if phase {
-            // Residuals against no rates are the rates.
+            // Residuals against zero rates are the rates.
             work.states.qd.fill(0.0);
             work.states.pd.fill(0.0);
         }
@@ -152,7 +152,7 @@ impl Flow<'_> {
         }
     }
 
-    /// The same at the states of `point`, with F and D; the work holds the factors of J behind it.
+    /// Evaluates the flow at the states of `point`, with F and D; the work then holds the factors of J.
     pub(crate) fn linearised(
         &self,
         work: &mut Work<f64>,
@@ -224,5 +224,5 @@ impl Flow<'_> {
     }
 }
 
-/// Rates beyond this are those of a motion that has left every bound.
+/// The largest rate of a motion that stays within bounds.
 const LARGEST: f64 = 1e12;

@@ -1,7 +1,7 @@
 //! The problem of least squares of a rollout loss: J Jᵀ of whole segments from the factors of every evaluation in them.
 //!
 //! A residual of a segment depends on the weights through the rates at its evaluations, r′ = Σₑ Bₑ Dₑ Jₑ, with B from
-//! the way back and Jₑ as for a loss of accelerations. Free starts are parameters of their segments alone: they add
+//! back-propagation and Jₑ as for a loss of accelerations. Free starts are parameters of their segments alone: they add
 //! C Cᵀ to J Jᵀ (theory.md, equation 99).
 
 use std::ops::Add;
@@ -41,14 +41,14 @@ impl GaussNewton {
     }
 }
 
-/// The segments of a step, and how their errors are measured.
+/// The segments of a step, and the measure of their errors.
 pub(super) struct Segments<'p> {
     pub(super) recorded: Recorded<'p>,
     pub(super) config: &'p RolloutLoss,
     /// The weights of the components of a state, `[2n]`.
     pub(super) weights: &'p [f64],
     pub(super) rows: Rows,
-    /// The samples that they start at.
+    /// The samples at which they start.
     pub(super) begins: Vec<usize>,
 }
 
@@ -65,7 +65,7 @@ impl Segments<'_> {
     }
 }
 
-/// The residuals of a batch of segments. What stands behind the parameters of the model in θ are the free starts.
+/// The residuals of a batch of segments. The free starts follow the parameters of the model in θ.
 pub(super) struct RolloutProblem<'p> {
     pub(super) memory: &'p mut GaussNewton,
     pub(super) learner: &'p dyn Learner<f64>,
@@ -74,7 +74,7 @@ pub(super) struct RolloutProblem<'p> {
 }
 
 impl RolloutProblem<'_> {
-    /// Blocks of this batch.
+    /// The number of blocks of this batch.
     fn used(&self) -> usize {
         let blocks = self.segments.begins.len().div_ceil(SEGMENTS);
         blocks.min(self.memory.units.len())

@@ -1,4 +1,4 @@
-//! The gradient of a rollout loss by the weights: backwards through the steps.
+//! The gradient of a rollout loss by the weights, by back-propagation through the steps.
 
 use rayon::prelude::*;
 
@@ -11,7 +11,7 @@ use crate::train::problem::LossValue;
 use lagrangian_motion::solve::SymmetricSolver;
 use nets::{Gradient, Packed};
 
-/// The number of parts of a batch; more threads are of no use.
+/// The number of parts of a batch; more threads do not help.
 const LANES: usize = 4;
 
 /// The part of the step towards the best start of a segment that is taken.
@@ -35,7 +35,7 @@ pub(super) struct Shooting {
     packed: Packed<f64>,
 }
 
-/// Where the derivatives of the loss are written.
+/// The memory to which the derivatives of the loss are written.
 pub(super) struct Derivatives<'a> {
     /// The gradient by the parameters, overwritten.
     pub(super) gradient: &'a mut [f64],
@@ -155,7 +155,7 @@ impl Lane {
         }
     }
 
-    /// Carries the sensitivities to the rates at every evaluation down to the weights; passes are computed anew.
+    /// Carries the sensitivities to the rates at every evaluation to the weights; passes are computed anew.
     fn pull_back(&mut self, flow: &Flow<'_>, task: &Task<'_>) {
         let sizes = self.block.sizes;
         let d = sizes.state();

@@ -1,4 +1,4 @@
-//! The kernel of the residuals of a rollout loss: J Jᵀ between single evaluations, and what the chain makes of it.
+//! The kernel of the residuals of a rollout loss: J Jᵀ between single evaluations, and their combination by the chain rule.
 
 use rayon::prelude::*;
 
@@ -45,7 +45,7 @@ impl GaussNewton {
                 }
             }
         });
-        // Within a block both orders of two evaluations are asked for.
+        // Within a block both orders of two evaluations are needed.
         let block = count * tile;
         for first in (0..used).map(|u| u * block) {
             for i in first..first + block {
@@ -88,7 +88,7 @@ impl GaussNewton {
     }
 }
 
-/// Adds to row `i` of the kernel of two segments what a free start contributes that both begin at, in units of its
+/// Adds to row `i` of the kernel of two segments the contribution of a free start at which both begin, in units of its
 /// weights.
 fn starts_kernel(
     (a, s, i): (&Block, usize, usize),

@@ -1,4 +1,4 @@
-//! The leapfrog, and its way back by the implicit function theorem.
+//! The leapfrog, and its back-propagation by the implicit function theorem.
 
 use super::flow::Point;
 use super::linear::add_transposed;
@@ -23,7 +23,7 @@ pub(super) fn step(mut moving: StepContext<'_>) {
     }
 }
 
-/// λ of the end becomes that of the start; `direct` `[2, 2n]`.
+/// Propagates λ from the end to the start; `direct` is `[2, 2n]`.
 pub(super) fn back(points: &[Point], s: usize, h: f64, lambda: &mut [f64], direct: &mut [f64]) {
     let d = lambda.len();
     let n = d / 2;

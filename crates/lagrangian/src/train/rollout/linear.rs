@@ -41,7 +41,7 @@ pub(crate) fn add_transposed(m: &[f64], x: &[f64], factor: f64, out: &mut [f64])
     }
 }
 
-/// M x.
+/// out = M x.
 pub(super) fn product(m: &[f64], x: &[f64], out: &mut [f64]) {
     for (row, out) in m.chunks_exact(x.len()).zip(out) {
         *out = lagrangian_motion::solve::dot(row, x);

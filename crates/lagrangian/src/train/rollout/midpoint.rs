@@ -1,4 +1,4 @@
-//! The implicit midpoint rule, and its way back by the implicit function theorem.
+//! The implicit midpoint rule, and its back-propagation by the implicit function theorem.
 
 use super::flow::Point;
 use super::linear::add_transposed;
@@ -11,7 +11,7 @@ pub(super) fn step(mut moving: StepContext<'_>) {
     pairs.for_each(|(x, middle)| *x = 2.0 * middle - *x);
 }
 
-/// λ of the end becomes that of the start; `direct` `[1, 2n]`.
+/// Propagates λ from the end to the start; `direct` is `[1, 2n]`.
 pub(super) fn back(points: &[Point], s: usize, h: f64, lambda: &mut [f64], direct: &mut [f64]) {
     let d = lambda.len();
     let square = s * d * d..(s + 1) * d * d;

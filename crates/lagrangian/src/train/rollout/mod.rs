@@ -1,4 +1,4 @@
-//! The rollout loss: k steps of an integrator from a recorded state against what was recorded, for every family whose
+//! The rollout loss: k steps of an integrator from a recorded state compared with the recording, for every family whose
 //! rates a network gives (theory.md, section 23).
 //!
 //! | symbol | meaning | shape |

@@ -4,13 +4,13 @@ use super::flow::Point;
 use super::linear::{invert, product};
 use super::step::{MAX_STATE, Span, StepContext};
 
-/// Iterations at most.
+/// The largest number of iterations.
 const ITERATIONS: usize = 30;
 
-/// A stage is solved when nothing changes by more than this, relative to its size plus 1.
+/// A stage is solved when no component changes by more than this, relative to its size plus 1.
 const SOLVED: f64 = 1e-14;
 
-/// Where rounding keeps it from that, this is enough.
+/// A change that is small enough where rounding prevents a smaller one.
 const NEARLY_SOLVED: f64 = 1e-9;
 
 impl StepContext<'_> {

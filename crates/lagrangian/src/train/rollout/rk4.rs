@@ -1,10 +1,10 @@
-//! The classical method of Runge and Kutta and its way back.
+//! The classical method of Runge and Kutta and its back-propagation.
 
 use super::flow::Point;
 use super::linear::add_transposed;
 use super::step::{MAX_STATE, StepContext};
 
-/// Where each stage stands, and its weight (equation 97).
+/// The position of each stage in the step, and its weight (equation 97).
 pub(crate) const STAGES: [(f64, f64); 4] = [
     (0.0, 1.0 / 6.0),
     (0.5, 1.0 / 3.0),
@@ -33,7 +33,7 @@ pub(crate) fn step(mut moving: StepContext<'_>) {
     }
 }
 
-/// λ of the end of a step becomes that of its start; `direct` `[4, 2n]` receives the sensitivity to each stage's rate.
+/// Propagates λ from the end of a step to its start; `direct` `[4, 2n]` receives the sensitivity to each stage's rate.
 pub(crate) fn back(points: &[Point], s: usize, h: f64, lambda: &mut [f64], direct: &mut [f64]) {
     let d = lambda.len();
     let mut eta = [0.0; MAX_STATE];

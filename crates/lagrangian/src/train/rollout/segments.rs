@@ -74,7 +74,7 @@ impl<'a> Recorded<'a> {
     }
 
     /// Weights of the components of a state, `[2n]`: one over the deviation of each (of an angle at most that of a
-    /// uniform one), and over how far a state moves within the horizon in these units, so that a loss of 1 is that of a
+    /// uniform one), and over the distance that a state moves within the horizon in these units, so that a loss of 1 is that of a
     /// system at rest.
     pub(super) fn weights(&self, horizon: usize) -> Vec<f64> {
         let d = 2 * self.samples.n;

@@ -49,11 +49,11 @@ pub(super) struct Block {
 /// The sensitivities of each residual of a block, or of one weighted sum of them.
 #[derive(Default)]
 pub(super) struct Sensitivities {
-    /// To the rates at every evaluation, `[samples, rows, evaluations, 2n]`.
+    /// The sensitivity to the rates at every evaluation, `[samples, rows, evaluations, 2n]`.
     pub(super) direct: Vec<f64>,
-    /// To the start of the segment, `[samples, rows, 2n]`.
+    /// The sensitivity to the start of the segment, `[samples, rows, 2n]`.
     pub(super) to_start: Vec<f64>,
-    /// To the state of one segment, `[rows, 2n]`, while it is propagated backwards.
+    /// The sensitivity to the state of one segment, `[rows, 2n]`, while it is propagated backwards.
     lambda: Vec<f64>,
 }
 
@@ -67,7 +67,7 @@ pub(super) enum Back<'a> {
 }
 
 impl Block {
-    /// A block for the whole horizon; `keep` says whether each evaluation has memory of its own.
+    /// A block for the whole horizon; `keep` gives each evaluation a memory of its own.
     pub(super) fn new(learner: &dyn Learner<f64>, config: &RolloutLoss, keep: bool) -> Self {
         let sizes = Sizes::of(learner, SEGMENTS);
         let (m, d) = (sizes.samples, sizes.state());

@@ -6,7 +6,7 @@ use crate::train::MAX_DOF;
 use crate::train::learner::Work;
 use lagrangian_mechanics::integrate::Method;
 
-/// Longest state x.
+/// The largest length of a state x.
 pub(crate) const MAX_STATE: usize = 2 * MAX_DOF;
 
 /// The time that a step covers.
@@ -15,11 +15,11 @@ pub(crate) struct Span<'a> {
     pub(crate) h: &'a [f64],
     /// τ of each segment, held, `[samples, n]`.
     pub(crate) tau: &'a [f64],
-    /// Number of its first evaluation.
+    /// Number of the first evaluation of the step.
     pub(crate) first: usize,
 }
 
-/// A step of a block of segments: what it needs, and the state x `[samples, 2n]` that it moves.
+/// A step of a block of segments: its memory, and the state x `[samples, 2n]` that it moves.
 pub(crate) struct StepContext<'a> {
     pub(crate) flow: &'a Flow<'a>,
     /// The work of every evaluation of the block, or one for all.
@@ -42,7 +42,7 @@ impl StepContext<'_> {
     }
 }
 
-/// Evaluations of f that a step keeps.
+/// The number of evaluations of f that a step keeps.
 pub(crate) fn evaluations(method: Method) -> usize {
     match method {
         Method::ImplicitMidpoint => 1,
@@ -60,7 +60,7 @@ pub(crate) fn step(method: Method, moving: StepContext<'_>) {
     }
 }
 
-/// Carries the sensitivity λ to the end of a step of segment `s` to its start, and writes those to the rates at its
+/// Propagates the sensitivity λ from the end of a step of segment `s` to its start, and writes those to the rates at its
 /// evaluations, `[evaluations, 2n]`.
 pub(crate) fn back(
     method: Method,

@@ -8,7 +8,7 @@ use crate::train::learner::Learner;
 use nets::simd::Buffer;
 use nets::{Factors, Gradient, Packed, Terms};
 
-/// A block of segments and what the natural gradient needs of it.
+/// A block of segments with the memory of the natural gradient.
 pub(super) struct Unit {
     pub(super) block: Block,
     pub(super) factors: Vec<Factors<f64>>,
@@ -23,7 +23,7 @@ pub(super) struct Unit {
 }
 
 impl Unit {
-    /// For blocks of segments of `config`.
+    /// The memory for blocks of segments of `config`.
     pub(super) fn new(learner: &dyn Learner<f64>, config: &RolloutLoss) -> Self {
         let net = learner.net();
         let block = Block::new(learner, config, true);

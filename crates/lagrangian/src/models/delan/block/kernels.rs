@@ -1,4 +1,4 @@
-//! What is done to the vectors of samples of a [`Block`], between the passes through the network.
+//! The operations on the vectors of samples of a [`Block`], between the passes through the network.
 
 use super::{Balance, Block, Features};
 use nets::simd::{

@@ -13,7 +13,7 @@ use nets::{Packed, Pass};
 #[derive(Debug)]
 pub(crate) struct Block<T> {
     samples: usize,
-    /// 1/s.
+    /// The factor 1/s of each velocity.
     units: Vec<f64>,
     /// The factor of each vector of samples.
     factors: Vec<Factor<T>>,
@@ -26,7 +26,7 @@ pub(crate) struct Block<T> {
     seeds: [Planes<T>; 2],
 }
 
-/// What is set for each sample, `[n]` each.
+/// The input of each sample, `[n]` each.
 #[derive(Debug)]
 struct Motion<T> {
     q: Planes<f64>,
@@ -152,7 +152,7 @@ impl<T: Real> Block<T> {
         self.run(Step::Accelerate);
     }
 
-    /// Takes the left side of the balance at the acceleration that was set.
+    /// Evaluates the left side of the balance at the acceleration that was set.
     pub(crate) fn balance(&mut self) {
         self.run(Step::Balance);
     }
@@ -162,7 +162,7 @@ impl<T: Real> Block<T> {
         self.balance.left.number(i, s).f64()
     }
 
-    /// Takes the mass matrices.
+    /// Evaluates the mass matrices.
     pub(crate) fn weigh(&mut self) {
         self.run(Step::Masses);
     }

@@ -4,7 +4,7 @@ use super::{Angles, RigidChain};
 use lagrangian_mechanics::expression::Value;
 
 impl RigidChain {
-    /// L of (q, q̇).
+    /// L as an expression of (q, q̇).
     pub(crate) fn expression<'g>(&self, q: Value<'g>, qd: Value<'g>) -> Value<'g> {
         let graph = q.graph();
         let (theta, thetad) = (self.absolute_angles(q), self.absolute_angles(qd));

@@ -25,12 +25,12 @@ pub enum Angles {
 ///
 /// | symbol | meaning | unit |
 /// |---|---|---|
-/// | aᵢᵢ, aᵢⱼ | half the inertia about the joint, with all that hangs on the link; coupling of two links | kg·m² |
+/// | aᵢᵢ, aᵢⱼ | half the inertia about the joint, with all links beyond; coupling of two links | kg·m² |
 /// | rᵢ | inertia of a rotor that turns with the joint angle (relative angles, i ≥ 2; otherwise it is part of aᵢᵢ) | kg·m² |
 /// | cᵢ, sᵢ | gravity, for any direction in which the angles are 0 | J |
 /// | oᵢ | a constant torque: friction of one sign, or the offset of a torque sensor | N·m |
 ///
-/// The parameters are those that motions and torques can tell apart; masses and lengths are not among them
+/// The parameters are those that motions and torques can distinguish; masses and lengths are not among them
 /// (Gautier, Khalil, IEEE Trans. Robotics and Automation 6, 1990).
 #[derive(Debug, Clone, PartialEq)]
 pub struct RigidChain {
@@ -64,7 +64,7 @@ impl RigidChain {
         })
     }
 
-    /// Names of its base parameters in their order: `inertia_1_1`, `inertia_1_2` …, `rotor_2` …, `gravity_cos_1` …,
+    /// Names of the base parameters in their order: `inertia_1_1`, `inertia_1_2` …, `rotor_2` …, `gravity_cos_1` …,
     /// `gravity_sin_1` …, `offset_1` ….
     ///
     /// # Errors
@@ -95,7 +95,7 @@ impl RigidChain {
         &self.parameters
     }
 
-    /// The reference of its angles.
+    /// The reference of the angles.
     #[must_use]
     pub fn angles(&self) -> Angles {
         self.angles
@@ -121,7 +121,7 @@ impl ClosedForm for RigidChain {
         let (theta, thetad) = (self.absolute(q), self.absolute(qd));
         let mut l = D::from(0.0);
         let mut parameters = self.parameters.iter();
-        // Columns of a regressor have one parameter that is not 0: the others cost nothing.
+        // A column of a regressor has one parameter that is not 0: the others cost nothing.
         let mut add = |term: &dyn Fn() -> D| match parameters.next() {
             Some(&pi) if pi != 0.0 => l += term() * pi,
             _ => (),

@@ -70,7 +70,7 @@ struct Shape {
     angles: Angles,
 }
 
-/// The chain that was saved.
+/// The saved chain.
 pub(crate) fn load(saved: &SavedModel) -> Result<Rigid> {
     let header = &saved.header;
     let shape: Shape = saved::read("architecture", &header.architecture)?;
@@ -89,7 +89,7 @@ pub struct Identified {
     pub model: Rigid,
     /// The mean of the squared weighted torque residuals on the training samples.
     pub loss: f64,
-    /// The mean on the validation samples, where there are any.
+    /// The mean on the validation samples, where they exist.
     pub validation: Option<f64>,
 }
 
@@ -213,7 +213,7 @@ impl<'a> Problem<'a> {
     }
 
     /// The loss over all samples: with so few parameters a chain does not overfit, and a validation on slow motions alone
-    /// would say little.
+    /// would mean little.
     fn pooled(&self, found: &Identified) -> f64 {
         let (train, held) = (self.train.count as f64, self.validation.count as f64);
         (found.loss * train + found.validation.unwrap_or(0.0) * held) / (train + held)

@@ -3,13 +3,13 @@
 //!
 //! | symbol | meaning |
 //! |---|---|
-//! | π | ten inertial parameters of each body, then rotors, constant torques, viscous and Coulomb friction, shares of the load |
+//! | π | ten inertial parameters of each body, then rotors, constant torques, viscous and Coulomb friction, parts of the load |
 //! | wⱼ | weight of joint j: one over the root mean square of its residual |
 //! | γ | strength of the prior |
 //!
-//! Of the ten parameters of a body some move nothing and some only together (Gautier, Khalil 1990): for those
-//! combinations the prior decides. Joints count by what is left unexplained of them, as in maximum likelihood; a joint
-//! whose friction is large then does not hide what the others tell about the bodies.
+//! Of the ten parameters of a body some have no effect and some only together (Gautier, Khalil 1990): for those
+//! combinations the prior decides. Joints count by their unexplained torque, as in maximum likelihood; a joint
+//! whose friction is large then does not hide the information of the others about the bodies.
 
 use super::{Identification, IdentifiedRobot};
 use crate::dataset::Dataset;
@@ -26,25 +26,25 @@ use lagrangian_motion::{Error, Result};
 
 /// Strengths of the prior that are tried, each from the minimum of the one before.
 const STRENGTHS: [f64; 8] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-7, 1e-9, 1e-12];
-/// The last strength where there is nothing to choose it by.
+/// The last strength without samples to choose it by.
 const STRENGTH: f64 = 1e-3;
 /// Smoothing speeds of Coulomb friction that are tried, rad/s or m/s.
 const SPEEDS: [f64; 6] = [0.005, 0.01, 0.02, 0.05, 0.1, 0.2];
 /// Ridge of the regressions that choose them.
 const RIDGE: f64 = 1e-6;
-/// Rounds of weighting the joints by their residuals.
+/// The number of rounds of weighting the joints by their residuals.
 const ROUNDS: usize = 3;
 /// The logarithm of a mean square residual that is nearly as good: 5 %, for which a stronger prior, and a better conditioned
 /// mass matrix, are worth having.
 const NEARLY: f64 = 0.05;
 /// An eigenvalue of the regressor's sums, in parts of the largest, below which a combination of parameters has no effect.
 const NO_EFFECT: f64 = 1e-9;
-/// The largest share of its torque that a gear is believed to lose.
+/// The largest part of its torque that a gear may lose.
 const LARGEST_SHARE: f64 = 0.7;
-/// The smallest residual that a weight believes, in parts of the deviation of the torque.
+/// The lower bound of the residual in a weight, in parts of the deviation of the torque.
 const SMALLEST: f64 = 1e-6;
 
-/// What is identified beside inertial parameters, rotors and constant torques.
+/// The quantities that are identified beside inertial parameters, rotors and constant torques.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IdentifyOptions {
     /// Whether there is viscous and Coulomb friction.
@@ -131,7 +131,7 @@ struct Candidate<'a> {
     /// The weight of each joint.
     weights: Vec<f64>,
     values: Vec<f64>,
-    /// The sum over the joints of the logarithm of the mean square residual, on validation samples where there are any.
+    /// The sum over the joints of the logarithm of the mean square residual, on validation samples where they exist.
     score: f64,
 }
 
@@ -172,7 +172,7 @@ impl Problem {
         }
     }
 
-    /// The same friction, and in proportion to the load, where held-out samples can tell whether it is worth having.
+    /// This friction with terms in proportion to the load, where held-out samples can show whether they help.
     fn loaded(&self) -> Option<Friction> {
         let speeds = self.friction.speeds()?;
         (self.validation.samples > 0).then(|| Friction::Loaded(speeds.to_vec()))
@@ -195,7 +195,7 @@ impl Problem {
         }
     }
 
-    /// Bodies of which nothing is known.
+    /// A prior for unknown bodies.
     fn generic(&self, friction: &Friction) -> Prior {
         Prior::generic(&self.scale, self.train.of_joint(friction))
     }
@@ -226,7 +226,7 @@ impl Problem {
         self.scale.iter().map(|s| s * s).collect()
     }
 
-    /// One over the root of mean squares, which are not believed where they are rounding.
+    /// One over the root of mean squares, which are bounded below where they are rounding.
     fn weights(&self, squares: &[f64]) -> Vec<f64> {
         let floors = self.scale.iter().map(|s| (SMALLEST * s).powi(2));
         squares
@@ -334,8 +334,8 @@ impl Problem {
     }
 
     /// Covariances from the information of data and prior: residuals have the variance 1 by their weights, and those of
-    /// joint j count as a κⱼth of their number. The prior, whose strength is one in parts of the data, counts for as much
-    /// less.
+    /// joint j count as a κⱼth of their number. The strength of the prior is relative to the data, so it is reduced
+    /// accordingly.
     fn certainty(
         &self,
         all: &JointSums,

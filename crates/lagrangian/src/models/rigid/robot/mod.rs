@@ -1,9 +1,9 @@
 //! A robot whose parameters were identified.
 //!
-//! | file | what it does |
+//! | file | content |
 //! |---|---|
 //! | `identify.rs` | the parameters that explain torques best |
-//! | `correlation.rs` | how many independent residuals there are |
+//! | `correlation.rs` | the number of independent residuals |
 
 mod identify;
 
@@ -29,14 +29,14 @@ use lagrangian_motion::Result;
 /// Parameters that the data do not determine keep the values of the description; their errors are large.
 pub type IdentifiedRobot = IdentifiedBodies<RigidBodies>;
 
-/// A robot identified from torques, and how far the data determine it.
+/// A robot identified from torques, with the information that the data hold about it.
 #[derive(Debug, Clone)]
 pub struct Identification {
     /// The identified robot.
     pub model: IdentifiedRobot,
     /// The mean square torque error on the training samples, in parts of the mean square torque.
     pub loss: f64,
-    /// The same on the validation samples, where there are any.
+    /// That error on the validation samples, where they exist.
     pub validation: Option<f64>,
     /// The number of samples.
     pub samples: usize,
@@ -49,7 +49,7 @@ pub struct Identification {
 }
 
 impl Identification {
-    /// What was identified, beside what the description says.
+    /// The identified changes of the description.
     #[must_use]
     pub fn changes(&self) -> Changes {
         let motion = self.model.motion();
@@ -149,7 +149,7 @@ pub(crate) const SAVED_AS: &str = "robot";
 const ROTOR: &str = "rotor";
 const OFFSET: &str = "offset";
 
-/// The robot that was saved.
+/// The saved robot.
 pub(crate) fn load(saved: &SavedModel) -> Result<IdentifiedRobot> {
     let header = &saved.header;
     let shape: RobotShape = saved::read("architecture", &header.architecture)?;

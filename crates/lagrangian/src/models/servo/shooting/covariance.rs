@@ -1,8 +1,8 @@
-//! What the fit of a servo leaves open.
+//! The uncertainty that the fit of a servo leaves.
 //!
 //! With ψ the derivative of the robust loss and w its weight, H = Σ w `JᵀJ` over all simulations is the Gauss–Newton Hessian, and the
 //! covariance of the parameters H⁻¹ B H⁻¹. B is the scatter of the gradient: of N successive residuals N/κ are independent (theory.md,
-//! 47a), and the S lengths of simulations see the same motions, so that B = S Σ κ ⟨ψ²⟩/⟨w⟩ H over the lengths. The ridge that
+//! 47a), and the S lengths of simulations use the same motions, so that B = S Σ κ ⟨ψ²⟩/⟨w⟩ H over the lengths. The ridge that
 //! ties parameters to their start is part of both.
 
 use faer::Mat;
@@ -17,8 +17,8 @@ use lagrangian_mechanics::forces::Sensitive;
 use lagrangian_mechanics::rigid::consistent;
 use lagrangian_motion::solve::{dot, product};
 
-/// The standard errors of all [`quantities`] of a machine that was fitted to these motions by simulations of these lengths; 0 of what
-/// was not fitted. What the motions leave open, such as a limit that is never reached, is as wide as the ridge leaves it.
+/// The standard errors of all [`quantities`] of a machine that was fitted to these motions by simulations of these lengths; 0 for those
+/// that were not fitted. A quantity that the motions do not determine, such as a limit that is never reached, is as wide as the ridge.
 pub(crate) fn standard_errors(
     layout: Layout,
     motions: &[&Recorded],

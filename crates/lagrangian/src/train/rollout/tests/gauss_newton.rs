@@ -9,7 +9,7 @@ use crate::train::learner::Learner;
 use crate::train::problem::LeastSquares;
 use lagrangian_mechanics::integrate::Method;
 
-/// What a problem says at θ: r, J φ, Jᵀ x of the parameters, and J Jᵀ x.
+/// The values of a problem at θ: r, J φ, Jᵀ x of the parameters, and J Jᵀ x.
 struct Seen {
     residual: Vec<f64>,
     pushed: Vec<f64>,
@@ -49,7 +49,7 @@ fn the_jacobian_of_a_rollout_by_its_factors_is_that_of_differences_and_gives_the
         let recorded = Recorded::train(&dataset, family.momenta());
         let template = template(&dataset, &*family, forces);
         let mut theta = template.initialise(4);
-        // Forces that a difference would show.
+        // Forces that a difference would reveal.
         template.with_flow(|learner| {
             let forces = &mut theta[learner.net().parameters..];
             forces.iter_mut().for_each(|x| *x += 0.2);
@@ -65,12 +65,12 @@ fn the_jacobian_of_a_rollout_by_its_factors_is_that_of_differences_and_gives_the
                 let rows = problem.segments.rows.count();
                 let size = begins.len().next_multiple_of(SEGMENTS) * rows;
                 let (phi, mut x) = (direction(theta.len(), 0.7), direction(size, 0.1));
-                // What fills a block up weighs nothing.
+                // The padding of a block has no weight.
                 x[begins.len() * rows..].fill(0.0);
                 let seen = see(&mut problem, &theta, &phi, &x);
                 let mut at =
                     |step| see(&mut problem, &moved(&theta, &phi, step), &phi, &x).residual;
-                // So short that no sample crosses the kink where nothing comes out of a gear.
+                // The step is so short that no sample crosses the kink where the output of a gear vanishes.
                 let step = 4e-6;
                 let [up, down, further, nearer] =
                     [step, -step, 2.0 * step, -2.0 * step].map(&mut at);
@@ -97,7 +97,7 @@ fn the_jacobian_of_a_rollout_by_its_factors_is_that_of_differences_and_gives_the
     }
 }
 
-/// The problem of segments that begin nowhere yet.
+/// The problem of segments that have no starts yet.
 fn problem<'p>(
     memory: &'p mut GaussNewton,
     learner: &'p dyn Learner<f64>,
@@ -141,7 +141,7 @@ fn free_starts_add_their_own_part_to_the_kernel() {
         x[counted..].fill(0.0);
         let none = vec![0.0; parameters.len()];
         let with = see(&mut problem, &theta, &none, &x);
-        // What the starts move by for these weights of the residuals, Cᵀ x; then the change of the residuals, C Cᵀ x.
+        // The moves of the starts for these weights of the residuals, Cᵀ x; then the change of the residuals, C Cᵀ x.
         let mut starts = theta.clone();
         problem.settle(&mut starts, -1.0);
         let change: Vec<f64> = (0..theta.len())

@@ -26,7 +26,7 @@ use nets::Packed;
 pub(super) const METHODS: [Method; 3] =
     [Method::Rk4, Method::StormerVerlet, Method::ImplicitMidpoint];
 
-/// Those that a family can be trained through.
+/// The methods that a family can be trained through.
 pub(super) fn methods(family: &dyn Family) -> Vec<Method> {
     let first = ["hnn", "neural-ode"].contains(&family.name());
     let known = METHODS.into_iter();
@@ -35,7 +35,7 @@ pub(super) fn methods(family: &dyn Family) -> Vec<Method> {
         .collect()
 }
 
-/// A motion that no model has made, at uneven times, one coordinate a circle, under forces.
+/// A motion that no model generated, at uneven times, one coordinate a circle, under forces.
 pub(super) fn dataset() -> Dataset {
     let trajectory = |shift: f64| {
         let t: Vec<f64> = (0..14)
@@ -195,7 +195,7 @@ fn loss(
     (value.mean(), gradient)
 }
 
-/// (derivative along a direction by the gradient, by differences).
+/// The derivative along a direction: by the gradient, and by differences.
 fn slopes(
     config: &RolloutLoss,
     dataset: &Dataset,
