@@ -1,4 +1,4 @@
-//! The files of a ROS 2 bag: its folder names them, and what lies beside one may be a part of it.
+//! The files of a ROS 2 bag: its folder names them, and files beside one may be a part of it.
 
 use std::fs;
 use std::path::{Component, Path, PathBuf};
@@ -9,10 +9,10 @@ use crate::input;
 /// The file that describes a bag, in its folder.
 const METADATA: &str = "metadata.yaml";
 
-/// The files that were named, with those of a bag in place of its folder.
+/// The named files, with those of a bag in place of its folder.
 ///
 /// # Errors
-/// [`Error::Refused`] for a folder that is no bag.
+/// [`Error::Refused`] for a folder that is not a bag.
 pub fn files(named: &[PathBuf]) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for path in named {
@@ -59,7 +59,7 @@ fn relative_file_paths(text: &str) -> Vec<&str> {
         .collect()
 }
 
-/// Refuses a database beside which a log of writes lies: messages of it are not in the file yet.
+/// Refuses a database with a log of writes beside it: messages of the log are not in the file yet.
 pub(crate) fn refuse_unfinished(path: &Path) -> Result<()> {
     if path
         .extension()

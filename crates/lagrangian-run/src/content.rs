@@ -1,11 +1,11 @@
-//! What recordings hold, as one hash: the same for the same numbers, whatever file they were read from.
+//! The content of recordings as one hash: equal for equal numbers, whatever file they were read from.
 
 use lagrangian::{Recording, Signal};
 use sha2::{Digest, Sha256};
 
 use crate::record::DataFile;
 
-/// A hash that knows how long what it has taken is.
+/// A hash that counts its input.
 #[derive(Default)]
 struct Content {
     hash: Sha256,
@@ -13,7 +13,7 @@ struct Content {
 }
 
 impl Content {
-    /// Takes some bytes; their number before them tells `ab, c` from `a, bc`.
+    /// Adds some bytes; their number before them distinguishes `ab, c` from `a, bc`.
     fn take(&mut self, bytes: &[u8]) {
         self.hash.update((bytes.len() as u64).to_le_bytes());
         self.hash.update(bytes);

@@ -1,4 +1,4 @@
-//! Ensembles in a folder: a file for each member, and one that says how sure they are together.
+//! Ensembles in a folder: a file for each member, and one with the calibration of their bands.
 
 use std::path::Path;
 
@@ -13,12 +13,12 @@ use crate::error::{Advise, Error, Result};
 use crate::files::{Existing, write_bytes};
 use crate::input;
 
-/// The file that says how sure the members are together.
+/// The file with the calibration of the bands of all members.
 pub const ENSEMBLE: &str = "ensemble.json";
 const FORMAT: &str = "lagrangian-ensemble";
 const VERSION: u32 = 1;
 
-/// What [`ENSEMBLE`] holds.
+/// The content of [`ENSEMBLE`].
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Description {
@@ -34,9 +34,9 @@ struct Description {
 pub struct SavedEnsemble {
     /// The ensemble.
     pub ensemble: Ensemble,
-    /// Where its members come from.
+    /// The origin of the members.
     pub provenance: Provenance,
-    /// What was said of its fit.
+    /// The summary of the fit.
     pub summary: Value,
 }
 
@@ -45,18 +45,18 @@ pub struct SavedEnsemble {
 pub struct FittedEnsemble {
     /// The ensemble.
     pub ensemble: Ensemble,
-    /// How much of the motions of its evaluation lies in its bands.
+    /// The part of the motions of its evaluation that lies in its bands.
     pub coverage: Coverage,
-    /// The settings of each member, but for its seed.
+    /// The settings of each member, except for its seed.
     pub config: FitConfig,
-    /// Where its members come from.
+    /// The origin of the members.
     pub provenance: Provenance,
     held_out: bool,
     check: CheckReport,
 }
 
 impl FittedEnsemble {
-    /// Fits an ensemble of so many members.
+    /// Fits an ensemble of this number of members.
     pub(crate) fn new(
         data: &Prepared,
         config: FitConfig,
@@ -75,7 +75,7 @@ impl FittedEnsemble {
         })
     }
 
-    /// What is said of its fit, as plain data.
+    /// The summary of the fit, as plain data.
     #[must_use]
     pub fn summary(&self) -> Value {
         json!({
@@ -88,7 +88,7 @@ impl FittedEnsemble {
         })
     }
 
-    /// Its form in a folder.
+    /// The form of the ensemble in a folder.
     #[must_use]
     pub fn saved(&self) -> SavedEnsemble {
         SavedEnsemble {
@@ -98,7 +98,7 @@ impl FittedEnsemble {
         }
     }
 
-    /// What a page shows of it.
+    /// The ensemble with its coverage, for a page.
     pub(crate) fn measured(&self) -> Measured<'_> {
         Measured {
             ensemble: &self.ensemble,
@@ -107,7 +107,7 @@ impl FittedEnsemble {
     }
 }
 
-/// An ensemble, and how much of some motions lies in its bands.
+/// An ensemble, and the part of some motions that lies in its bands.
 #[derive(Debug)]
 pub struct Measured<'a> {
     pub(crate) ensemble: &'a Ensemble,
@@ -115,7 +115,7 @@ pub struct Measured<'a> {
 }
 
 impl<'a> Measured<'a> {
-    /// An ensemble on motions.
+    /// Measures an ensemble on motions.
     #[must_use]
     pub fn new(ensemble: &'a Ensemble, motions: &[Trajectory]) -> Self {
         Self {

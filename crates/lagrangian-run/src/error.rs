@@ -1,27 +1,27 @@
-//! What fails between files and fits.
+//! Errors between files and fits.
 
 use std::error::Error as StdError;
 use std::path::PathBuf;
 
-/// What an error was caused by.
+/// The cause of an error.
 pub type Cause = Box<dyn StdError + Send + Sync>;
 
 /// The result of this crate.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// What failed, and what to do. Settings and arguments stand in backticks, as `out`: whoever shows an error writes them as its
-/// users give them.
+/// An error with its remedy. Settings and arguments stand in backticks, such as `out`, so that each frontend can write them as its
+/// users know them.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// Something that was given cannot be used.
+    /// An input cannot be used.
     #[error("{finding}")]
     Refused {
-        /// What happened, and where.
+        /// The failure, and its place.
         finding: String,
-        /// What to do; empty where there is nothing to do.
+        /// The remedy; empty without one.
         remedy: String,
-        /// What it was caused by.
+        /// The cause of the error.
         #[source]
         cause: Option<Cause>,
     },
@@ -58,7 +58,7 @@ impl Error {
         }
     }
 
-    /// What to do, where that is known; errors of the library end with it.
+    /// The remedy, where it is known; errors of the library end with it.
     #[must_use]
     pub fn remedy(&self) -> &str {
         match self {
@@ -68,7 +68,7 @@ impl Error {
         }
     }
 
-    /// The error of the library that it is, or that it was caused by.
+    /// The error of the library that it is, or that caused it.
     #[must_use]
     pub fn library(&self) -> Option<&lagrangian::Error> {
         match self {
@@ -83,9 +83,9 @@ impl Error {
     }
 }
 
-/// Adds to an error what failed and what to do.
+/// Adds the finding and the remedy to an error.
 pub trait Advise<T> {
-    /// Wraps the error: `finding` says what failed, `remedy` what to do.
+    /// Wraps the error: `finding` describes the failure, `remedy` the correction.
     ///
     /// # Errors
     /// [`Error::Refused`] with the error as its cause.

@@ -1,8 +1,8 @@
-//! Names of files that are made of names from elsewhere.
+//! Names of files from names of other origin.
 
 use std::collections::HashSet;
 
-/// The most letters of a name, which leaves room for what is added to it.
+/// The largest number of letters of a name, which leaves room for additions.
 const LONGEST: usize = 48;
 /// Devices of Windows, whatever the extension; some bear a digit.
 const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
@@ -25,7 +25,7 @@ pub fn file_name(text: &str) -> String {
     }
 }
 
-/// [`file_name`] of each text, with a number where a name is taken, even if it differs in the size of its letters.
+/// [`file_name`] of each text, with a number where a name is taken, even if it differs in the case of its letters.
 #[must_use]
 pub fn file_names<'a>(texts: impl IntoIterator<Item = &'a str>) -> Vec<String> {
     let mut taken = HashSet::new();

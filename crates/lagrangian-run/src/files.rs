@@ -10,12 +10,12 @@ use tempfile::NamedTempFile;
 use crate::error::{Advise, Cause, Error, Result};
 use crate::partial_files::PartialFiles;
 
-/// What to do with a file that is already there.
+/// The treatment of an existing file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Existing {
-    /// Leave it and refuse.
+    /// Keep it, and refuse to write.
     Keep,
-    /// Put the new one in its place, once that is complete.
+    /// Replace it by the new one, once that is complete.
     Replace,
 }
 
@@ -26,12 +26,12 @@ impl Existing {
     }
 }
 
-/// Where a file's content goes.
+/// A destination for the content of a file.
 pub trait Sink: Write + Seek + Send {}
 
 impl<T: Write + Seek + Send> Sink for T {}
 
-/// Refuses a folder, and a file that is already there, before any work is done for it.
+/// Refuses a folder, and an existing file, before any work is done for it.
 ///
 /// # Errors
 /// [`Error::Refused`], which names the path.
@@ -81,7 +81,7 @@ pub fn write_file(
     )
 }
 
-/// [`write_file`] for content that is already in memory.
+/// Writes a file as [`write_file`] does, from content that is already in memory.
 ///
 /// # Errors
 /// As [`write_file`].
@@ -94,7 +94,7 @@ fn folder_of(path: &Path) -> &Path {
     parent.unwrap_or(Path::new("."))
 }
 
-/// A device or a pipe: nothing to lose there, and no renaming onto it.
+/// Whether it is a device or a pipe, which has no content to lose and cannot be replaced by renaming.
 fn is_special(path: &Path) -> bool {
     fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir())
 }
@@ -143,7 +143,7 @@ fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     builder.tempfile_in(folder)
 }
 
-/// The format that a file's extension means.
+/// The format of a file's extension.
 ///
 /// # Errors
 /// As [`Format::from_extension`].

@@ -1,4 +1,4 @@
-//! A fit in its folder: how it begins or goes on, what it writes while it runs, and what it leaves.
+//! A fit in its folder: its beginning or resumption, the files that it writes while it runs, and those at its end.
 
 use std::fs;
 
@@ -16,7 +16,7 @@ use crate::record::RunRecord;
 use crate::watch::Watch;
 
 impl RunFolder {
-    /// The state from which a run resumes, if it came so far.
+    /// The state from which a run resumes, if one was written.
     ///
     /// # Errors
     /// [`Error::Refused`](crate::Error::Refused) for a damaged file.
@@ -34,10 +34,10 @@ impl RunFolder {
         Ok(Some(checkpoint))
     }
 
-    /// Begins the run of this record, or goes on with the one that is there, which must be the same.
+    /// Begins the run of this record, or resumes the existing one, which must be the same.
     ///
     /// # Errors
-    /// [`Error::Refused`](crate::Error::Refused), which names what has changed since the run began.
+    /// [`Error::Refused`](crate::Error::Refused), which names the changes since the run began.
     pub fn begin(&self, record: &RunRecord) -> Result<RunRecord> {
         if self.resumes() {
             return record.resuming(self.record()?);
@@ -46,11 +46,11 @@ impl RunFolder {
         Ok(record.clone())
     }
 
-    /// Fits the candidates, from a checkpoint if there is one, and writes metrics and checkpoints; `shown` sees what happens and may
+    /// Fits the candidates, from a checkpoint if one exists, and writes metrics and checkpoints; `shown` observes the fit and may
     /// end it.
     ///
     /// # Errors
-    /// [`Error::Refused`](crate::Error::Refused) where the folder cannot be written; within it, what [`select`] refuses.
+    /// [`Error::Refused`](crate::Error::Refused) where the folder cannot be written; within it, the errors of [`select`].
     pub fn fit(
         &self,
         dataset: &Dataset,
@@ -66,7 +66,7 @@ impl RunFolder {
         Ok(fitted)
     }
 
-    /// Writes the model that was kept, and into the record of the run what was tried, where several models were.
+    /// Writes the model that was kept, and adds the candidates to the record of the run, where there were several.
     ///
     /// # Errors
     /// [`Error::Refused`](crate::Error::Refused) where the folder cannot be written.
@@ -87,7 +87,7 @@ impl RunFolder {
     }
 }
 
-/// Where a model comes from: the data and the command of its run.
+/// The origin of a model: the data and the command of its run.
 #[must_use]
 pub(crate) fn provenance(record: &RunRecord, preparation: Preparation) -> Provenance {
     let hashes = record.data.iter();

@@ -30,24 +30,24 @@ pub const FIGURES: &str = "report.json";
 pub const CHECKPOINT: &str = "checkpoint.safetensors";
 /// The longest metrics that are read, bytes: those of a fit of two weeks.
 const MOST_METRICS: u64 = 1 << 30;
-/// What to do where a folder cannot be written to.
+/// The remedy where a folder cannot be written to.
 const WRITABLE: &str = "check that the folder is writable and the disk is not full";
-/// What to do where a file of a run cannot be read.
+/// The remedy where a file of a run cannot be read.
 const CHANGED: &str = "it was changed by hand or cut short: repeat the fit";
-/// How the names of event files begin and end.
+/// The beginning and the end of the names of event files.
 const EVENTS: (&str, &str) = ("events.out.tfevents.", ".lagrangian");
 
-/// The files of a run, but for the members of an ensemble and event files.
+/// The files of a run, except for the members of an ensemble and event files.
 const OWN: [&str; 7] = [RUN, METRICS, MODEL, REPORT, FIGURES, CHECKPOINT, ENSEMBLE];
 
-/// What to do with a folder that already holds something.
+/// The treatment of a folder that is not empty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ExistingRun {
     /// Refuse it.
     Refuse,
     /// Restart: files of an earlier run are replaced, all others stay.
     Restart,
-    /// Go on with the run that is there.
+    /// Resume the existing run.
     Resume,
 }
 
@@ -55,21 +55,21 @@ pub enum ExistingRun {
 #[derive(Debug)]
 pub struct RunFolder {
     path: PathBuf,
-    /// What becomes of the run that is there.
+    /// The treatment of an existing run.
     occupied: ExistingRun,
     /// The folders that were made for it, the deepest first.
     made: Vec<PathBuf>,
-    /// Removes them where the program is ended at once, if they hold nothing.
+    /// Removes these folders if they are empty when the program ends abruptly.
     _unfinished: PartialFiles,
-    /// Keeps other processes out while it is open; the operating system lets go of it however this one ends.
+    /// Locks the folder against other processes while it is open; the operating system releases the lock however this process ends.
     _lock: Option<File>,
 }
 
 impl RunFolder {
-    /// Creates or opens the folder, and makes sure that it can be written to before any work begins.
+    /// Creates or opens the folder, and checks that it can be written to before any work begins.
     ///
     /// # Errors
-    /// [`Error::Refused`] for a folder that holds something else than what `occupied` asks for, or that cannot be written;
+    /// [`Error::Refused`] for a folder whose content differs from what `occupied` expects, or that cannot be written;
     /// [`Error::Busy`] for one that another process writes into.
     pub fn open(path: &Path, occupied: ExistingRun) -> Result<Self> {
         let (shown, is_run) = (path.display(), path.join(RUN).is_file());
@@ -122,9 +122,9 @@ impl RunFolder {
         })
     }
 
-    /// Removes the folders that were made for a run that did not begin; what holds anything stays.
+    /// Removes the folders that were made for a run that did not begin, if they are empty.
     pub fn remove_if_new_and_empty(&self) {
-        // A folder that is not empty refuses to go, and so do those around it.
+        // A folder that is not empty is not removed, nor are those around it.
         let _ = self.made.iter().try_for_each(fs::remove_dir);
     }
 
@@ -149,24 +149,24 @@ impl RunFolder {
         ))
     }
 
-    /// Whether it goes on with the run that is there.
+    /// Whether it resumes an existing run.
     pub(crate) fn resumes(&self) -> bool {
         self.occupied == ExistingRun::Resume
     }
 
-    /// Its own path.
+    /// The path of the folder.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The path of one of its files.
+    /// The path of one of the files.
     #[must_use]
     pub fn file(&self, name: &str) -> PathBuf {
         self.path.join(name)
     }
 
-    /// Replaces one of its files, whole.
+    /// Replaces one of the files as a whole.
     ///
     /// # Errors
     /// [`Error::Refused`] where the file cannot be written.
@@ -174,7 +174,7 @@ impl RunFolder {
         write_bytes(&self.file(name), Existing::Replace, bytes)
     }
 
-    /// Writes [`RUN`]: the run begins. What an earlier one left goes only now, after data and settings have passed.
+    /// Writes [`RUN`]: the run begins. Files of an earlier one are removed only now, after data and settings were accepted.
     ///
     /// # Errors
     /// As [`RunFolder::write`].
@@ -185,7 +185,7 @@ impl RunFolder {
         self.update_record(record)
     }
 
-    /// Writes [`RUN`] with what is known later.
+    /// Writes [`RUN`] with values that are known later.
     ///
     /// # Errors
     /// As [`RunFolder::write`].
@@ -206,7 +206,7 @@ impl RunFolder {
         record.advise(shown, CHANGED)
     }
 
-    /// Opens the metrics for the steps after `after` (0 at the start); later lines of an earlier attempt go.
+    /// Opens the metrics for the steps after `after` (0 at the start); later lines of an earlier attempt are removed.
     ///
     /// # Errors
     /// [`Error::Refused`] where the files cannot be written.
@@ -233,10 +233,10 @@ impl RunFolder {
         )
     }
 
-    /// Reads the metrics; a line that a killed run left incomplete is passed over.
+    /// Reads the metrics; a line that a killed run left incomplete is skipped.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the file cannot be read, or is none.
+    /// [`Error::Refused`] where the file cannot be read, or holds no metrics.
     pub fn read_metrics(&self) -> Result<Vec<Metric>> {
         let path = self.file(METRICS);
         if !path.exists() {
@@ -249,7 +249,7 @@ impl RunFolder {
     }
 
     fn keep_metrics_up_to(&self, step: u64) -> Result<()> {
-        // A link is replaced too, wherever it leads: what is appended later stays in the folder.
+        // A link is replaced too, whatever its target, so that all additions stay in the folder.
         if self.file(METRICS).symlink_metadata().is_err() {
             return Ok(());
         }
@@ -307,7 +307,7 @@ pub fn model_file(path: &Path) -> PathBuf {
 
 /// Whether a folder is locked by this process.
 enum Lock {
-    /// It is, until the file is closed; without a file where the system cannot lock folders.
+    /// This process holds the lock until the file is closed; `None` where the system cannot lock folders.
     Held(Option<File>),
     /// Another process has locked it.
     Taken,

@@ -13,17 +13,17 @@ use crate::input;
 /// Bytes that are hashed at a time.
 const CHUNK: usize = 1 << 16;
 
-/// What tells a file from others.
+/// The size and the hash of a file, which identify it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FileHash {
-    /// Its size, bytes.
+    /// The size, bytes.
     pub bytes: u64,
-    /// SHA-256 of its content.
+    /// The SHA-256 of the content.
     pub sha256: String,
 }
 
 impl FileHash {
-    /// Of bytes that are in memory.
+    /// The hash of bytes in memory.
     #[must_use]
     pub fn of(bytes: &[u8]) -> Self {
         Self {
@@ -39,8 +39,8 @@ pub fn brief_hash(sha256: &str) -> String {
     format!("{}…", sha256.get(..12).unwrap_or(sha256))
 }
 
-/// A file that is read by the reader of its format. Text is hashed as it streams by; of an archive, which is read where
-/// its directory leads, the rest follows at the end.
+/// A file that the reader of its format reads. Text is hashed while it is read; an archive is read at the positions of its
+/// directory, and the remaining bytes are hashed at the end.
 pub struct HashingReader {
     file: File,
     position: u64,
@@ -55,7 +55,7 @@ struct Prefix {
 }
 
 impl Prefix {
-    /// Takes the bytes that stand at `position`, as far as they continue what is hashed.
+    /// Adds the bytes at `position`, as far as they continue the hashed ones.
     fn take(&mut self, position: u64, bytes: &[u8]) {
         let known = self.bytes.checked_sub(position);
         let known = known.and_then(|known| usize::try_from(known).ok());
@@ -76,7 +76,7 @@ impl HashingReader {
     /// Opens a file for its reader, and for its hash.
     ///
     /// # Errors
-    /// What the operating system says; a pipe or a folder is no file.
+    /// Errors of the operating system; a pipe or a folder is not a file.
     pub fn open(path: &Path) -> io::Result<(Self, Hashing)> {
         let file = input::open(path)?;
         let hash = Arc::default();
@@ -112,10 +112,10 @@ impl Seek for HashingReader {
 }
 
 impl Hashing {
-    /// Reads what the reader passed over, and gives the hash of the whole file.
+    /// Reads the bytes that the reader skipped, and returns the hash of the whole file.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// Errors of the operating system.
     pub fn finish(mut self) -> io::Result<FileHash> {
         let mut hash = self.hash.lock().unwrap_or_else(PoisonError::into_inner);
         self.file.seek(SeekFrom::Start(hash.bytes))?;

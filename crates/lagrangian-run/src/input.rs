@@ -1,4 +1,4 @@
-//! What is read: paths that lead to files, and files that are not written over.
+//! Input files: paths that lead to files, and protection of these against being overwritten.
 
 use std::fs::{self, File, FileType};
 use std::io::{self, Read};
@@ -9,10 +9,10 @@ use crate::error::{Error, Result};
 /// The longest text of settings that is read, bytes.
 pub const MOST_TEXT: u64 = 8 << 20;
 
-/// Opens a file; a pipe or a device, which could be read only once or without end, is none.
+/// Opens a file; a pipe or a device, which could be read only once or without end, is refused.
 ///
 /// # Errors
-/// What the operating system says; a pipe, a folder or a device is invalid input.
+/// Errors of the operating system; a pipe, a folder or a device is invalid input.
 pub fn open(path: &Path) -> io::Result<File> {
     let kind = fs::metadata(path).map_err(about_the_input)?.file_type();
     match kind.is_file() {
@@ -42,7 +42,7 @@ pub(crate) fn text_up_to(most: u64, path: &Path) -> io::Result<String> {
     }
 }
 
-/// An error of a path that was given, whatever the operating system calls it; the words stay.
+/// An error of a path that was given, whatever the operating system calls it, with the system's message.
 fn about_the_input(error: io::Error) -> io::Error {
     match error.kind() {
         io::ErrorKind::NotFound | io::ErrorKind::PermissionDenied => error,

@@ -1,4 +1,4 @@
-//! A fit from recordings that are read to a model with a page, in three stages, each of which may run where the caller likes.
+//! A fit from recordings in memory to a model with a page, in three stages, each of which may run where the caller likes.
 
 use lagrangian::saved::Preparation;
 use lagrangian::score::{Assessment, predict_all, score_predictions};
@@ -28,20 +28,20 @@ use crate::spec::Specification;
 /// The recordings of a fit, as they were read.
 #[derive(Debug, Clone, Default)]
 pub struct Data {
-    /// What is fitted.
+    /// The recordings to fit.
     pub training: Vec<Recording>,
-    /// What it is validated on; a part of the others where there are none.
+    /// The recordings for validation; a part of the others where this is empty.
     pub validation: Vec<Recording>,
-    /// The layout that they were read with, as TOML.
+    /// The layout of the recordings, as TOML.
     pub layout: String,
-    /// How each file was read, for the record of a run; all with that layout where it is not given.
+    /// The columns of each file, for the record of a run; all with that layout where this is not given.
     pub columns: Option<Columns>,
-    /// The hashes of what they hold, where a folder is to name them.
+    /// The hashes of their content, for a folder that names them.
     pub hashes: Vec<DataFile>,
 }
 
 impl Data {
-    /// The same with the hashes of what the recordings hold, whatever files they come from.
+    /// The data with the hashes of their content, whatever files they come from.
     #[must_use]
     pub fn hashed(mut self) -> Self {
         let roles = [
@@ -62,7 +62,7 @@ impl Data {
 /// A fit that can begin.
 #[derive(Debug)]
 pub struct PreparedFit {
-    /// The data, prepared.
+    /// The prepared data.
     pub prepared: Prepared,
     /// The settings of each fit that is tried.
     pub candidates: Vec<ResolvedConfig>,
@@ -89,7 +89,7 @@ impl Specification {
         Ok(Prepared::new(training, validation, &request, &options)?)
     }
 
-    /// Prepares the recordings, and chooses what was not given.
+    /// Prepares the recordings, and chooses the settings that were not given.
     ///
     /// # Errors
     /// As [`Specification::prepared`] and [`FitConfig::candidates`].
@@ -120,11 +120,11 @@ impl Specification {
 pub struct RunTarget<'a> {
     /// The folder, open.
     pub folder: &'a RunFolder,
-    /// Who makes the run.
+    /// The frontend that makes the run.
     pub frontend: &'a dyn Frontend,
-    /// The command, or the call, that makes it.
+    /// The command, or the call, that makes the run.
     pub command: String,
-    /// What was given, for the record.
+    /// The given settings, for the record.
     pub settings: Value,
     /// Whether an event file is written.
     pub tensorboard: Tensorboard,
@@ -135,18 +135,18 @@ pub struct RunTarget<'a> {
 /// Whether [`FIGURES`](crate::FIGURES) is written beside the page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Figures {
-    /// It is not: the recordings come from files that the record names, from which the page can be made again.
+    /// It is omitted: the recordings come from files that the record names, from which the page can be made again.
     Omitted,
-    /// It is.
+    /// It is written.
     Written,
 }
 
 /// A fit that has ended, with its data.
 #[derive(Debug)]
 pub struct FinishedFit {
-    /// What was fitted, and what was kept of it.
+    /// All fits, and the one that was kept.
     pub selection: Selection,
-    /// What was chosen from the data.
+    /// The settings that were chosen from the data.
     pub choices: Vec<AutoSetting>,
     /// The data.
     pub prepared: Prepared,
@@ -160,17 +160,17 @@ pub struct FinishedFit {
 pub struct Fitted {
     /// The fit that is kept.
     pub fit: Fit,
-    /// Its settings.
+    /// The settings of the fit.
     pub config: FitConfig,
-    /// What was chosen from the data.
+    /// The settings that were chosen from the data.
     pub choices: Vec<AutoSetting>,
-    /// The models that were tried; one alone is not compared.
+    /// The models that were tried; a single one is not compared.
     pub contestants: Vec<CandidateResult>,
-    /// What it is evaluated on.
+    /// The motions of its evaluation.
     pub evaluation: Evaluation,
-    /// Where the model comes from.
+    /// The origin of the model.
     pub provenance: Provenance,
-    /// The ensemble that was fitted to the same data, where one was.
+    /// The ensemble that was fitted to these data, where one was.
     pub ensemble: Option<FittedEnsemble>,
     /// Whether the fit made the loss better than that of a model that predicts nothing.
     pub improved: bool,
@@ -180,7 +180,7 @@ pub struct Fitted {
 }
 
 impl PreparedFit {
-    /// Refuses settings that do not suit the data, where it is known which are fitted.
+    /// Refuses settings that do not suit the data, where the fitted family is known.
     ///
     /// # Errors
     /// As [`FitConfig::validate`].
@@ -191,12 +191,12 @@ impl PreparedFit {
         Ok(())
     }
 
-    /// Fits, and leaves record, metrics, checkpoints and the model in the folder where there is one; `shown` sees what happens and
+    /// Fits, and writes record, metrics, checkpoints and the model to the folder where one is given; `shown` observes the fit and
     /// may end it.
     ///
     /// # Errors
     /// As [`PreparedFit::validate`] and [`select`]; [`Error::Refused`](crate::Error::Refused) where the folder cannot be written or its run
-    /// was another one.
+    /// is a different one.
     pub fn fit(self, place: Option<&RunTarget>, shown: &mut dyn Observer) -> Result<FinishedFit> {
         self.validate()?;
         let of_data = self.of_data();
@@ -232,7 +232,7 @@ impl PreparedFit {
         })
     }
 
-    /// Fits an ensemble of so many members without a model beside them; where several models are asked for, of the best of them.
+    /// Fits an ensemble of this number of members without a model beside them; with several candidates, of the best of them.
     ///
     /// # Errors
     /// As [`select`] and [`fit_ensemble`](lagrangian::ensemble::fit_ensemble).
@@ -253,7 +253,7 @@ impl PreparedFit {
         FittedEnsemble::new(&self.prepared, config, members, provenance, shown)
     }
 
-    /// Where its model comes from: the data and the command of its run, where there is one.
+    /// The origin of its model: the data and the command of its run, where there is one.
     #[must_use]
     pub fn provenance(&self, record: Option<&RunRecord>) -> Provenance {
         let preparation = self.preparation.clone();
@@ -263,15 +263,15 @@ impl PreparedFit {
         }
     }
 
-    /// What was chosen from the data before any fit.
+    /// The settings that were chosen from the data before any fit.
     fn of_data(&self) -> Vec<AutoSetting> {
         self.prepared.low_pass.iter().cloned().collect()
     }
 
-    /// The record of a run that begins so many seconds after 1970, by this command, for which these settings were given.
+    /// The record of a run that begins `begun` seconds after 1970, by this command, for which these settings were given.
     ///
     /// # Errors
-    /// [`Error::Refused`](crate::Error::Refused) for settings that TOML has no form for.
+    /// [`Error::Refused`](crate::Error::Refused) for settings that TOML cannot represent.
     pub fn record(&self, command: String, settings: Value, begun: f64) -> Result<RunRecord> {
         let seed = self.specification.seed;
         let settings = without_nulls(settings);
@@ -296,7 +296,7 @@ impl PreparedFit {
 }
 
 impl RunTarget<'_> {
-    /// The state from which a resumed run goes on.
+    /// The state from which a resumed run continues.
     fn checkpoint(&self) -> Result<Option<lagrangian::Checkpoint>> {
         match self.folder.resumes() {
             true => self.folder.checkpoint(),
@@ -306,7 +306,7 @@ impl RunTarget<'_> {
 }
 
 impl FinishedFit {
-    /// Fits an ensemble of models like the one that was kept, with the budget of each that of the model.
+    /// Fits an ensemble of models like the one that was kept, each with the budget of that model.
     ///
     /// # Errors
     /// As [`fit_ensemble`](lagrangian::ensemble::fit_ensemble).
@@ -315,7 +315,7 @@ impl FinishedFit {
         FittedEnsemble::new(&self.prepared, config.clone(), members, provenance, shown)
     }
 
-    /// What is left when the data are no longer needed.
+    /// The result without the data, when these are no longer needed.
     #[must_use]
     pub fn ended(self, ensemble: Option<FittedEnsemble>) -> Fitted {
         let forced = self.prepared.dataset.forced;
@@ -367,7 +367,7 @@ impl Fitted {
         }
     }
 
-    /// What the model is worth on the motions of its evaluation. In a folder it is written on the page, and the ensemble beside it.
+    /// The assessment of the model on the motions of its evaluation. In a folder it is written on the page, and the ensemble beside it.
     ///
     /// # Errors
     /// As [`predict_all`]; [`Error::Refused`](crate::Error::Refused) where the folder cannot be written.
@@ -408,7 +408,7 @@ impl Fitted {
     }
 }
 
-/// Without what is not given, which TOML has no word for.
+/// Removes values that were not given, which TOML cannot represent.
 fn without_nulls(value: Value) -> Value {
     match value {
         Value::Object(entries) => {

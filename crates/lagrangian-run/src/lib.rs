@@ -1,12 +1,12 @@
-//! Run folders: what stands between files and fits, for the command and for the Python package alike.
+//! Run folders: the layer between files and fits, for the command and for the Python package alike.
 //!
-//! A run is a folder with everything that a fit was made of and that it gave: settings and hashes of the data
-//! ([`RunRecord`]), metrics, checkpoints, the model, and a page. Recordings are read by [`read_file`] with the layout that lies
-//! beside them, a [`RunFolder`] is opened and locked, a [`Specification`] with its [`Data`] is a fit that is [`PreparedFit`], and [`Page`] says what its
-//! model is worth.
+//! A run is a folder with the inputs and the results of a fit: settings and hashes of the data
+//! ([`RunRecord`]), metrics, checkpoints, the model, and a page. Recordings are read by [`read_file`] with the layout
+//! beside them, a [`RunFolder`] is opened and locked, a [`Specification`] with its [`Data`] is a fit that is [`PreparedFit`], and [`Page`] presents
+//! the assessment of its model.
 //!
 //! The crate prints nothing. Errors, notes and pages name settings in backticks, as `low_pass`; a [`Frontend`] writes them as its
-//! users give them.
+//! users know them.
 
 mod bag_folder;
 pub mod compare;

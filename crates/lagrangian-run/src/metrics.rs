@@ -13,9 +13,9 @@ use crate::tensorboard::EventWriter;
 /// Whether an event file for `TensorBoard` is written beside the metrics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tensorboard {
-    /// It is.
+    /// It is written.
     Written,
-    /// It is not.
+    /// It is omitted.
     Omitted,
 }
 

@@ -1,4 +1,4 @@
-//! Files that are not complete, and folders that hold nothing yet, for a program that is ended at once.
+//! Incomplete files and empty new folders, for a program that ends abruptly.
 
 use std::fs;
 use std::path::PathBuf;
@@ -6,15 +6,15 @@ use std::sync::{Mutex, PoisonError};
 
 static ALL: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// Removes files that are not complete, and folders that were made and hold nothing yet: for a program that ends at once.
+/// Removes incomplete files, and new folders that are still empty, for a program that ends abruptly.
 pub fn remove_unfinished() {
     let all = ALL.lock().unwrap_or_else(PoisonError::into_inner);
-    // OK to ignore: a file that was completed has another name by now, and a folder that holds anything stays.
+    // OK to ignore: a file that was completed has another name by now, and a folder that is not empty stays.
     all.iter().for_each(|path| drop(fs::remove_file(path)));
     all.iter().for_each(|path| drop(fs::remove_dir(path)));
 }
 
-/// Paths that are not what they are to be until this is dropped.
+/// Paths of incomplete files and folders until this is dropped.
 #[derive(Debug)]
 pub(crate) struct PartialFiles(Vec<PathBuf>);
 

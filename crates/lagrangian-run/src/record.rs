@@ -1,4 +1,4 @@
-//! What a run was made of: its settings, its data, what was chosen from these.
+//! The inputs of a run: its settings, its data, and the settings that were chosen from these.
 
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -10,14 +10,14 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Advise, Error, Result};
 use crate::hashing_reader::FileHash;
 
-/// What a run was made of.
+/// The inputs of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RunRecord {
-    /// The command line, or the call, that began it.
+    /// The command line, or the call, that began the run.
     pub command: String,
     /// Version of this program.
     pub version: String,
-    /// When it began, UTC.
+    /// The time at which the run began, UTC.
     pub started: String,
     /// Seed of everything random.
     pub seed: u64,
@@ -27,16 +27,16 @@ pub struct RunRecord {
     pub threads: usize,
     /// All settings, also those left at their defaults.
     pub settings: toml::Table,
-    /// How the data were prepared and all settings of the fits, as they followed from what was given and from the data.
+    /// The preparation of the data and all settings of the fits, as they followed from the given settings and from the data.
     #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
     pub resolved: toml::Table,
-    /// What was not given, and so chosen from the data.
+    /// The settings that were not given, and so chosen from the data.
     #[serde(default)]
     pub choices: Vec<AutoSetting>,
-    /// The models that were tried, where several were.
+    /// The models that were tried, where there were several.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tried: Vec<CandidateResult>,
-    /// The data.
+    /// The data files.
     #[serde(default)]
     pub data: Vec<DataFile>,
 }
@@ -45,7 +45,7 @@ impl RunRecord {
     /// The record of a run that begins now, by this command.
     ///
     /// # Errors
-    /// [`Error::Refused`] for settings that TOML has no form for.
+    /// [`Error::Refused`] for settings that TOML cannot represent.
     pub fn now(
         command: String,
         seed: u64,
@@ -55,7 +55,7 @@ impl RunRecord {
         Self::begun(seconds_now(), command, seed, settings, data)
     }
 
-    /// The record of a run that began so many seconds after 1970, by this command: a program in a browser is told the time.
+    /// The record of a run that began `begun` seconds after 1970, by this command, for a program in a browser without a clock of its own.
     ///
     /// # Errors
     /// As [`RunRecord::now`].
@@ -84,12 +84,12 @@ impl RunRecord {
 }
 
 impl RunRecord {
-    /// Its text.
+    /// The text of the record.
     pub(crate) fn to_toml(&self) -> Result<String> {
         toml::to_string(self).advise("cannot write the settings as TOML", "")
     }
 
-    /// Refuses files that are not those that the run began with, in their order, with what to do about it.
+    /// Refuses files that differ from those with which the run began, in their order, with a remedy.
     ///
     /// # Errors
     /// [`Error::Refused`], which names the first of them.
@@ -102,10 +102,10 @@ impl RunRecord {
         })
     }
 
-    /// The record `then` of the run that is resumed, whose data and settings must be those of now.
+    /// The record `then` of the run that is resumed, whose data and settings must be equal to the present ones.
     ///
     /// # Errors
-    /// [`Error::Refused`], which names what has changed.
+    /// [`Error::Refused`], which names the changes.
     pub fn resuming(&self, then: Self) -> Result<Self> {
         let restart = "bring the old state back, or restart with `force`";
         if self.data.len() != then.data.len() {
@@ -133,13 +133,13 @@ impl RunRecord {
 /// A data file with its hash.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DataFile {
-    /// What it was for, e.g. `training` or `validation`.
+    /// The purpose, e.g. `training` or `validation`.
     pub role: String,
-    /// Where it was.
+    /// The path at the time of the fit.
     pub path: String,
-    /// Its size, bytes.
+    /// The size, bytes.
     pub bytes: u64,
-    /// SHA-256 of its content.
+    /// The SHA-256 of the content.
     pub sha256: String,
 }
 

@@ -1,4 +1,4 @@
-//! The settings of a fit as they followed from what was given and from the data: what the record of a run holds beside what was given.
+//! The resolved settings of a fit, from the given ones and from the data: the record of a run holds them beside the given ones.
 
 use std::path::PathBuf;
 
@@ -10,17 +10,17 @@ use toml::Table;
 
 use crate::error::{Advise, Result};
 
-/// How the data of a run were read.
+/// The reading of the data of a run.
 #[derive(Debug, Clone, Default)]
 pub struct Columns {
     /// The columns of the first file, and those of the others that differ from them, by their paths.
     layouts: Option<(Table, Map<String, Value>)>,
-    /// The most rows that are used; none for all.
+    /// The largest number of rows that are used; `None` for all.
     pub rows: Option<usize>,
 }
 
 impl Columns {
-    /// Of the layouts of some files, with the most rows that are used.
+    /// The layouts of some files, with the largest number of rows that are used.
     ///
     /// # Errors
     /// As [`Layout::to_toml`].
@@ -45,7 +45,7 @@ impl Columns {
 }
 
 impl Columns {
-    /// Of recordings that were all read with the layout of this text.
+    /// Recordings that were all read with the layout of this text.
     pub(crate) fn of_layout(text: &str) -> Result<Self> {
         let own: Table = toml::from_str(text).advise("cannot write the columns", "")?;
         Ok(Self {
@@ -55,10 +55,10 @@ impl Columns {
     }
 }
 
-/// How the data were read and prepared, and the settings of each fit, as a table that comes back the same from a file.
+/// The reading and the preparation of the data, and the settings of each fit, as a table that is equal after a round trip through a file.
 ///
 /// # Errors
-/// [`Error::Refused`](crate::Error::Refused) for what TOML has no form for.
+/// [`Error::Refused`](crate::Error::Refused) for values that TOML cannot represent.
 pub(crate) fn resolved(
     columns: Columns,
     preparation: &Preparation,
@@ -88,7 +88,7 @@ pub(crate) fn resolved(
     toml::from_str(&text.advise(failed, "")?).advise(failed, "")
 }
 
-/// With the size of a robot's description in its place: the file is among the data. That of a simulated robot stays, as it is the truth.
+/// Replaces a robot's description by its size, since the file is among the data. That of a simulated robot stays, as it is the truth.
 fn in_short(value: Value) -> Value {
     let entry = |(key, value): (String, Value)| match value {
         Value::String(text) if key == "urdf" => {
@@ -103,7 +103,7 @@ fn in_short(value: Value) -> Value {
     }
 }
 
-/// Without what is not given, which TOML has no word for.
+/// Removes values that were not given, which TOML cannot represent.
 fn for_toml(value: Value) -> Value {
     let entry = |(key, value): (String, Value)| match value {
         Value::Null => None,

@@ -1,6 +1,6 @@
-//! Words of a command line as a shell takes them.
+//! Words of a command line, quoted for a shell.
 
-/// A word, quoted where a shell would take it for something else.
+/// A word, quoted where a shell would interpret it.
 #[must_use]
 pub fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,:=+@%".contains(c);

@@ -1,4 +1,4 @@
-//! Recordings of a file: the layout that lies beside it, what was read, and what was not.
+//! Recordings of a file: the layout beside it, the columns that were read, and those that were not.
 
 use std::path::{Path, PathBuf};
 
@@ -10,34 +10,34 @@ use crate::error::{Advise, Error, Result};
 use crate::files::format_named;
 use crate::hashing_reader::{FileHash, HashingReader};
 
-/// The layout file that speaks for all data of its folder.
+/// The layout file for all data of its folder.
 const LAYOUT: &str = "lagrangian.toml";
 
 /// The content of one file.
 #[derive(Debug)]
 pub struct ReadFile {
-    /// Its recordings, in their order.
+    /// The recordings, in their order.
     pub recordings: Vec<Recording>,
-    /// Its hash.
+    /// The hash of the file.
     pub hash: FileHash,
-    /// What was read of it.
+    /// The parts of the file that were read.
     pub source: Source,
-    /// What its reader passed over or decided, in sentences for people; settings stand in backticks.
+    /// The parts that its reader skipped and the choices that it made, in sentences for people; settings stand in backticks.
     pub told: Vec<String>,
 }
 
-/// What was read of a file, and what was not.
+/// The parts of a file that were read, and those that were not.
 #[derive(Debug, Serialize)]
 pub struct Source {
     /// The file.
     pub path: PathBuf,
-    /// The number of its trajectories.
+    /// The number of trajectories.
     pub trajectories: usize,
-    /// The number of its rows, also those of which a sample was taken.
+    /// The number of rows, also those of which a sample was taken.
     pub rows: usize,
     /// Columns that were not used.
     pub unused: Vec<String>,
-    /// What else was passed over or decided.
+    /// Other skipped parts and choices.
     pub notes: Vec<String>,
 }
 
@@ -54,8 +54,8 @@ impl Source {
     }
 }
 
-/// The layout file that speaks for a data file, if there is one: that of its name, else that of its folder. What bears its name and
-/// cannot be read is for the reader to refuse.
+/// The layout file for a data file, if there is one: that of its name, else that of its folder. A path of that name that cannot be
+/// read is returned too, for the reader to refuse.
 #[must_use]
 pub fn layout_beside(path: &Path) -> Option<PathBuf> {
     let beside = [path.with_extension("toml"), path.with_file_name(LAYOUT)];
@@ -64,8 +64,8 @@ pub fn layout_beside(path: &Path) -> Option<PathBuf> {
         .find(|file| file.symlink_metadata().is_ok())
 }
 
-/// Reads the recordings of a file with a layout that is complete, and hashes what is read. `advice` says what to do where its
-/// columns are not as the layout says.
+/// Reads the recordings of a file with a complete layout, and hashes the content. `advice` is the remedy for columns that differ
+/// from the layout.
 ///
 /// # Errors
 /// [`Error::Refused`](crate::Error::Refused), which names the file.
@@ -89,14 +89,14 @@ pub fn read_file(path: &Path, layout: &Layout, advice: &str) -> Result<ReadFile>
     })
 }
 
-/// Which columns were not used, in words; none where all were.
+/// The columns that were not used, in words; `None` where all were.
 #[must_use]
 pub fn unused(readings: &Readings) -> Option<String> {
     let ignored = readings.columns.ignored.join(", ");
     (!ignored.is_empty()).then(|| format!("columns not used: {ignored}"))
 }
 
-/// Which forces are taken as 0 for want of a column, in words.
+/// The forces that are taken as 0 for want of a column, in words.
 fn passive(readings: &Readings) -> Option<String> {
     let columns = &readings.columns.signals;
     let forces = columns.tau.iter().zip(&columns.q);

@@ -1,4 +1,4 @@
-//! What is asked of a fit, as plain data: all that it depends on beside its recordings.
+//! The request of a fit, as plain data: all that it depends on beside its recordings.
 
 use lagrangian::models::{Entry, FAMILIES};
 use lagrangian::saved::Preparation;
@@ -18,14 +18,14 @@ use crate::error::{Error, Result};
 /// Digits of a hash that name a folder: of 100 000 units two are the same with a probability below 10⁻⁹.
 const DIGITS: usize = 16;
 
-/// Raised where another meaning of a specification or other bits follow from the same text.
+/// Increased when another meaning of a specification or other bits follow from an equal text.
 const VERSION: u32 = 2;
 
-/// What is asked of a fit, beside its recordings. Together they give the same bits wherever the fit ends after a number of steps.
+/// The request of a fit, beside its recordings. Together they give equal bits wherever the fit ends after a number of steps.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Specification {
-    /// The name of the family; the best of several without one.
+    /// The name of the family; `None` for the best of several.
     pub family: Option<String>,
     /// The settings of the family.
     pub settings: Values,
@@ -51,7 +51,7 @@ pub struct Specification {
     pub delay: Vec<f64>,
     /// The text of the URDF of the robot, or the name of an example.
     pub urdf: Option<String>,
-    /// The same of a nominal model, whose omissions a network learns.
+    /// The text of the URDF of a nominal model, or the name of an example; a network learns the forces that it omits.
     pub nominal: Option<String>,
     /// The joints of the robot in the order of the data.
     pub joints: Vec<String>,
@@ -80,7 +80,7 @@ impl Default for Specification {
     }
 }
 
-/// The numbers of a specification that belong to no table of the library.
+/// The numbers of a specification that are in no table of the library.
 const NUMBERS: &[Setting] = &[
     Setting::new(
         "steps",
@@ -113,7 +113,7 @@ const NUMBERS: &[Setting] = &[
 ];
 
 impl Specification {
-    /// The name of the run folder of a fit in a sweep: a hash of the specification in its one form, of the roles and the hashes of its
+    /// The name of the run folder of a fit in a sweep: a hash of the specification in its normal form, of the roles and the hashes of its
     /// recordings, and of their layout.
     ///
     /// # Errors
@@ -131,7 +131,7 @@ impl Specification {
         Ok(name)
     }
 
-    /// Refuses numbers outside their ranges, wherever they come from.
+    /// Refuses numbers outside their ranges, whatever their origin.
     fn bounded(&self) -> Result<()> {
         if self.steps.is_some() && self.seconds.is_some() {
             return Err(Error::new(
@@ -154,7 +154,7 @@ impl Specification {
         }
     }
 
-    /// The same specification in its one form: numbers of settings that are no whole ones with a point, and nothing that was not given.
+    /// The specification in its normal form: real-valued settings are written with a point, and settings that were not given are omitted.
     fn normal(mut self) -> Result<Self> {
         for values in [&mut self.settings, &mut self.training, &mut self.rollout] {
             values.retain(|_, value| !value.is_null());
@@ -171,7 +171,7 @@ impl Specification {
         Ok(self)
     }
 
-    /// What the library is asked for.
+    /// The request to the library.
     ///
     /// # Errors
     /// As [`RobotConfig::new`] and [`Entry::taking_a_robot`].
@@ -200,7 +200,7 @@ impl Specification {
         Ok(request)
     }
 
-    /// Where a model comes from that is kept in no folder.
+    /// The origin of a model that is not kept in a folder.
     pub(crate) fn provenance(&self, preparation: Preparation) -> Provenance {
         Provenance {
             preparation: Some(preparation),
@@ -208,7 +208,7 @@ impl Specification {
         }
     }
 
-    /// What is done with the recordings.
+    /// The options of the preparation of the recordings.
     #[must_use]
     pub fn prepare(&self) -> PrepareOptions {
         PrepareOptions {

@@ -1,4 +1,4 @@
-//! What a fit leaves in its folder while it runs: metrics and checkpoints.
+//! The files that a fit writes to its folder while it runs: metrics and checkpoints.
 
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -9,10 +9,10 @@ use crate::error::{Error, Result};
 use crate::folder::{CHECKPOINT, RunFolder};
 use crate::metrics::{Metrics, figures};
 
-/// Between two lines of the metrics, where no validation brings one.
+/// The time between two lines of the metrics without a validation.
 const METRICS_EVERY: Duration = Duration::from_millis(200);
 
-/// Between two checkpoints on disk.
+/// The time between two checkpoints on disk.
 const CHECKPOINT_EVERY: Duration = Duration::from_secs(5);
 
 /// Watches one fit and writes its run folder, beside another observer that shows it and may end it.
@@ -43,7 +43,7 @@ impl<'a> Watch<'a> {
     /// Writes the last checkpoint.
     ///
     /// # Errors
-    /// The first failure to write, at which the fit was ended.
+    /// The first failure to write, which ended the fit.
     pub fn finish(mut self) -> Result<()> {
         self.save();
         self.failure.map_or(Ok(()), Err)

@@ -15,20 +15,20 @@ const OF_A_FIT: &str = "data of the fit";
 /// A setting that differs.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Setting {
-    /// Its name; those within others with a dot between.
+    /// The name; nested names are separated by dots.
     pub name: String,
-    /// Its value in each run; none where it is not set or not known.
+    /// The value in each run; `None` where it is not set or not known.
     pub values: Vec<Option<String>>,
 }
 
 /// A file of data that not all runs share.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct DataUse {
-    /// Its purpose.
+    /// The purpose of the file.
     pub role: String,
-    /// Its SHA-256.
+    /// The SHA-256 of the file.
     pub sha256: String,
-    /// Its path for each run; none for a run that does not have it.
+    /// The path for each run; `None` for a run without the file.
     pub paths: Vec<Option<String>>,
 }
 
@@ -54,7 +54,7 @@ impl LoadedRun {
         known.map(overlap).collect()
     }
 
-    /// The files of its fit. A model without its run does not know what they were for, nor their sizes.
+    /// The files of the fit. Without the run of a model neither their purpose nor their sizes are known.
     fn files(&self) -> Vec<DataFile> {
         let Some(record) = &self.record else {
             let file = |(path, sha256): (&String, &String)| DataFile {
@@ -68,7 +68,7 @@ impl LoadedRun {
         record.data.clone()
     }
 
-    /// The settings of the fit that was kept: those of the family of the model, the only ones, or of several those with the least
+    /// The settings of the fit that was kept: those of the family of the model, the only ones, or of several those with the smallest
     /// error. A chain becomes a model of rigid bodies.
     pub(super) fn kept_fit(&self) -> Option<&Table> {
         let record = self.record.as_ref()?;
@@ -84,9 +84,9 @@ impl LoadedRun {
     }
 }
 
-/// The files that not all runs have for the same.
+/// The files that not all runs share.
 pub(super) fn of_data(runs: &[LoadedRun]) -> Vec<DataUse> {
-    // A model alone does not tell what a file was for.
+    // A model alone does not record the purpose of a file.
     let is_role_known = runs.iter().all(|run| run.record.is_some());
     let mut all: BTreeMap<(String, String), Vec<Option<String>>> = BTreeMap::new();
     for (k, run) in runs.iter().enumerate() {
@@ -110,7 +110,7 @@ pub(super) fn of_data(runs: &[LoadedRun]) -> Vec<DataUse> {
     differing.map(data).collect()
 }
 
-/// The settings that differ between the runs whose settings are known: how their data were prepared, and those of the fit that was kept.
+/// The settings that differ between runs with known settings: the preparation of their data, and the settings of the kept fit.
 pub(super) fn of_settings(runs: &[LoadedRun]) -> Vec<Setting> {
     let mut all: BTreeMap<String, Vec<Option<String>>> = BTreeMap::new();
     let known = || {
@@ -139,7 +139,7 @@ pub(super) fn of_settings(runs: &[LoadedRun]) -> Vec<Setting> {
         .collect()
 }
 
-/// Sets the values of a table, those of tables within it with a dot before their names.
+/// Passes the values of a table to `set`, with the names of nested tables and a dot before their names.
 fn flatten(path: &str, table: &Table, set: &mut impl FnMut(String, String)) {
     for (key, value) in table {
         match value {
@@ -159,7 +159,7 @@ pub(super) fn word(value: &Value) -> String {
     }
 }
 
-/// Settings that losses depend on beside the model, and the reason that is given where they differ.
+/// Settings that losses depend on beside the model, and the reason that is stated where they differ.
 const OF_LOSSES: [(&str, &str); 7] = [
     ("loss", "another loss is minimised"),
     (

@@ -9,7 +9,7 @@ use super::measured::Predicted;
 use super::{Comparison, LoadedRun, VALIDATION_LOSS};
 use crate::metrics::Metric;
 
-/// Samples of a motion that are drawn, at most.
+/// The largest number of samples of a motion that are drawn.
 const DRAWN: usize = 4000;
 
 /// Figures under their headings.
@@ -55,7 +55,7 @@ fn losses(comparison: &Comparison, runs: &[LoadedRun]) -> Figure {
     }
 }
 
-/// The errors in the blocks of the motions, of the first figure of all coordinates that every run has.
+/// The errors in the blocks of the motions, of the first figure over all coordinates that every run has.
 fn blocks(comparison: &Comparison) -> Option<Figure> {
     let signals = comparison.figures.iter().filter_map(|row| {
         let signal = row.signal.of_variance()?;

@@ -1,4 +1,4 @@
-//! Predictions of several models for the same motions, in figures that are compared.
+//! Predictions of several models for the same motions, as figures that are compared.
 
 use std::f64::consts::TAU;
 
@@ -38,15 +38,15 @@ impl Measure {
 pub struct Row {
     /// The quantity.
     pub signal: Measure,
-    /// The coordinate; none for all together.
+    /// The coordinate; `None` for all together.
     pub coordinate: Option<String>,
     /// The unit; empty for a part of a variance.
     pub unit: String,
-    /// The figure of each model; none for a model that does not have it.
+    /// The figure of each model; `None` for a model without it.
     pub values: Vec<Option<f64>>,
-    /// The difference of each model from the first, on the same blocks; none for the first.
+    /// The difference of each model from the first, on the same blocks; `None` for the first.
     pub differences: Vec<Option<Difference>>,
-    /// The best model beside the next; none where fewer than two have the figure.
+    /// The difference of the best model from the next; `None` where fewer than two have the figure.
     pub lead: Option<Lead>,
     /// The figure of each model in the blocks of the motions.
     #[serde(skip)]
@@ -54,7 +54,7 @@ pub struct Row {
 }
 
 impl Row {
-    /// The figure of each model in blocks; none where all models lack it.
+    /// The figure of each model in blocks; `None` where all models lack it.
     fn of(
         signal: Measure,
         coordinate: Option<&Coordinate>,
@@ -81,7 +81,7 @@ impl Row {
     }
 }
 
-/// The model with the best figure, and how far it leads.
+/// The model with the best figure, and its lead.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Lead {
     /// The number of the best model.
@@ -116,7 +116,7 @@ impl Lead {
     }
 }
 
-/// The figures of models on these motions, and the predictions that they are of.
+/// The figures of models on these motions, and the predictions from which they are computed.
 pub(super) fn measured(
     runs: &[LoadedRun],
     motions: &[Trajectory],
@@ -215,7 +215,7 @@ fn positions(each: &[Predicted], motions: &[Trajectory], coordinates: &Coordinat
     moving.filter_map(row).collect()
 }
 
-/// The times for which a model follows the motions; none for a model without predictions.
+/// The times for which a model follows the motions; `None` for a model without predictions.
 fn followed(
     own: &Predicted,
     motions: &[Trajectory],
@@ -265,7 +265,7 @@ impl Predicted {
     }
 }
 
-/// The forces of a recorded motion; none for a model without inverse dynamics, and without accelerations or forces to compare with.
+/// The forces of a recorded motion; `None` for a model without inverse dynamics, and without accelerations or forces to compare with.
 fn torques(model: &dyn Model, motion: &Trajectory) -> Option<Vec<f64>> {
     let (qdd, _) = (motion.values(Signal::Qdd)?, motion.values(Signal::Tau)?);
     let mut torques = vec![0.0; qdd.len()];

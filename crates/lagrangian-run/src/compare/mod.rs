@@ -1,4 +1,4 @@
-//! Runs side by side: their figures on the same motions, how sure the differences are, and what else differs.
+//! Runs side by side: their figures on the same motions, the significance of the differences, and other differences of the runs.
 
 mod difference;
 mod figures;
@@ -23,31 +23,31 @@ pub use difference::{DataOverlap, DataUse, Setting};
 pub use measured::{Lead, Measure, Row};
 pub use paired::{Difference, Finding};
 
-/// The loss that weights are kept by, in the metrics.
+/// The loss that selects the weights, in the metrics.
 const VALIDATION_LOSS: &str = "loss/validation";
 
 /// A run that is compared with others.
 #[derive(Debug)]
 pub struct LoadedRun {
-    /// Its folder, or the file of a model.
+    /// The folder of the run, or the file of a model.
     pub path: PathBuf,
-    /// Its name beside the others.
+    /// The name of the run beside the others.
     pub name: String,
-    /// Its model.
+    /// The model of the run.
     pub model: Learned,
     /// The origin of the model.
     pub provenance: Provenance,
-    /// Its settings and data; none for a model without its run.
+    /// The settings and data; `None` for a model without its run.
     pub record: Option<RunRecord>,
-    /// Its metrics; empty without its run.
+    /// The metrics; empty without the run.
     pub metrics: Vec<Metric>,
 }
 
 impl LoadedRun {
-    /// Reads the folder of a run, or a model; a model that lies in its run comes with it.
+    /// Reads the folder of a run, or a model; a model in the folder of its run is read with the run.
     ///
     /// # Errors
-    /// [`Error::Refused`] for what is neither, for a run without a model, and for files that are damaged.
+    /// [`Error::Refused`] for paths to neither, for a run without a model, and for files that are damaged.
     pub fn read(path: &Path) -> Result<Self> {
         let file = model_file(path);
         let is_folder = path.is_dir();
@@ -100,7 +100,7 @@ impl LoadedRun {
             refuse_other_coordinates(runs.first().unwrap_or(&run), &run)?;
             runs.push(run);
         }
-        // A name that does not tell runs apart gives way to the path.
+        // A name that does not distinguish runs is replaced by the path.
         let names: Vec<String> = runs.iter().map(|run| run.name.clone()).collect();
         for run in &mut runs {
             if names.iter().filter(|name| **name == run.name).count() > 1 {
@@ -110,7 +110,7 @@ impl LoadedRun {
         Ok(runs)
     }
 
-    /// The reading and filtering of its recordings.
+    /// The reading and filtering of the recordings.
     #[must_use]
     pub fn preparation(&self) -> Preparation {
         self.provenance.preparation.clone().unwrap_or_default()
@@ -130,7 +130,7 @@ fn refuse_single(runs: usize) -> Result<()> {
 /// Refuses a model of other coordinates: of another number, or of angles where the first has none.
 fn refuse_other_coordinates(first: &LoadedRun, other: &LoadedRun) -> Result<()> {
     let [own, others] = [first, other].map(|run| &run.model.coordinates().0);
-    // A robot knows the units of its joints, which the data need not tell other models.
+    // A robot knows the units of its joints, which the data of other models may omit.
     let alike = |a: &str, b: &str| a.is_empty() || b.is_empty() || a == b;
     let mut pairs = own.iter().zip(others);
     let is_same =
@@ -161,7 +161,7 @@ fn refuse_other_coordinates(first: &LoadedRun, other: &LoadedRun) -> Result<()> 
 /// Motions that models are compared on.
 #[derive(Debug)]
 pub struct ComparisonData {
-    /// The motions, prepared alike for all models.
+    /// The motions, prepared equally for all models.
     pub motions: Vec<Trajectory>,
     /// A description in a few words.
     pub about: String,
@@ -172,21 +172,21 @@ pub struct ComparisonData {
 /// A run in the list of those that are compared.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RunSummary {
-    /// Its name.
+    /// The name of the run.
     pub name: String,
-    /// Its folder, or the file of a model.
+    /// The folder of the run, or the file of a model.
     pub path: PathBuf,
-    /// The family of its model.
+    /// The family of the model.
     pub family: String,
-    /// The loss that was minimised; none without its run.
+    /// The loss that was minimised; `None` without the run.
     pub loss: Option<String>,
-    /// The least loss of its validation.
+    /// The smallest loss of the validation.
     pub least: Option<f64>,
-    /// The steps of its fit.
+    /// The steps of the fit.
     pub steps: Option<u64>,
-    /// The time of its fit, s.
+    /// The time of the fit, s.
     pub seconds: Option<f64>,
-    /// Those of the files of the comparison that it was fitted to or validated on, with what they were for.
+    /// The files of the comparison that it was fitted to or validated on, with their purposes.
     pub seen: Vec<DataOverlap>,
 }
 
@@ -212,13 +212,13 @@ impl RunSummary {
 /// Runs side by side.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
-    /// Which of the runs is the best, by how much, and whether that is sure.
+    /// The best run, its lead, and the significance of the lead.
     pub answer: String,
-    /// The name of the best run; none where the data do not tell.
+    /// The name of the best run; `None` where the data do not determine it.
     pub winner: Option<String>,
     /// The data that the figures are measured on.
     pub on: String,
-    /// The number of motions, and of their samples.
+    /// The number of motions.
     pub motions: usize,
     /// The number of samples.
     pub samples: usize,
@@ -226,7 +226,7 @@ pub struct Comparison {
     pub runs: Vec<RunSummary>,
     /// The figures, each of all runs.
     pub figures: Vec<Row>,
-    /// Why the losses of the fits cannot be compared; empty where they can.
+    /// The reasons why the losses of the fits cannot be compared; empty where they can.
     pub losses_differ: Vec<String>,
     /// The settings that differ.
     pub settings: Vec<Setting>,
@@ -237,7 +237,7 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Measures all models on the same motions, and draws the page of it. The others are compared with the first.
+    /// Measures all models on the same motions, and draws the page of the comparison. The others are compared with the first.
     ///
     /// # Errors
     /// [`Error::Refused`] for fewer than two runs; as [`predict_all`](lagrangian::score::predict_all).

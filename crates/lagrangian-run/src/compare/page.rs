@@ -1,4 +1,4 @@
-//! What a comparison says: its verdict in sentences, and its page.
+//! The presentation of a comparison: its verdict in sentences, and its page.
 
 use lagrangian::counted;
 use lagrangian_report::draw::short;
@@ -77,7 +77,7 @@ impl Row {
     }
 }
 
-/// Shown where a run has no value.
+/// The text for a run without a value.
 fn none() -> String {
     "–".into()
 }
@@ -129,7 +129,7 @@ fn sentence(row: &Row, k: usize) -> Option<String> {
     Some(format!("{}: {finding}, {own} against {first}", row.label()))
 }
 
-/// The best run by the first figure that all runs have, else that two of them have, and the sentence that says so.
+/// The best run by the first figure that all runs have, else that two of them have, and the sentence that states it.
 pub(super) fn answer(comparison: &Comparison) -> (Option<String>, String) {
     let whole = |row: &&Row| row.values.iter().all(Option::is_some);
     let mut rows = main_rows(comparison);

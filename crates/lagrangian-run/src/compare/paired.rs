@@ -1,5 +1,5 @@
-//! Paired differences: how much the error of one model differs from that of another on the same blocks of motion, and how sure that
-//! is.
+//! Paired differences: the difference of the errors of two models on the same blocks of motion, and its confidence
+//! interval.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use serde::Serialize;
 
 /// Number of blocks that motions are cut into, if there are fewer motions …
 const BLOCKS: usize = 10;
-/// … and the shortest block, in samples: neighbouring samples err alike.
+/// … and the shortest block, in samples: neighbouring samples have similar errors.
 const SHORTEST: usize = 20;
 
 /// The 97.5 % quantiles of Student's distribution for 1 to 30 degrees of freedom.
@@ -17,7 +17,7 @@ const STUDENT: [f64; 30] = [
     2.052, 2.048, 2.045, 2.042,
 ];
 
-/// A figure in blocks of the motions: its mean in each, and how much each counts.
+/// A figure in blocks of the motions: its mean in each, and the weight of each.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Blocked {
     pub(super) means: Vec<f64>,
@@ -25,7 +25,7 @@ pub(super) struct Blocked {
 }
 
 impl Blocked {
-    /// A figure of each motion, which all count alike.
+    /// A figure of each motion, where all motions count equally.
     pub(super) fn of_motions(means: Vec<f64>) -> Self {
         let weights = vec![1.0; means.len()];
         Self { means, weights }
@@ -37,7 +37,7 @@ impl Blocked {
     }
 }
 
-/// Conclusion from a difference.
+/// The conclusion from a difference.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Finding {
@@ -45,7 +45,7 @@ pub enum Finding {
     Better,
     /// The later model is worse.
     Worse,
-    /// The difference is within its spread: the data do not tell the models apart.
+    /// The difference is within its spread: the data do not distinguish the models.
     Within,
     /// There are too few blocks for a spread.
     Unknown,
@@ -54,17 +54,17 @@ pub enum Finding {
 /// The difference of a figure of one model from that of the first, on the same blocks.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Difference {
-    /// Its mean.
+    /// The mean of the difference.
     pub mean: f64,
     /// The ends of the interval that holds the true difference with 95 %; not finite for a single block.
     pub range: (f64, f64),
     /// The number of blocks.
     pub blocks: usize,
-    /// The conclusion from it.
+    /// The conclusion from the difference.
     pub finding: Finding,
 }
 
-/// Which direction is the better one.
+/// The direction that is better.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Best {
     Least,

@@ -1,4 +1,4 @@
-//! A recorded motion and its prediction, moving: as the robot where its joints are known, else as a chain of equal links.
+//! An animation of a recorded motion and its prediction: as the robot where its joints are known, else as a chain of equal links.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -10,14 +10,14 @@ use lagrangian_report::{Animation, Motion, Panel, Shape, Stage, View};
 use super::figures::Followed;
 use super::{Page, learned};
 
-/// The most links of a chain that can be distinguished in motion.
+/// The largest number of links of a chain that can be distinguished in motion.
 pub const MOST_LINKS: usize = 8;
-/// The frames from which the view of a robot is chosen, at most.
+/// The largest number of frames from which the view of a robot is chosen.
 const FRAMES: usize = 500;
 /// The radius of the stage over that of the motion.
 const MARGIN: f64 = 1.08;
 
-/// Both motions, where there is something to be drawn. Where `links` are given, a chain is asked for.
+/// An animation of both motions, where they can be drawn: as a chain where `links` are given.
 pub(super) fn of(page: &Page, followed: &Followed, links: Option<Links>) -> Option<Animation> {
     let robot = || robot(page).and_then(|robot| drawn_robot(page, followed, &robot));
     let drawn = match links {
@@ -35,7 +35,7 @@ pub(super) fn of(page: &Page, followed: &Followed, links: Option<Links>) -> Opti
     })
 }
 
-/// The panels, and what they show in a sentence.
+/// The panels, and their description in a sentence.
 struct Drawn {
     panels: Vec<Panel>,
     what: String,
@@ -47,7 +47,7 @@ fn robot(page: &Page) -> Option<RigidBodies> {
     own.or_else(|| learned::simulated_robot(page.record, page.model))
 }
 
-/// Both motions by the joints of a robot; none where these all lie in one place.
+/// Both motions by the joints of a robot; `None` where these all coincide.
 fn drawn_robot(page: &Page, followed: &Followed, robot: &RigidBodies) -> Option<Drawn> {
     let skeleton = robot.skeleton();
     let n = robot.dof();
@@ -92,7 +92,7 @@ fn drawn_robot(page: &Page, followed: &Followed, robot: &RigidBodies) -> Option<
     })
 }
 
-/// The circle around these points, about the middle of their box; none for a single place.
+/// The circle around these points, about the middle of their box; `None` for coinciding points.
 fn stage(points: impl Iterator<Item = [f64; 2]> + Clone) -> Option<Stage> {
     let finite = points.filter(|point| point.iter().all(|x| x.is_finite()));
     let empty = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
@@ -137,8 +137,8 @@ fn drawn_chain(page: &Page, followed: &Followed, links: Links) -> Option<Drawn> 
     })
 }
 
-/// Where the links of the chain of a run measure their angles: where its data say, else from the link before for a robot, whose joints
-/// do, and from hanging down for anything else.
+/// The reference of the angles of the links of a run: as its data state, else the link before for a robot, as for its joints, and hanging
+/// down for anything else.
 fn links(page: &Page) -> Links {
     let layout = learned::layout(page.record);
     let told = layout.and_then(|own| own.links.or_else(|| own.system?.links()));
@@ -150,7 +150,7 @@ fn links(page: &Page) -> Links {
     })
 }
 
-/// The same motion with each angle measured from hanging down, wherever its links measure them.
+/// The motion with each angle measured from hanging down, whatever the reference of its links.
 #[must_use]
 pub fn as_chain(motion: &Trajectory, links: Links) -> Trajectory {
     let n = motion.dof().max(1);

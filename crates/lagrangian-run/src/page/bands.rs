@@ -1,4 +1,4 @@
-//! The ensemble of a run on its page: how much of the held-out motions lies in the bands, the members beside each other, and bands
+//! The ensemble of a run on its page: the part of the held-out motions in the bands, the members beside each other, and bands
 //! along a motion.
 
 use lagrangian::ensemble::{Coverage, Covered, Ensemble, Prediction};
@@ -15,7 +15,7 @@ use lagrangian_report::force_unit;
 /// The level of the bands that are drawn.
 const LEVEL: f64 = 0.8;
 
-/// What a page says of an ensemble.
+/// The parts of a page for an ensemble.
 #[derive(Debug)]
 pub(super) struct Shown {
     pub(super) headline: Option<Headline>,
@@ -24,7 +24,7 @@ pub(super) struct Shown {
 }
 
 impl Shown {
-    /// Of an ensemble on the motions of the evaluation, the first of which each member predicts.
+    /// The parts for an ensemble on the motions of the evaluation, the first of which each member predicts.
     pub(super) fn new(
         own: &Measured,
         evaluation: &Evaluation,
@@ -149,7 +149,7 @@ fn joined(motions: &[Trajectory]) -> Option<Trajectory> {
         }
         all.t.extend_from_slice(&motion.t);
     }
-    // The samples are in no order: their times only number them.
+    // The samples have no order: their times only number them.
     all.t = (0..all.t.len()).map(|k| k as f64).collect();
     Some(all)
 }
@@ -217,7 +217,7 @@ fn figures_of(ensemble: &Ensemble, motion: &Trajectory, predicted: &[Rollout]) -
     figures
 }
 
-/// One coordinate of a prediction with its band, beside what was measured.
+/// One coordinate of a prediction with its band, beside the measured one.
 fn banded(own: &Prediction, t: &[f64], measured: &[f64], (i, n): (usize, usize)) -> Option<Banded> {
     let (low, high) = own.band(LEVEL).ok()?;
     let column =

@@ -10,10 +10,10 @@ use lagrangian_report::{
 use super::{Page, learned};
 use crate::metrics::Metric;
 
-/// Dots of a parity figure, at most.
+/// The largest number of dots of a parity figure.
 const DOTS: usize = 2000;
 
-/// The energy H at every sample, J; none for a model that has none.
+/// The energy H at every sample, J; `None` for a model without energy.
 #[must_use]
 pub fn energies(model: &dyn Model, motion: &Trajectory) -> Option<Vec<f64>> {
     let mut energy = vec![0.0; motion.len()];
@@ -21,14 +21,14 @@ pub fn energies(model: &dyn Model, motion: &Trajectory) -> Option<Vec<f64>> {
     outcome.is_supported().then_some(energy)
 }
 
-/// A recorded motion and what the model makes of it.
+/// A recorded motion and its prediction by the model.
 pub(super) struct Followed<'a> {
     pub(super) truth: &'a Trajectory,
     predicted: Trajectory,
 }
 
 impl<'a> Followed<'a> {
-    /// The first motion of the evaluation and its prediction, if there is one.
+    /// The first motion of the evaluation and its prediction, if it exists.
     pub(super) fn first(page: &Page<'a>, predictions: Vec<Rollout>) -> Option<Self> {
         let truth = page.evaluation.motions.first()?;
         let predicted = predictions.into_iter().next()?.trajectory;
@@ -42,7 +42,7 @@ impl<'a> Followed<'a> {
         ]
     }
 
-    /// The learned energy where nothing should change it, coordinates over time, and phase portraits.
+    /// The learned energy where it should be constant, coordinates over time, and phase portraits.
     pub(super) fn figures(&self, page: &Page) -> Vec<Figure> {
         let coordinates = page.model.coordinates();
         let motions = self.motions(page.role());
@@ -73,7 +73,7 @@ impl<'a> Followed<'a> {
         let whole = predicted.y.clone();
         let is_outside = |k: usize| outside.binary_search(&k).is_ok();
         for k in (0..whole.len()).filter(|&k| is_outside(k)) {
-            // The line goes on from the last sample within, and the other one to the next.
+            // The line continues from the last sample within, and the other one to the next.
             let neighbours = k.saturating_sub(1)..(k + 2).min(whole.len());
             neighbours.for_each(|j| far.y[j] = whole[j]);
             predicted.y[k] = f64::NAN;

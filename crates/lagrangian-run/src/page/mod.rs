@@ -1,4 +1,4 @@
-//! The page of a run: what the model is worth, a motion that it predicts, and how it came about.
+//! The page of a run: the assessment of the model, a motion that it predicts, and its origin.
 
 mod animation;
 mod bands;
@@ -25,28 +25,28 @@ use crate::error::Result;
 use crate::metrics::Metric;
 use crate::record::RunRecord;
 
-/// What differs between those who make runs, where a run speaks to people.
+/// The differences between the programs that make runs, in texts for people.
 pub trait Frontend: Sync {
-    /// A text as it is shown: settings that stand in it in backticks are written as people give them.
+    /// A text as it is shown: settings in backticks are written as people give them.
     fn words(&self, text: &str) -> String;
 
-    /// What makes the run, its page and predictions of its model again.
+    /// The commands that make the run, its page and predictions of its model again.
     fn commands(&self, folder: &Path, record: &RunRecord) -> Vec<Command>;
 }
 
-/// What a page is made of.
+/// The input of a page.
 pub struct Page<'a> {
-    /// Who shows it.
+    /// The frontend that shows it.
     pub frontend: &'a dyn Frontend,
-    /// Where it is kept.
+    /// The folder that holds it.
     pub folder: &'a Path,
-    /// Its `run.toml`.
+    /// The record of the run.
     pub record: &'a RunRecord,
-    /// Its metrics.
+    /// The metrics of the run.
     pub metrics: &'a [Metric],
-    /// Its model.
+    /// The model of the run.
     pub model: &'a Learned,
-    /// The ensemble beside it, where there is one.
+    /// The ensemble beside the model, where there is one.
     pub ensemble: Option<Measured<'a>>,
     /// Motions that the model is evaluated on, and the check of the data.
     pub evaluation: &'a Evaluation,
@@ -59,12 +59,12 @@ pub struct Evaluation {
     pub motions: Vec<Trajectory>,
     /// Whether they were kept from training; otherwise there were no others.
     pub held_out: bool,
-    /// What the check of the data found.
+    /// The findings of the check of the data.
     pub check: CheckReport,
 }
 
 impl From<Prepared> for Evaluation {
-    /// What is left of the data when the fit has ended.
+    /// The part of the data that is needed after the fit.
     fn from(data: Prepared) -> Self {
         Self {
             motions: data.motions,
@@ -74,14 +74,14 @@ impl From<Prepared> for Evaluation {
     }
 }
 
-/// The predictions of a model, and what they are worth.
+/// The predictions of a model, and their assessment.
 #[derive(Debug)]
 pub struct Scored {
     predictions: Predictions,
     ensemble: Option<bands::Shown>,
     /// The errors of the predictions.
     pub score: Score,
-    /// How far the model can be trusted.
+    /// The reliability of the model.
     pub assessment: Assessment,
 }
 
@@ -111,8 +111,8 @@ impl Page<'_> {
         })
     }
 
-    /// The page as plain data. A robot whose joints are known is drawn as it is; a chain of angles with its links where the data say that
-    /// they measure their angles, unless `links` says another place.
+    /// The page as plain data. A robot with known joints is drawn as a robot; a chain of angles with the reference of its links that the
+    /// data state, unless `links` gives another one.
     #[must_use]
     pub fn report(&self, scored: Scored, links: Option<Links>) -> Report {
         let Scored {
@@ -158,7 +158,7 @@ impl Page<'_> {
         report
     }
 
-    /// How much of the torques is explained, or of the accelerations where no torque is predicted.
+    /// The explained part of the torques, or of the accelerations where no torque is predicted.
     fn answer(&self, score: &Score, assessment: &Assessment) -> String {
         let coordinates = self.model.coordinates();
         let signals = [
@@ -308,7 +308,7 @@ pub fn grade_name(grade: Grade) -> &'static str {
     grade.name()
 }
 
-/// The last part of a path; the command line of the run has the whole.
+/// The last part of a path; the command line of the run holds the whole.
 pub(crate) fn file_name(path: &str) -> &str {
     Path::new(path)
         .file_name()

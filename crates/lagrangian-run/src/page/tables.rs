@@ -11,10 +11,10 @@ use crate::hashing_reader::brief_hash;
 use crate::record::RunRecord;
 use lagrangian_report::force_unit;
 
-/// Motions and warnings that are listed one by one, at most.
+/// The largest number of motions and warnings that are listed one by one.
 const MOST_MOTIONS: usize = 20;
 
-/// Errors at single samples, how long whole motions are followed, parameters, and warnings about the data.
+/// Errors at single samples, times for which whole motions are followed, parameters, and warnings about the data.
 pub(super) fn of(page: &Page, score: &Score, assessment: &Assessment) -> Vec<Table> {
     vec![
         tried(page),
@@ -43,7 +43,7 @@ fn tried(page: &Page) -> Table {
     )
 }
 
-/// What can be predicted forwards, joint by joint.
+/// The quality of the forward dynamics, joint by joint.
 fn forwards(assessment: &Assessment) -> Table {
     let percent = |x: f64| format!("{} %", short(100.0 * x));
     let row = |j: &Forward| {
@@ -107,7 +107,7 @@ fn rows(
         .collect()
 }
 
-/// What was learned that has a name and a unit.
+/// The learned parameters that have a name and a unit.
 fn parameters(page: &Page) -> Table {
     let row = |p: Parameter| {
         let error = p.standard_error.map(|e| format!(" ± {}", short(e)));
@@ -121,7 +121,7 @@ fn parameters(page: &Page) -> Table {
     )
 }
 
-/// What the check of the data warns of.
+/// The warnings of the check of the data.
 fn warnings(page: &Page) -> Table {
     let items = page.evaluation.check.items.iter();
     let warned = items.filter(|item| item.verdict == Verdict::Warn);
@@ -173,7 +173,7 @@ fn ending(outcome: &Outcome) -> String {
     }
 }
 
-/// What was set, without what is empty; files by the beginnings of their hashes.
+/// The given settings, without empty ones; files by the beginnings of their hashes.
 pub(super) fn settings(record: &RunRecord) -> Vec<(String, String)> {
     let mut rows = Vec::new();
     for (group, value) in &record.settings {
@@ -206,7 +206,7 @@ fn choice(choice: &AutoSetting) -> (String, String) {
 }
 
 fn setting((name, value): (&String, &toml::Value)) -> Option<(String, String)> {
-    // The data files are listed with their hashes, and how the folder was opened is no setting of the fit.
+    // The data files are listed with their hashes, and the treatment of an existing folder is not a setting of the fit.
     if matches!(name.as_str(), "files" | "validate" | "force" | "resume") {
         return None;
     }

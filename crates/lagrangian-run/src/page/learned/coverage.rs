@@ -1,4 +1,4 @@
-//! The states that the data visited, and where a prediction leaves them.
+//! The states that the data visited, and the samples at which a prediction leaves them.
 
 use std::f64::consts::TAU;
 
@@ -8,9 +8,9 @@ use lagrangian_report::{Axis, Figure, Role, Series, Table};
 
 use super::Subject;
 
-/// Coordinates that are drawn, at most.
+/// The largest number of coordinates that are drawn.
 const MOST: usize = 4;
-/// Samples of the motions that are drawn, at most.
+/// The largest number of samples of the motions that are drawn.
 const DRAWN: usize = 1200;
 
 /// The samples of a motion that lie outside of the states that the data of a model visited, by their numbers.
@@ -27,7 +27,7 @@ pub(in crate::page) fn outside(model: &dyn Model, motion: &Trajectory) -> Vec<us
     (0..motion.len()).filter(is_outside).collect()
 }
 
-/// Velocity over position: what was visited, and the motions that the model is evaluated on.
+/// Velocity over position: the visited states, and the motions that the model is evaluated on.
 pub(super) fn figures(subject: &Subject) -> Vec<Figure> {
     let Some(visited) = subject.model.visited() else {
         return Vec::new();

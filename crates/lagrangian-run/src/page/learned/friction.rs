@@ -6,7 +6,7 @@ use lagrangian_report::{Along, Axis, Figure, Sweep};
 use super::Subject;
 use lagrangian_report::force_unit;
 
-/// Joints that are drawn, at most.
+/// The largest number of joints that are drawn.
 const MOST: usize = 8;
 
 pub(super) fn figures(subject: &Subject) -> Vec<Figure> {

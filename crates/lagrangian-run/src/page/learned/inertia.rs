@@ -6,11 +6,11 @@ use lagrangian_report::{Along, Axis, Figure, Role, Series, Sweep};
 
 use super::Subject;
 
-/// Beyond so many coordinates only the diagonal is drawn.
+/// The largest number of coordinates for which more than the diagonal is drawn.
 const WHOLE: usize = 3;
-/// Coordinates whose inertia is drawn, at most.
+/// The largest number of coordinates whose inertia is drawn.
 const MOST: usize = 7;
-/// States at which the condition number is drawn, at most.
+/// The largest number of states at which the condition number is drawn.
 const STATES: usize = 600;
 
 pub(super) fn figures(subject: &Subject) -> Vec<Figure> {

@@ -1,5 +1,5 @@
-//! What was learned, beside the truth where it is known: energy at rest, inertia, friction, gyroscopic forces, momenta, and the states
-//! that the data visited.
+//! The learned functions, beside the truth where it is known: energy at rest, inertia, friction, gyroscopic forces, momenta, and the
+//! states that the data visited.
 
 mod coverage;
 mod friction;
@@ -20,12 +20,12 @@ use truth::Truth;
 pub(super) use coverage::outside;
 pub(super) use truth::{layout, simulated_robot};
 
-/// Places along an axis.
+/// The number of places along an axis.
 const PLACES: usize = 121;
-/// How far beyond the data an axis goes, in parts of their range.
+/// The extension of an axis beyond the data, in parts of their range.
 const BEYOND: f64 = 0.25;
 
-/// What a page shows of what was learned.
+/// The parts of a page on the learned functions.
 #[derive(Default)]
 pub(super) struct Shown {
     pub(super) figures: Vec<Figure>,
@@ -33,7 +33,7 @@ pub(super) struct Shown {
     pub(super) tables: Vec<Table>,
 }
 
-/// What the figures are made of.
+/// The input of the figures.
 struct Subject<'a> {
     model: &'a Learned,
     coordinates: &'a Coordinates,
@@ -41,7 +41,7 @@ struct Subject<'a> {
     /// The members of the ensemble, where there is one.
     members: &'a [Learned],
     truth: Option<Truth>,
-    /// What the data visited of each coordinate and each velocity, `[2n]`.
+    /// The range of each coordinate and each velocity in the data, `[2n]`.
     visited: Vec<Option<Range>>,
     /// The coordinates that move, the one with the largest range first.
     moved: Vec<usize>,
@@ -49,7 +49,7 @@ struct Subject<'a> {
     middle: Vec<f64>,
 }
 
-/// Figures, maps and tables of what was learned; none of a model that does not know which states its data visited.
+/// Figures, maps and tables of the learned functions; empty for a model without the states that its data visited.
 pub(super) fn shown(page: &Page) -> Shown {
     let Some(subject) = Subject::of(page) else {
         return Shown::default();
@@ -129,7 +129,7 @@ impl<'a> Subject<'a> {
         Axis::linear(&coordinate.name, &coordinate.unit)
     }
 
-    /// A value of coordinate `i` as its axis has it: an angle on the turn that the data begin on.
+    /// A value of coordinate `i` on its axis: an angle on the turn on which the data begin.
     fn unwound(&self, i: usize, value: f64) -> f64 {
         match self.visited[i] {
             Some(axis) if axis.circle => {
@@ -140,7 +140,7 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// Where the other coordinates are, for a caption.
+    /// The place of the other coordinates, for a caption.
     fn elsewhere(&self) -> &'static str {
         match self.moved.len() {
             1 => "",
@@ -153,12 +153,12 @@ impl<'a> Subject<'a> {
         self.model.visited().is_some_and(Visited::is_free)
     }
 
-    /// The unit of an energy, an inertia or a force: none where no force was recorded, since no motion tells it.
+    /// The unit of an energy, an inertia or a force: empty where no force was recorded, since motions alone do not determine it.
     fn unit<'u>(&self, unit: &'u str) -> &'u str {
         if self.is_free() { "" } else { unit }
     }
 
-    /// What motions without forces leave open, and what the truth is aligned by, for a caption.
+    /// The quantity that motions without forces do not determine, and the alignment of the truth, for a caption.
     fn aligned(&self) -> &'static str {
         match &self.truth {
             Some(truth) if truth.is_scaled => {
@@ -171,7 +171,7 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// The factor from what a model says of energies to those that are shown.
+    /// The factor from the energies of a model to those that are shown.
     fn factor(&self, model: &Learned) -> f64 {
         match &self.truth {
             Some(truth) => truth.factor(model, &self.middle),

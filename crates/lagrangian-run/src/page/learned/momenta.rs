@@ -6,9 +6,9 @@ use lagrangian_report::{Along, Axis, Figure, Role, Series, Sweep};
 use super::Subject;
 use lagrangian_report::force_unit;
 
-/// Coordinates whose momentum is drawn, at most.
+/// The largest number of coordinates whose momentum is drawn.
 const MOST: usize = 4;
-/// Samples of the motion that are drawn, at most.
+/// The largest number of samples of the motion that are drawn.
 const DRAWN: usize = 2000;
 /// A model has gyroscopic forces where they are more than this part of the bias.
 const GYROSCOPIC: f64 = 1e-3;

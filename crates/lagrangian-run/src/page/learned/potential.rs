@@ -8,11 +8,11 @@ use lagrangian_report::{Along, Axis, Figure, HeatMap, Sweep};
 use super::Subject;
 use lagrangian_report::draw::short;
 
-/// Cells of a map along each axis.
+/// The number of cells of a map along each axis.
 const CELLS: usize = 48;
-/// A cell is near the data within this distance of a state of them, in deviations.
+/// A cell is near the data if a state of them is within this distance, in deviations.
 const NEAR: f64 = 0.5;
-/// States of the data that cells are compared with, at most.
+/// The largest number of states of the data that cells are compared with.
 const STATES: usize = 1500;
 
 /// The curve along the most moved coordinate, and maps over the two most moved ones where there are several.
@@ -76,7 +76,7 @@ fn curve(subject: &Subject) -> Option<Figure> {
     })
 }
 
-/// The landscape over coordinates `i` and `j`, learned and true, in one scale of colours.
+/// The landscape over coordinates `i` and `j`, learned and true, on one colour scale.
 fn maps(subject: &Subject, i: usize, j: usize) -> Vec<HeatMap> {
     let Some([x, y]) = ranges(subject, i, j) else {
         return Vec::new();
@@ -169,7 +169,7 @@ fn ranges(subject: &Subject, i: usize, j: usize) -> Option<[(f64, f64); 2]> {
     Some([of(i)?, of(j)?])
 }
 
-/// States of the data, as far as these coordinates go.
+/// States of the data, in these coordinates alone.
 fn known(subject: &Subject, i: usize, j: usize) -> Vec<(f64, f64)> {
     let n = subject.coordinates.dof();
     let rows = || {

@@ -1,4 +1,4 @@
-//! The system that made the data, where they say which.
+//! The system that generated the data, where they name it.
 
 use lagrangian::analytic::{AnalyticModel, by_name};
 use lagrangian::rigid::{RigidBodies, RobotConfig};
@@ -7,7 +7,7 @@ use lagrangian::{Layout, Learned, Model, Quantities};
 
 use crate::record::RunRecord;
 
-/// A known system, and how what was learned is compared with it.
+/// A known system, and its comparison with the learned functions.
 pub(super) struct Truth {
     pub(super) system: Box<dyn AnalyticModel>,
     /// Viscous friction on every coordinate, N·m·s/rad or N·s/m.
@@ -23,7 +23,7 @@ pub(in crate::page) fn layout(record: &RunRecord) -> Option<Layout> {
 }
 
 impl Truth {
-    /// The system that the data of a run name; none for one of other coordinates, which their columns cannot be of.
+    /// The system that the data of a run name; `None` for one of other coordinates, to which their columns cannot belong.
     pub(super) fn of(record: &RunRecord, model: &Learned, middle: &[f64]) -> Option<Self> {
         let simulated = layout(record)?.system?;
         let friction = simulated.friction;
@@ -46,7 +46,7 @@ impl Truth {
         })
     }
 
-    /// The factor from what a model says of energies to the truth.
+    /// The factor from the energies of a model to the truth.
     pub(super) fn factor(&self, model: &Learned, middle: &[f64]) -> f64 {
         match self.is_scaled {
             true => factor(model, &*self.system, middle),
@@ -60,7 +60,7 @@ pub(in crate::page) fn simulated_robot(record: &RunRecord, model: &Learned) -> O
     robot(&layout(record)?.system?, model)
 }
 
-/// The robot of the data with the coordinates of a model; none where its text is no robot, or one of other coordinates.
+/// The robot of the data with the coordinates of a model; `None` where its text is not a robot, or one of other coordinates.
 fn robot(simulated: &Simulated, model: &Learned) -> Option<RigidBodies> {
     let config = RobotConfig {
         urdf: simulated.urdf.clone()?,
@@ -69,7 +69,7 @@ fn robot(simulated: &Simulated, model: &Learned) -> Option<RigidBodies> {
     config.bodies(model.coordinates()).ok()
 }
 
-/// The factor from the inertia of a model to that of another, by their traces in the middle of the data; 1 where one has none.
+/// The factor from the inertia of a model to that of another, by their traces in the middle of the data; 1 without inertia.
 pub(super) fn factor(model: &dyn Model, other: &dyn Model, middle: &[f64]) -> f64 {
     let trace = |model: &dyn Model| -> Option<f64> {
         let mass = model.mass_matrix(middle).ok()?;
