@@ -1,4 +1,4 @@
-//! The embedded font: whole where bitmaps outline their words with it, else without its outlines, as words are only measured.
+//! Preparation of the embedded font: complete if bitmaps need outlines of words, else without outlines, as words are only measured.
 
 use std::path::Path;
 use std::{env, fs, io};
@@ -16,8 +16,8 @@ fn main() -> io::Result<()> {
     fs::write(Path::new(&folder).join("font.ttf"), font)
 }
 
-/// The same font without the outlines of its glyphs (`glyf`) and their places (`loca`). A font begins with its version, the number of
-/// its tables and three numbers for searching; then each table has its name, a checksum, its place and its length.
+/// The font without the outlines of its glyphs (`glyf`) and their offsets (`loca`). A font begins with its version, the number of
+/// its tables and three numbers for searching; then each table has its name, a checksum, its offset and its length.
 fn without_outlines(font: &[u8]) -> Option<Vec<u8>> {
     let number = |at: usize| -> Option<usize> {
         let bytes = font.get(at..at + 4)?.try_into().ok()?;

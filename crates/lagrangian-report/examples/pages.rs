@@ -1,4 +1,4 @@
-//! Pages whose every value is known: what the tests in a browser look at. Usage: `pages FOLDER`.
+//! Pages whose every value is known, for the tests in a browser. Usage: `pages FOLDER`.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -103,14 +103,14 @@ fn robot() -> Animation {
     }
 }
 
-/// The base at (1, 1), the joint at a distance of 1 from it in the direction t, and its tips at angles of ±0.5 from there.
+/// The base at (1, 1), the joint at distance 1 from it in the direction t, and its tips at angles of ±0.5 from the joint.
 fn turned(t: f64) -> Vec<f64> {
     let joint = [1.0 + t.cos(), 1.0 + t.sin()];
     let tip = |angle: f64| [joint[0] + angle.cos(), joint[1] + angle.sin()];
     [[1.0, 1.0], joint, tip(t - 0.5), tip(t + 0.5)].concat()
 }
 
-/// Ten plots of ten thousand points a curve.
+/// Ten plots with ten thousand points a curve.
 fn large() -> Report {
     let figure = |k: usize| Figure {
         id: format!("large-{k}"),
@@ -138,7 +138,7 @@ fn large() -> Report {
     }
 }
 
-/// Values that have no place, and names that are no names.
+/// Values that cannot be placed, and names that are not valid.
 fn hostile() -> Report {
     let evil = "</script><img src=x onerror=alert(1)>";
     let odd = [
@@ -198,7 +198,7 @@ fn clock(samples: usize, step: f64) -> Vec<f64> {
     (0..samples).map(|k| k as f64 * step).collect()
 }
 
-/// sin t, and two predictions that part from it, at 100 Hz for 10 s.
+/// sin t, and two predictions that diverge from it, at 100 Hz for 10 s.
 fn sine(quantity: &str, size: f64) -> Figure {
     let predicted = |(name, role), drift: f64| {
         let t = clock(1001, 0.01);
@@ -279,7 +279,7 @@ fn band() -> Figure {
     }
 }
 
-/// An inertia between places that no data cover, with ends between ticks.
+/// An inertia between ranges that no data cover, with ends between ticks.
 fn shaded() -> Figure {
     let at: Vec<f64> = (0..=100).map(|k| f64::from(k) * 0.04 - 2.0).collect();
     let own = Along {
@@ -326,7 +326,7 @@ fn nothing() -> Figure {
     }
 }
 
-/// Seven parts and what was measured, at 200 Hz.
+/// Seven parts and the measured torque, at 200 Hz.
 fn torque(joint: i32) -> Figure {
     let t = clock(800, 0.005);
     let part = |k: f64| {

@@ -1,4 +1,4 @@
-//! What a page holds of a motion.
+//! The data of a motion in a page.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use lagrangian::{Signals, Trajectory};
@@ -10,7 +10,7 @@ fn points_that_are_joined_are_played_in_parts_of_their_stage() {
         middle: [1.0, 0.0],
         radius: 2.0,
     };
-    // The last point names one that is not there.
+    // The last point is joined to one that does not exist.
     let joined = vec![0, 0, 7];
     let gone = [0.0, 0.0, 1.0, 2.0, f64::NAN, 0.0];
     let panel = Panel {

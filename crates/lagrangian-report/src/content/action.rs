@@ -1,4 +1,4 @@
-//! Figures of the action: varied paths, and what the variations do to S.
+//! Figures of the action: varied paths, and the effect of the variations on S.
 
 use lagrangian::Coordinates;
 

@@ -11,9 +11,9 @@ use super::Role;
 pub struct Animation {
     /// A name for links and files.
     pub id: String,
-    /// What moves.
+    /// Title.
     pub title: String,
-    /// What there is to see.
+    /// Description of the content.
     pub caption: String,
     /// The motions, from left to right.
     pub panels: Vec<Panel>,
@@ -22,16 +22,16 @@ pub struct Animation {
 /// One motion of a machine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Panel {
-    /// The name of the system or model that moves so.
+    /// Name of the system or model that moves.
     pub name: String,
-    /// Its role, which gives it its colour.
+    /// Its role, which sets its colour.
     pub role: Role,
-    /// What moves, and what its values mean.
+    /// The machine, and the meaning of its values.
     #[serde(flatten)]
     pub shape: Shape,
-    /// Time stamps, s, increasing, `[frames]`; it ends early where the motion diverged.
+    /// Time stamps, s, increasing, `[frames]`; fewer if the motion diverged.
     pub t: Vec<f64>,
-    /// What each frame is drawn from, `[frames, width of the shape]`.
+    /// Values of each frame, `[frames, width of the shape]`.
     #[serde(with = "super::gaps", alias = "angles")]
     pub values: Vec<f64>,
     /// |E(t) − E(0)| over the energy scale, `[frames]`, where known.
@@ -39,7 +39,7 @@ pub struct Panel {
     pub energy_error: Option<Vec<f64>>,
 }
 
-/// What is drawn in each frame of a motion.
+/// The shape that is drawn in each frame of a motion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Shape {
@@ -49,9 +49,9 @@ pub enum Shape {
         /// Lengths of the links, m, `[n]`.
         lengths: Vec<f64>,
     },
-    /// Points that are joined by lines. The values of a frame are their places in the plane, m: x to the right and y upwards of each.
+    /// Points that are joined by lines. The values of a frame are their positions in the plane, m: x to the right and y upwards of each.
     Points {
-        /// The point that each point is joined to, an earlier one; the first has itself.
+        /// The point that each point is joined to, an earlier one; the first is joined to itself.
         joined: Vec<usize>,
         /// The part of the plane that is shown.
         stage: Stage,
@@ -61,14 +61,14 @@ pub enum Shape {
 /// A circle of the plane.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Stage {
-    /// Its middle, m.
+    /// Its centre, m.
     pub middle: [f64; 2],
     /// Its radius, m.
     pub radius: f64,
 }
 
 impl Shape {
-    /// How many values a frame has.
+    /// Number of values in a frame.
     #[must_use]
     pub fn width(&self) -> usize {
         match self {
@@ -77,7 +77,7 @@ impl Shape {
         }
     }
 
-    /// The circle that shows it: for a chain the one that it can reach.
+    /// The circle that encloses it: for a chain the one that it can reach.
     #[must_use]
     pub fn stage(&self) -> Stage {
         match self {
@@ -98,7 +98,7 @@ impl Shape {
         }
     }
 
-    /// The places of its points, m, from the values of a frame.
+    /// The positions of its points, m, from the values of a frame.
     fn points(&self, values: &[f64]) -> Vec<(f64, f64)> {
         let Self::Chain { lengths } = self else {
             return values.as_chunks().0.iter().map(|&[x, y]| (x, y)).collect();
@@ -115,7 +115,7 @@ impl Shape {
 }
 
 impl Animation {
-    /// The earliest and the latest time of any panel, s; none without frames.
+    /// The earliest and the latest time of any panel, s; `None` without frames.
     fn ends(&self) -> Option<(f64, f64)> {
         let times = self.panels.iter().flat_map(|panel| &panel.t);
         let finite = times.copied().filter(|t| t.is_finite());
@@ -138,7 +138,7 @@ impl Animation {
         lengths.max().unwrap_or(0)
     }
 
-    /// The same up to a time after its start, s.
+    /// The animation up to a time after its start, s.
     #[must_use]
     pub fn first(&self, seconds: f64) -> Self {
         let last = self.ends().map_or(0.0, |(first, _)| first) + seconds;
@@ -155,8 +155,8 @@ impl Animation {
         }
     }
 
-    /// All panels on one clock that begins at 0, of at most `rate` frames a second and at most `frames` frames; panels that ended
-    /// early stay shorter.
+    /// All panels on one clock that starts at 0, with at most `rate` frames a second and at most `frames` frames; panels that ended
+    /// early remain shorter.
     #[must_use]
     pub fn resampled(&self, rate: f64, frames: usize) -> Self {
         let (first, last) = self.ends().unwrap_or_default();
@@ -180,7 +180,7 @@ impl Animation {
 }
 
 impl Panel {
-    /// The motion of a chain: of a trajectory whose coordinates are the absolute angles of the links.
+    /// The motion of a chain, from a trajectory whose coordinates are the absolute angles of the links.
     #[must_use]
     pub fn chain(
         name: &str,
@@ -201,7 +201,7 @@ impl Panel {
         }
     }
 
-    /// Places of the points in one frame, m, x to the right and y upwards; empty where a value is missing.
+    /// Positions of the points in one frame, m, x to the right and y upwards; empty if a value is missing.
     #[must_use]
     pub fn points(&self, frame: usize) -> Vec<(f64, f64)> {
         let n = self.shape.width();
@@ -210,7 +210,7 @@ impl Panel {
         whole.map_or_else(Vec::new, |own| self.shape.points(own))
     }
 
-    /// The same motion at other times, linear between frames, up to its own end.
+    /// The motion at other times, linear between frames, up to its own end.
     fn on(&self, clock: &[f64]) -> Self {
         let n = self.shape.width();
         let len = self

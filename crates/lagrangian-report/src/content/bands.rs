@@ -1,19 +1,19 @@
-//! The figure of a signal with the band in which it is to be expected.
+//! Figure of a signal with the band in which it is expected.
 
 use super::coordinate::span;
 use super::{Axis, Figure, Kind, Role, Series};
 
-/// Samples of a motion that are drawn, at most: beyond, bands are a blur.
+/// Largest number of samples of a motion that are drawn: beyond, bands overlap.
 const DRAWN: usize = 2000;
 
-/// A signal over time with its band: what was measured, what was predicted, and how far that may be wrong, `[len]` each.
+/// A signal over time with its band: the measured and the predicted values, and the uncertainty of the latter, `[len]` each.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Banded {
     /// Times, s.
     pub t: Vec<f64>,
-    /// What was measured; empty where nothing was.
+    /// Measured values; empty without any.
     pub measured: Vec<f64>,
-    /// What was predicted.
+    /// Predicted values.
     pub mean: Vec<f64>,
     /// The lower end of the band.
     pub low: Vec<f64>,
@@ -22,7 +22,7 @@ pub struct Banded {
 }
 
 impl Banded {
-    /// The figure of this signal, on an axis that is named. A band that widens beyond all bounds does not flatten the signal.
+    /// The figure of this signal, with the given axis. A band that grows without bound does not flatten the signal.
     #[must_use]
     pub fn figure(mut self, id: &str, title: String, axis: Axis) -> Figure {
         for signal in [
@@ -56,7 +56,7 @@ impl Banded {
         }
     }
 
-    /// Twice the span of the lines, where the band leaves it.
+    /// Range of the axis: at most twice the span of the lines, however wide the band.
     fn range(&self) -> Option<(f64, f64)> {
         let (low, high) = span(self.measured.iter().chain(&self.mean));
         let all = span(self.low.iter().chain(&self.high));

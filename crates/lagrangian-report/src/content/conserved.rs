@@ -2,7 +2,7 @@
 
 use super::{Axis, Figure, Series};
 
-/// How a quantity changes along motions. The series hold changes from the start as parts of the size of the quantity; they are drawn in
+/// The change of a quantity along motions. The series hold changes from the start relative to the size of the quantity; they are drawn in
 /// percent.
 ///
 /// ```

@@ -1,4 +1,4 @@
-//! One coordinate of a system: what it is called, its axis, and its values among those of all.
+//! One coordinate of a system: its name, its axis, and its values among those of all.
 
 use lagrangian::Coordinates;
 
@@ -13,7 +13,7 @@ pub(super) fn label(coordinates: &Coordinates, i: usize) -> (String, String) {
     )
 }
 
-/// The unit of the force on a coordinate of this unit; none where that is not known.
+/// The unit of the force on a coordinate of this unit; empty if that is unknown.
 #[must_use]
 pub fn force_unit(unit: &str) -> &'static str {
     match unit {
@@ -32,7 +32,7 @@ pub(super) fn axis(coordinates: &Coordinates, i: usize) -> Axis {
     Axis::linear(&name, &unit)
 }
 
-/// Column `i` of a `[len, n]` signal; nothing where it has none.
+/// Column `i` of a `[len, n]` signal; empty if the signal is.
 pub(super) fn column(values: &[f64], i: usize, n: usize) -> Vec<f64> {
     if i >= n {
         return Vec::new();
@@ -40,7 +40,7 @@ pub(super) fn column(values: &[f64], i: usize, n: usize) -> Vec<f64> {
     values.iter().skip(i).step_by(n).copied().collect()
 }
 
-/// The lowest and the highest finite value; an empty range where there is none.
+/// The lowest and the highest finite value; an empty range without any.
 pub(super) fn span<'a>(values: impl Iterator<Item = &'a f64>) -> (f64, f64) {
     let finite = values.filter(|value| value.is_finite());
     let start = (f64::INFINITY, f64::NEG_INFINITY);

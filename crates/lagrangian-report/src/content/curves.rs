@@ -2,7 +2,7 @@
 
 use super::{Axis, Figure, Series};
 
-/// Loss over training steps (or seconds, as `progress` says with its unit) on a log axis.
+/// Loss over training steps (or seconds, according to `progress` and its unit) on a log axis.
 ///
 /// ```
 /// use lagrangian_report::{Role, Series, loss_curves};

@@ -1,9 +1,9 @@
 //! Long signals, thinned for drawing so that peaks survive.
 
-/// Thins a signal to at most about four points a pixel column: the first, lowest, highest and last in each.
+/// Thins a signal to at most about four points per pixel column: the first, lowest, highest and last in each.
 ///
-/// A picture of `columns` pixels is the same with these points as with all. Gaps (NaN) stay gaps. A signal whose x does
-/// not increase (a phase portrait) has no columns and comes back whole; lengths beyond the shorter of x and y are
+/// A picture of `columns` pixels is the same with these points as with all. Gaps (NaN) are preserved. A signal whose x does
+/// not increase (a phase portrait) has no columns and is returned whole; lengths beyond the shorter of x and y are
 /// dropped.
 ///
 /// ```

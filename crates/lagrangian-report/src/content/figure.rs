@@ -1,4 +1,4 @@
-//! A figure as plain data: two axes and series, each with the role that it plays.
+//! A figure as plain data: two axes and series, each with its role.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,15 +8,15 @@ use serde::{Deserialize, Serialize};
 pub struct Figure {
     /// A name for links and files: lower case, words joined by `-`.
     pub id: String,
-    /// What it shows, in a few words.
+    /// Title, in a few words.
     pub title: String,
-    /// What there is to see in it, in one or two sentences.
+    /// Description, in one or two sentences.
     pub caption: String,
     /// The horizontal axis.
     pub x: Axis,
     /// The vertical axis.
     pub y: Axis,
-    /// What is drawn, the first at the bottom.
+    /// The series, the first at the bottom.
     pub series: Vec<Series>,
 }
 
@@ -24,31 +24,31 @@ pub struct Figure {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Axis {
-    /// What is measured, e.g. `time`.
+    /// The quantity, e.g. `time`.
     pub label: String,
-    /// Its unit, empty for a pure number.
+    /// Its unit; empty for a dimensionless number.
     pub unit: String,
     /// Linear or logarithmic.
     pub scale: Scale,
-    /// Ends of the axis, where they must not follow from the data (a baseline that runs away would flatten all else).
+    /// Fixed ends of the axis, if they must not follow from the data (a diverging baseline would flatten all other curves).
     pub range: Option<(f64, f64)>,
     /// The names at 0, 1, 2, … for an axis of categories; otherwise empty.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub names: Vec<String>,
 }
 
-/// How values are laid along an axis.
+/// The scale of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Scale {
-    /// Equal differences, equal lengths.
+    /// Equal differences have equal lengths.
     #[default]
     Linear,
-    /// Equal ratios, equal lengths; zero and negative values are gaps.
+    /// Equal ratios have equal lengths; zero and negative values are gaps.
     Log,
 }
 
-/// The system or model that a series belongs to: a role keeps its colour through the whole report.
+/// The system or model of a series: a role has the same colour throughout the report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Role {
@@ -58,13 +58,13 @@ pub enum Role {
     Lnn,
     /// The plain network.
     Baseline,
-    /// What is to be followed: dashed, and on top of what follows it.
+    /// A reference to follow: dashed, and on top of the motion that follows it.
     Reference,
     /// Anything else, numbered from 0.
     Other(u8),
 }
 
-/// How a series is drawn.
+/// The style of a series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
@@ -80,11 +80,11 @@ pub enum Kind {
 /// One signal of a figure; NaN is a gap.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Series {
-    /// Its name in the legend; empty keeps it out of the legend.
+    /// Its name in the legend; an empty name is omitted from the legend.
     pub name: String,
-    /// The system or model that it belongs to.
+    /// The system or model of the series.
     pub role: Role,
-    /// How it is drawn.
+    /// Its style.
     pub kind: Kind,
     /// Abscissae, `[len]`.
     #[serde(with = "super::gaps")]
@@ -111,19 +111,19 @@ impl Axis {
         }
     }
 
-    /// A linear axis of the velocity of a coordinate with this unit, which is empty where it is not known.
+    /// A linear axis of the velocity of a coordinate with this unit; empty if the unit is unknown.
     #[must_use]
     pub fn velocity(name: &str, unit: &str) -> Self {
         Self::linear(&format!("velocity of {name}"), &Self::rate(unit))
     }
 
-    /// The unit of the rate of a quantity with this unit: rad/s for rad, none where it is not known.
+    /// The unit of the rate of a quantity with this unit: rad/s for rad, empty if unknown.
     #[must_use]
     pub fn rate(unit: &str) -> String {
         Self::per(unit, "s")
     }
 
-    /// The unit of the acceleration of a quantity with this unit: rad/s² for rad, none where it is not known.
+    /// The unit of the acceleration of a quantity with this unit: rad/s² for rad, empty if unknown.
     #[must_use]
     pub fn acceleration(unit: &str) -> String {
         Self::per(unit, "s²")
@@ -145,7 +145,7 @@ impl Axis {
         }
     }
 
-    /// An axis of things, the first at 0, the next at 1 and so on, with half a place free at both ends.
+    /// An axis of categories at 0, 1, 2, …, with half a unit free at both ends.
     #[must_use]
     pub fn of_names(label: &str, names: Vec<String>) -> Self {
         let last = names.len() as f64 - 1.0;
@@ -155,7 +155,7 @@ impl Axis {
         }
     }
 
-    /// The same axis with its ends fixed.
+    /// Fixes the ends of the axis.
     #[must_use]
     pub fn between(self, low: f64, high: f64) -> Self {
         Self {
@@ -199,15 +199,15 @@ impl Series {
         }
     }
 
-    /// The median of several runs at each x, with the band that holds the middle 80 % of them.
+    /// The median of several runs at each x, with the band that contains the middle 80 % of them.
     ///
-    /// `runs` is `[runs][≤ len]`; a run that ended early counts while it lasts.
+    /// `runs` is `[runs][≤ len]`; a run that ended early counts up to its end.
     #[must_use]
     pub fn spread(name: &str, role: Role, x: Vec<f64>, runs: &[Vec<f64>]) -> Self {
         Self::band(name, role, x, runs, [0.1, 0.5, 0.9])
     }
 
-    /// The median of a few runs at each x, with the band from the least to the largest; `runs` as in
+    /// The median of a few runs at each x, with the band from the smallest to the largest; `runs` as in
     /// [`Series::spread`].
     #[must_use]
     pub fn range(name: &str, role: Role, x: Vec<f64>, runs: &[Vec<f64>]) -> Self {
@@ -237,7 +237,7 @@ impl Series {
     }
 }
 
-/// Linear between the order statistics; NaN of nothing.
+/// Linear interpolation between the order statistics; NaN of an empty slice.
 fn quantile(sorted: &[f64], level: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else {
         return f64::NAN;

@@ -13,7 +13,7 @@ pub(super) fn deserialize<'de, D: Deserializer<'de>>(
     Ok(values.into_iter().map(|x| x.unwrap_or(f64::NAN)).collect())
 }
 
-/// The same for a signal that may be absent.
+/// Serialisation of a signal that may be absent.
 pub(super) mod optional {
     use super::{Deserialize, Deserializer, Serialize, Serializer};
 

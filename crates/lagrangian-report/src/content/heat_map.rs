@@ -4,26 +4,26 @@ use serde::{Deserialize, Serialize};
 
 use super::Axis;
 
-/// Values on a regular grid, each a coloured cell; two maps of one limit can be compared by eye.
+/// Values on a regular grid, each a coloured cell; two maps with equal limits can be compared by eye.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct HeatMap {
     /// A name for links and files: lower case, words joined by `-`.
     pub id: String,
-    /// What it shows, in a few words.
+    /// Title, in a few words.
     pub title: String,
-    /// What there is to see in it, in one or two sentences.
+    /// Description, in one or two sentences.
     pub caption: String,
     /// The horizontal axis; its range is that of the grid.
     pub x: Axis,
     /// The vertical axis; its range is that of the grid.
     pub y: Axis,
-    /// Cells of a row.
+    /// Number of cells in a row.
     pub columns: usize,
     /// Rows from the bottom up, `[rows, columns]`; NaN is a gap.
     #[serde(with = "super::gaps")]
     pub values: Vec<f64>,
-    /// The magnitude of full colour.
+    /// The magnitude that has the full colour.
     pub limit: f64,
 }
 

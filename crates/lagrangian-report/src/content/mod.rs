@@ -1,5 +1,5 @@
-//! What a page says, as plain data: headline numbers, figures, animations, tables, settings and the commands that
-//! reproduce them. Nothing here knows of pages or pixels.
+//! Contents of a page as plain data: headline numbers, figures, animations, tables, settings and the commands that
+//! reproduce them. This module is independent of pages and pixels.
 
 mod action;
 mod animation;
@@ -39,35 +39,35 @@ pub use torque::torque_parts;
 pub use tracking::{Follower, followed_motion, tracking_error};
 pub use view::View;
 
-/// Everything that a reader of a run wants to see, in the order in which they see it.
+/// The report of a run, with its parts in the order of the page.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Report {
-    /// What was done, in a few words.
+    /// Title, in a few words.
     pub title: String,
     /// One line below the title: the system, the data, the date.
     pub subtitle: String,
-    /// The answer to the reader's question, in a sentence with its figure; empty where there is no question.
+    /// The answer to the reader's question, in a sentence with its number; empty without a question.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub answer: String,
     /// The few numbers that answer the reader's question.
     pub headlines: Vec<Headline>,
-    /// What follows from them, in sentences.
+    /// Conclusions from them, in sentences.
     pub summary: Vec<String>,
     /// Moving pictures.
     pub animations: Vec<Animation>,
     /// Figures.
     pub figures: Vec<Figure>,
-    /// The headings of consecutive figures; figures beyond them are headed "Figures".
+    /// Headings of consecutive figures; figures beyond them have the heading "Figures".
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub headings: Vec<Heading>,
     /// Quantities over two axes.
     pub maps: Vec<HeatMap>,
-    /// Tables of figures.
+    /// Tables of numbers.
     pub tables: Vec<Table>,
     /// Settings of the run, by name.
     pub settings: Vec<(String, String)>,
-    /// The command lines that make this report again.
+    /// Command lines that reproduce this report.
     pub commands: Vec<Command>,
 }
 
@@ -82,7 +82,7 @@ pub struct Heading {
 }
 
 impl Report {
-    /// Adds figures under a heading of their own.
+    /// Adds figures under a separate heading.
     pub fn add_figures(&mut self, heading: &str, figures: impl IntoIterator<Item = Figure>) {
         let before = self.figures.len();
         self.figures.extend(figures);
@@ -97,17 +97,17 @@ impl Report {
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Headline {
-    /// What it is, e.g. `Energy error at 100 s`.
+    /// The quantity, e.g. `Energy error at 100 s`.
     pub label: String,
-    /// Its value as it is to be shown, e.g. `0.0004`.
+    /// Its formatted value, e.g. `0.0004`.
     pub value: String,
     /// Its unit, e.g. `%`.
     pub unit: String,
-    /// What to compare it with, e.g. `mean of 40 starts`.
+    /// A note for comparison, e.g. `mean of 40 starts`.
     pub note: String,
-    /// The role of the system or model that it belongs to, if it belongs to one.
+    /// The role of the system or model that it belongs to, if any.
     pub role: Option<Role>,
-    /// How good it is and why, where that can be said.
+    /// The grade with its reason, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub judged: Option<Judgement>,
 }
@@ -116,29 +116,29 @@ pub struct Headline {
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Table {
-    /// What it shows.
+    /// The caption.
     pub caption: String,
     /// Names of the columns.
     pub header: Vec<String>,
-    /// Rows, each with one cell a column, ready to be read.
+    /// Rows, with one formatted cell for each column.
     pub rows: Vec<Vec<String>>,
-    /// How good what a row says is, and why: none or one for each row.
+    /// The grade of each row with its reason; empty, or one entry for each row.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub judged: Vec<Option<Judgement>>,
 }
 
-/// A command line and what it makes.
+/// A command line and its result.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Command {
-    /// What it makes, e.g. `The model`.
+    /// The result, e.g. `The model`.
     pub makes: String,
-    /// The line to type.
+    /// The line to enter.
     pub line: String,
 }
 
 impl Headline {
-    /// A number with its label, its unit and what to compare it with; it belongs to no system or model.
+    /// A number with its label, its unit and a note for comparison; it belongs to no system or model.
     #[must_use]
     pub fn new(label: &str, value: String, unit: &str, note: impl Into<String>) -> Self {
         Self {
@@ -153,7 +153,7 @@ impl Headline {
 }
 
 impl Table {
-    /// A table of rows that are ready to be read.
+    /// A table of formatted rows.
     #[must_use]
     pub fn new(caption: impl Into<String>, header: &[&str], rows: Vec<Vec<String>>) -> Self {
         Self {
@@ -164,7 +164,7 @@ impl Table {
         }
     }
 
-    /// The same with a verdict on each row.
+    /// Adds a verdict on each row.
     #[must_use]
     pub fn judged(self, judged: Vec<Option<Judgement>>) -> Self {
         Self { judged, ..self }
@@ -172,7 +172,7 @@ impl Table {
 }
 
 impl Command {
-    /// The line to type, and what it makes.
+    /// The line to enter, and its result.
     #[must_use]
     pub fn new(makes: &str, line: impl Into<String>) -> Self {
         Self {

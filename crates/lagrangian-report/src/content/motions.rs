@@ -12,7 +12,7 @@ use super::{Axis, Figure, Role, Series};
 pub struct Motion<'a> {
     /// Its name in the legend.
     pub name: &'a str,
-    /// The system or model that it belongs to, which gives it its colour.
+    /// The system or model of the motion, which sets its colour.
     pub role: Role,
     /// The motion.
     pub trajectory: &'a Trajectory,
@@ -30,9 +30,9 @@ impl<'a> Motion<'a> {
     }
 }
 
-/// Coordinate `i` over time, predicted and true, over the first twenty swings or turns: more would be a blur.
+/// Coordinate `i` over time, predicted and true, over the first twenty swings or turns: more would not be readable.
 ///
-/// A runaway prediction does not flatten the others: the axis follows the truth where there is one.
+/// A diverging prediction does not flatten the others: the axis follows the truth if there is one.
 #[must_use]
 pub fn trajectories(coordinates: &Coordinates, i: usize, motions: &[Motion]) -> Figure {
     let (name, _) = label(coordinates, i);
@@ -102,7 +102,7 @@ pub fn phase_portrait(coordinates: &Coordinates, i: usize, motions: &[Motion]) -
     }
 }
 
-/// One line a motion, up to the end of a window.
+/// One line for each motion, up to the end of a window.
 fn signals(
     motions: &[Motion],
     window: Option<f64>,
@@ -119,8 +119,8 @@ fn signals(
     motions.iter().map(line).collect()
 }
 
-/// When the fastest coordinate of the truth (or of the first motion) has turned back or gone half round so many
-/// times; `None` if none ever does. All coordinates share it, so that their figures can be compared.
+/// The time at which the fastest coordinate of the truth (or of the first motion) has made `halves` reversals or half turns;
+/// `None` if no coordinate ever does. All coordinates share it, so that their figures can be compared.
 fn window(coordinates: &Coordinates, motions: &[Motion], halves: usize) -> Option<f64> {
     let motion = motions
         .iter()
@@ -147,14 +147,14 @@ fn nth_half(motion: &Motion, i: usize, halves: usize) -> Option<f64> {
     None
 }
 
-/// The beginning of a caption: how much of the motion is shown.
+/// The beginning of a caption, with the part of the motion that is shown.
 fn extent(window: Option<f64>) -> String {
     window.map_or(String::from("The whole motion."), |end| {
         format!("The first {} s.", significant(end))
     })
 }
 
-/// The range of all series, as far as it stays near the true one; `None` where no truth spans anything.
+/// The range of all series, limited to the vicinity of the true one; `None` if no truth spans a range.
 fn range_of_truth(series: &[Series]) -> Option<(f64, f64)> {
     let truth = series.iter().filter(|one| one.role == Role::Truth);
     let (low, high) = span(truth.flat_map(|one| &one.y));
@@ -168,13 +168,13 @@ fn range_of_truth(series: &[Series]) -> Option<(f64, f64)> {
     (high > low).then_some(range)
 }
 
-/// Whether all motions keep to less than half the circle: small swings would be invisible on the whole of it.
+/// Whether all motions stay within less than half of the circle: small swings would be invisible on all of it.
 fn is_narrow(series: &[Series]) -> bool {
     let (low, high) = span(series.iter().flat_map(|one| &one.x));
     high - low < PI
 }
 
-/// Angles in (−π, π], with a gap wherever the next sample is on another turn.
+/// Angles in (−π, π], with a gap if the next sample is on another turn.
 fn wrapped(q: &[f64], qd: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let turn = |angle: f64| ((angle - PI) / TAU).ceil();
     let (mut x, mut y) = (Vec::with_capacity(q.len()), Vec::with_capacity(q.len()));

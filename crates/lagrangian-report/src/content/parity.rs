@@ -3,7 +3,7 @@
 use super::coordinate::span;
 use super::{Axis, Figure, Role, Series};
 
-/// Predicted over true values of one quantity, with the diagonal on which a perfect model lies; the points of
+/// Predicted over true values of one quantity, with the diagonal of perfect predictions; the points of
 /// each model have the true values as abscissae.
 #[must_use]
 pub fn parity(quantity: &str, unit: &str, mut series: Vec<Series>) -> Figure {

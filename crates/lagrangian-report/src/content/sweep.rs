@@ -1,20 +1,20 @@
-//! The figure of quantities along an axis that the data cover in part: what was learned, the truth where it is known, the members of
-//! an ensemble, and where the data end.
+//! Figure of quantities along an axis that the data cover in part: learned and true values, the members of
+//! an ensemble, and the ends of the data.
 
 use super::coordinate::span;
 use super::{Axis, Figure, Kind, Role, Series};
 
-/// What varies by less than this part of its size is drawn as nearly flat.
+/// A quantity that varies by less than this part of its size is drawn as nearly flat.
 const FLAT: f64 = 0.1;
 
-/// A quantity at the places of a [`Sweep`].
+/// A quantity at the points of a [`Sweep`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Along {
-    /// Its name; empty where it is the only one.
+    /// Its name; empty for a single quantity.
     pub name: String,
-    /// What was learned, `[len]`.
+    /// Learned values, `[len]`.
     pub learned: Vec<f64>,
-    /// The truth, `[len]`; empty where it is not known.
+    /// True values, `[len]`; empty if unknown.
     pub truth: Vec<f64>,
     /// The members of an ensemble, `[members][len]`; empty without one.
     pub members: Vec<Vec<f64>>,
@@ -23,7 +23,7 @@ pub struct Along {
 /// Quantities along one axis.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Sweep {
-    /// The places on the axis, increasing, `[len]`.
+    /// The points on the axis, increasing, `[len]`.
     pub at: Vec<f64>,
     /// The part of the axis that the data cover.
     pub data: (f64, f64),
@@ -32,7 +32,7 @@ pub struct Sweep {
 }
 
 impl Sweep {
-    /// The figure; what lies outside of the data is shaded, and does not flatten what lies within.
+    /// The figure; the range outside of the data is shaded, and does not flatten the curves within.
     #[must_use]
     pub fn figure(&self, id: &str, title: String, axes: [Axis; 2]) -> Figure {
         let (low, high) = self.range();
@@ -42,7 +42,7 @@ impl Sweep {
             true => String::new(),
             false => name.to_string(),
         };
-        // Beyond the ends of the axis, which are moved outwards to ticks.
+        // The shade reaches beyond the ends of the axis, which are moved outwards to ticks.
         let beyond = high - low;
         for (from, to) in self.outside() {
             series.push(Series {
@@ -119,7 +119,7 @@ impl Sweep {
         parts.into_iter().filter(|(from, to)| from < to).collect()
     }
 
-    /// The range of all that lies within the data, and of what lies outside as far as it is no farther away than that is broad.
+    /// Vertical range of all values within the data, and of those outside of them up to a distance equal to its width.
     fn range(&self) -> (f64, f64) {
         let known = |x: &f64| (self.data.0..=self.data.1).contains(x);
         let lines = || {
@@ -182,7 +182,7 @@ mod tests {
         assert!(shaded[0].name == "outside of the data" && shaded[1].name.is_empty());
         let (low, high) = figure.y.range.unwrap_or_default();
         assert!(low < 0.0 && high < 1.0, "{low} {high}");
-        // The axis ends at ticks, up to a third of its length further out: the shade reaches as far.
+        // The axis ends at ticks, up to a third of its length further out; the shade must reach as far.
         let reach = (shaded[0].y_low[0], shaded[0].y_high[0]);
         assert!(reach.0 < low - 0.5 * (high - low) && reach.1 > high + 0.5 * (high - low));
     }

@@ -1,17 +1,17 @@
-//! Words of the field, explained where a page uses them.
+//! Technical terms, with explanations for pages.
 
-/// A word that a reader may not know.
+/// A technical term.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Term {
     /// A name for links: lower case, words joined by `-`.
     pub id: &'static str,
-    /// Its forms, as texts have them; the first is its name.
+    /// Its forms in texts; the first is its name.
     pub forms: &'static [&'static str],
-    /// What it means, in a sentence or two.
+    /// Its meaning, in a sentence or two.
     pub meaning: &'static str,
 }
 
-/// The words that pages explain.
+/// The terms that pages explain.
 pub const TERMS: [Term; 17] = [
     Term {
         id: "nmse",
@@ -108,16 +108,16 @@ pub const TERMS: [Term; 17] = [
     },
 ];
 
-/// A part of a text: a word that is explained, or what stands between such words.
+/// A part of a text: a term to explain, or the text between such terms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Piece<'a> {
-    /// Text as it is.
+    /// Plain text.
     Plain(&'a str),
-    /// A word with its explanation.
+    /// A term with its explanation.
     Explained(&'a str, &'static Term),
 }
 
-/// The parts of a text, with each word of [`TERMS`] explained where it stands first.
+/// The parts of a text, with each of [`TERMS`] explained at its first occurrence.
 #[must_use]
 pub fn pieces(text: &str) -> Vec<Piece<'_>> {
     let mut pieces = Vec::new();
@@ -141,7 +141,7 @@ pub fn pieces(text: &str) -> Vec<Piece<'_>> {
     pieces
 }
 
-/// The term that begins at a place of a text, with its length there.
+/// The term that begins at an offset of a text, with its length there.
 fn term_at(text: &str, at: usize) -> Option<(&'static Term, usize)> {
     let letter = |c: Option<char>| c.is_some_and(char::is_alphanumeric);
     if letter(text[..at].chars().next_back()) {

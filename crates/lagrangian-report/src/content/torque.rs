@@ -6,10 +6,10 @@ use lagrangian::torque::TorquePrediction;
 use super::coordinate::{column, force_unit, label};
 use super::{Axis, Figure, Role, Series};
 
-/// Samples of a motion that are drawn, at most: about a minute of a slow log, some seconds of a fast one.
+/// Largest number of samples that are drawn: about a minute of a slow log, some seconds of a fast one.
 const DRAWN: usize = 4000;
 
-/// The force on coordinate `i` over time, measured and predicted, and what the prediction is made of.
+/// The force on coordinate `i` over time, measured and predicted, and the parts of the prediction.
 #[must_use]
 pub fn torque_parts(coordinates: &Coordinates, i: usize, prediction: &TorquePrediction) -> Figure {
     let n = coordinates.dof();

@@ -5,7 +5,7 @@ use lagrangian::{Coordinates, Trajectory};
 use super::coordinate::{column, label};
 use super::{Axis, Figure, Role, Series};
 
-/// A motion that followed a reference, and how it is drawn.
+/// A motion that followed a reference, with its style.
 #[derive(Debug, Clone, Copy)]
 pub struct Follower<'a> {
     /// Its name in the legend.
@@ -23,7 +23,7 @@ fn line(name: &str, role: Role, motion: &Trajectory, i: usize) -> Series {
     Series::line(name, role, motion.t.clone(), q)
 }
 
-/// Coordinate `i` of a reference and of all that followed it, over time.
+/// Coordinate `i` of a reference and of all its followers, over time.
 #[must_use]
 pub fn followed_motion(
     coordinates: &Coordinates,
@@ -49,7 +49,7 @@ pub fn followed_motion(
 #[must_use]
 pub fn tracking_error(coordinates: &Coordinates, i: usize, followers: &[Follower]) -> Figure {
     let (name, unit) = label(coordinates, i);
-    // In thousandths of the unit, where it is known.
+    // In thousandths of the unit, if it is known.
     let (size, unit) = match unit.is_empty() {
         true => (1.0, String::new()),
         false => (1e3, format!("m{unit}")),

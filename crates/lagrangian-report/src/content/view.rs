@@ -1,6 +1,6 @@
 //! The direction from which a motion in space is drawn.
 
-/// A parallel projection of space onto a plane, chosen so that most of a motion is seen.
+/// A parallel projection of space onto a plane, chosen so that most of a motion is visible.
 ///
 /// ```
 /// use lagrangian_report::View;
@@ -24,12 +24,12 @@ enum Side {
     Above,
 }
 
-/// A motion is seen from above that spreads along its second horizontal direction this many times as far as along the vertical.
+/// A motion is seen from above if its spread along the second horizontal direction is this many times that along the vertical …
 const FLAT: f64 = 4.0;
-/// … and this part of its length: less is a line, whose width is rounding.
+/// … and more than this part of its length: a thinner one is a line, with a width from rounding errors.
 const LINE: f64 = 1e-3;
 
-/// Sums over a motion: of the squares of the two horizontal directions, of their product, and of the square of the vertical.
+/// Sums over a motion: the squares of the two horizontal directions, their product, and the square of the vertical.
 #[derive(Default)]
 struct Spread {
     first: f64,
@@ -39,8 +39,8 @@ struct Spread {
 }
 
 impl View {
-    /// The view of points in space over frames, all of as many points: upright against gravity (where there is none, along z), across the
-    /// horizontal direction in which they move most; from above where they hardly move upwards.
+    /// The view of points in space over frames with equal numbers of points: upright against gravity (without gravity, along z), across the
+    /// horizontal direction of the largest motion; from above if they hardly move upwards.
     #[must_use]
     pub fn of<'a>(frames: impl Iterator<Item = &'a [[f64; 3]]> + Clone, gravity: [f64; 3]) -> Self {
         let upwards = unit(gravity.map(|g| -g)).unwrap_or([0.0, 0.0, 1.0]);
@@ -65,13 +65,13 @@ impl View {
         }
     }
 
-    /// Where a point of space is drawn: to the right, and upwards.
+    /// Position of a point of space in the drawing: to the right, and upwards.
     #[must_use]
     pub fn place(&self, point: [f64; 3]) -> [f64; 2] {
         [dot(self.across, point), dot(self.upwards, point)]
     }
 
-    /// From where it is seen.
+    /// The direction of the view, in words.
     #[must_use]
     pub fn words(&self) -> &'static str {
         match self.side {
@@ -82,7 +82,7 @@ impl View {
 }
 
 impl Spread {
-    /// About the mean of each point, so that what stands still does not count.
+    /// Sums about the mean of each point, so that points at rest do not count.
     fn of<'a>(
         frames: impl Iterator<Item = &'a [[f64; 3]]> + Clone,
         [a, b]: [[f64; 3]; 2],
@@ -109,7 +109,7 @@ impl Spread {
     }
 }
 
-/// Two directions across an upright one: for z these are x and y.
+/// Two directions orthogonal to an upright one: for z these are x and y.
 fn horizontal(upwards: [f64; 3]) -> [[f64; 3]; 2] {
     let start = match upwards[0].abs() < 0.9 {
         true => [1.0, 0.0, 0.0],
@@ -168,7 +168,7 @@ mod tests {
         let turn: Vec<_> = (0..20).map(|k| at(0.3 * f64::from(k))).collect();
         let view = view(&turn);
         assert_eq!(view.words(), "seen from above");
-        // Lengths in that plane are kept.
+        // Lengths in that plane are preserved.
         let (a, b) = (view.place(turn[0]), view.place(turn[5]));
         let drawn = (a[0] - b[0]).hypot(a[1] - b[1]);
         assert!((drawn - 2.0 * 0.75_f64.sin()).abs() < 1e-12);

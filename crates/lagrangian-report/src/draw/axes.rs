@@ -1,4 +1,4 @@
-//! The two axes of a figure: where the plot stands, its ticks, its grid and what is written beside it.
+//! The two axes of a figure: position of the plot, ticks, grid and labels.
 
 use super::chart::{NOTE, SMALL};
 use super::curve::Point;
@@ -10,7 +10,7 @@ use crate::{Figure, Kind, Series};
 /// Space below a plot for its numbers and the name of its axis, px.
 const BELOW: f64 = 40.0;
 const RIGHT: f64 = 18.0;
-/// Ticks of an ordinate, about: it ends at such, so that its highest value lies below a number.
+/// Approximate number of ticks of an ordinate, which ends at ticks, so that its highest value lies below a number.
 const TICKS: usize = 6;
 
 /// Both axes of a figure, laid out.
@@ -20,7 +20,7 @@ pub(super) struct Axes {
 }
 
 impl Axes {
-    /// The axes that hold all finite values of a figure, or `None` where there are none.
+    /// The axes that hold all finite values of a figure, or `None` without any.
     pub(super) fn new(figure: &Figure) -> Option<Self> {
         let Self { x, y } = Self::tight(figure)?;
         Some(Self {
@@ -42,7 +42,7 @@ impl Axes {
         })
     }
 
-    /// Where x and y begin and end; logarithms on a logarithmic axis.
+    /// Ends of x and y; logarithms on a logarithmic axis.
     pub(super) fn ends(&self) -> [[f64; 2]; 2] {
         [self.x.ends(), self.y.ends()]
     }
@@ -58,7 +58,7 @@ pub(super) struct Plot {
 }
 
 impl Plot {
-    /// Values in the unit square, y upwards; NaN for a value that has no place.
+    /// Values in the unit square, y upwards; NaN for a value that cannot be placed.
     pub(super) fn points(&self, x: &[f64], y: &[f64]) -> Vec<Point> {
         let pairs = x.iter().zip(y);
         pairs
@@ -66,12 +66,12 @@ impl Plot {
             .collect()
     }
 
-    /// From the unit square to px.
+    /// Converts a point of the unit square to px.
     pub(super) fn px(&self, (x, y): Point) -> Point {
         (self.left + x * self.wide, self.top + (1.0 - y) * self.tall)
     }
 
-    /// [`Plot::px`] of many points.
+    /// [`Plot::px`] for many points.
     pub(super) fn all_px(&self, points: &[Point]) -> Vec<Point> {
         points.iter().map(|point| self.px(*point)).collect()
     }
@@ -135,7 +135,7 @@ fn numbers(drawing: &mut Drawing, plot: &Plot, x_ticks: &[Tick], y_ticks: &[Tick
     }
 }
 
-/// What is measured along the axes: y above its numbers, x below the right end.
+/// The quantities of the axes: y above its numbers, x below the right end.
 fn names(drawing: &mut Drawing, plot: &Plot, figure: &Figure) {
     let limit = drawing.width() - 16.0;
     let lettering = Lettering {
@@ -156,7 +156,7 @@ fn names(drawing: &mut Drawing, plot: &Plot, figure: &Figure) {
     );
 }
 
-/// As many ticks as fit beside each other.
+/// As many ticks as fit side by side.
 fn x_ticks(axis: &Laid, wide: f64) -> Vec<Tick> {
     if axis.has_names() {
         return axis.ticks(0);
@@ -175,7 +175,7 @@ fn x_ticks(axis: &Laid, wide: f64) -> Vec<Tick> {
         .unwrap_or_default()
 }
 
-/// A tick about every 42 px, and three where that gives fewer; the highest one at the upper end where that can be.
+/// A tick about every 42 px, and at least three; the highest one at the upper end if possible.
 fn y_ticks(axis: &Laid, tall: f64) -> Vec<Tick> {
     let enough = ((tall / 42.0) as usize).clamp(2, 8);
     let ends = |ticks: &[Tick]| ticks.last().is_some_and(|tick| tick.at > 1.0 - 1e-6);

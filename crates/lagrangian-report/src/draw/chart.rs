@@ -6,11 +6,11 @@ use super::drawing::{Across, Drawing, Lettering, Letters, Upright, Weight};
 use super::{legend, series, text, theme};
 use crate::{Figure, Series};
 
-/// Font size of all but the title, px.
+/// Font size of all texts except the title, px.
 pub(super) const SMALL: f64 = 12.0;
 const HEADING: f64 = 15.0;
 
-/// Small letters in the ink of what is not in the foreground.
+/// Small letters in the muted ink.
 pub(super) const NOTE: Lettering = Lettering {
     across: Across::Left,
     upright: Upright::Top,
@@ -34,7 +34,7 @@ pub(super) fn with_title(figure: &Figure, size: (u32, u32), letters: Letters) ->
     drawing
 }
 
-/// A figure of `width` × `height` px for a page that shows the title itself.
+/// A figure of `width` × `height` px for a page that displays the title itself.
 pub(super) fn without_title(figure: &Figure, size: (u32, u32)) -> Drawing {
     let mut drawing = Drawing::new(size, Letters::Text);
     fill(&mut drawing, figure, 4.0);
@@ -52,13 +52,13 @@ fn fill(drawing: &mut Drawing, figure: &Figure, top: f64) {
     }
 }
 
-/// Everything but the series, from so many px below the upper edge; `None` where there is no value to draw.
+/// All parts except the series, starting `top` px below the upper edge; `None` without a value to draw.
 pub(super) fn empty_plot(drawing: &mut Drawing, figure: &Figure, top: f64) -> Option<Plot> {
     let top = top + legend::draw(drawing, figure, top);
     plot_within(drawing, figure, Axes::new(figure), top)
 }
 
-/// Axes, grid, numbers and names, from so many px below the upper edge; `None` where there are no axes.
+/// Axes, grid, numbers and names, starting `top` px below the upper edge; `None` without axes.
 pub(super) fn plot_within(
     drawing: &mut Drawing,
     figure: &Figure,

@@ -1,10 +1,10 @@
-//! From points in the unit square to the few that a picture needs.
+//! Reduction of points in the unit square to the few that a picture needs.
 
-/// A point in the unit square, y upwards; NaN where there is none.
+/// A point in the unit square, y upwards; NaN for a gap.
 pub(super) type Point = (f64, f64);
 
-/// The visible stretches of a curve: cut at gaps and at the edges of the unit square, and simplified so that none
-/// strays by more than `tolerance` (a fraction of the width and one of the height).
+/// The visible stretches of a curve: cut at gaps and at the edges of the unit square, and simplified with deviations of
+/// at most `tolerance` (a fraction of the width and one of the height).
 pub(super) fn stretches(points: &[Point], tolerance: Point) -> Vec<Vec<Point>> {
     let mut all: Vec<Vec<Point>> = Vec::new();
     for pair in points.windows(2) {
@@ -21,7 +21,7 @@ pub(super) fn stretches(points: &[Point], tolerance: Point) -> Vec<Vec<Point>> {
         .collect()
 }
 
-/// The part of a segment that lies in the unit square (Liang and Barsky 1984).
+/// The part of a segment in the unit square (Liang and Barsky 1984).
 fn inside(from: Point, to: Point) -> Option<(Point, Point)> {
     if ![from.0, from.1, to.0, to.1].iter().all(|x| x.is_finite()) {
         return None;
@@ -42,14 +42,14 @@ fn inside(from: Point, to: Point) -> Option<(Point, Point)> {
             return None;
         }
     }
-    // OK because the ends are kept to the bit where nothing is cut: that is how stretches are joined.
+    // OK because uncut ends keep their exact bits, by which stretches are joined.
     let at = |part: f64| (from.0 + part * dx, from.1 + part * dy);
     let first = if start > 0.0 { at(start) } else { from };
     let last = if end < 1.0 { at(end) } else { to };
     (start <= end).then_some((first, last))
 }
 
-/// Douglas and Peucker 1973, in stretches of bounded length so that the cost stays linear.
+/// Simplification by Douglas and Peucker 1973, in stretches of bounded length so that the cost stays linear.
 fn simplified(points: &[Point], tolerance: Point) -> Vec<Point> {
     const STRETCH: usize = 512;
     let mut keep = vec![false; points.len()];

@@ -1,4 +1,4 @@
-//! One drawing: SVG elements whose colours are classes, so that it serves pages light and dark, files and bitmaps.
+//! One drawing: SVG elements with classes as colours, for light and dark pages, files and bitmaps.
 
 use std::fmt::Write as _;
 
@@ -8,15 +8,15 @@ use super::escaped;
 use super::text;
 use super::theme::{self, Ink};
 
-/// Units of a drawing to the px: whole units keep paths short, and a curve needs finer steps than a px.
+/// Units per px of a drawing: whole units keep paths short, and a curve needs finer steps than a px.
 const UNIT: f64 = 8.0;
 
-/// How words are drawn.
+/// The representation of words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Letters {
-    /// As text, in the reader's own font.
+    /// Text, in the reader's own font.
     Text,
-    /// As outlines of the embedded font, the same everywhere.
+    /// Outlines of the embedded font, identical everywhere.
     #[cfg(feature = "raster")]
     Outlines,
 }
@@ -37,7 +37,7 @@ pub(super) enum Upright {
     Bottom,
 }
 
-/// How a text is written.
+/// The style of a text.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Lettering {
     pub(super) across: Across,
@@ -48,23 +48,23 @@ pub(super) struct Lettering {
     pub(super) weight: Weight,
 }
 
-/// How heavy letters are.
+/// The weight of letters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Weight {
     Regular,
     Bold,
 }
 
-/// How a line is drawn.
+/// The style of a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Stroke {
-    /// px.
+    /// Width, px.
     pub(super) width: f64,
     pub(super) ink: Ink,
     pub(super) dashed: bool,
 }
 
-/// The elements of a drawing; places and lengths are given in px, y downwards.
+/// The elements of a drawing; positions and lengths are in px, y downwards.
 #[derive(Debug)]
 pub(super) struct Drawing {
     width: u32,
@@ -74,7 +74,7 @@ pub(super) struct Drawing {
 }
 
 impl Drawing {
-    /// An empty drawing on the ground of its surroundings.
+    /// An empty drawing with a background in the surface colour.
     pub(super) fn new((width, height): (u32, u32), letters: Letters) -> Self {
         let mut drawing = Self {
             width,
@@ -95,7 +95,7 @@ impl Drawing {
         f64::from(self.height)
     }
 
-    /// An open line through some points.
+    /// An open line through points.
     pub(super) fn line(&mut self, points: &[Point], width: f64, ink: Ink) {
         let stroke = Stroke {
             width,
@@ -105,7 +105,7 @@ impl Drawing {
         self.stroke(points, stroke);
     }
 
-    /// An open line through some points, whole or dashed.
+    /// An open line through points, solid or dashed.
     pub(super) fn stroke(&mut self, points: &[Point], stroke: Stroke) {
         if points.len() > 1 {
             self.path(stroke, &path(points));
@@ -131,7 +131,7 @@ impl Drawing {
         }
     }
 
-    /// The inside of a closed polygon.
+    /// The interior of a closed polygon.
     pub(super) fn polygon(&mut self, corners: &[Point], ink: Ink) {
         self.fill(ink, &format!("{}z", path(corners)));
     }
@@ -141,7 +141,7 @@ impl Drawing {
         self.polygon(&[from, (to.0, from.1), to, (from.0, to.1)], ink);
     }
 
-    /// What `draw` adds, with edges that end at pixels: no seam shows between shapes that touch.
+    /// The elements that `draw` adds, with edges that end at pixels: no seam is visible between adjacent shapes.
     pub(super) fn with_sharp_edges(&mut self, draw: impl FnOnce(&mut Self)) {
         self.elements
             .push_str(r#"<g shape-rendering="crispEdges">"#);
@@ -149,7 +149,7 @@ impl Drawing {
         self.elements.push_str("</g>");
     }
 
-    /// A line of words at a place.
+    /// A line of words at a point.
     pub(super) fn text(&mut self, words: &str, at: Point, lettering: Lettering) {
         let at = (at.0, at.1 + drop_to_baseline(lettering));
         match self.letters {
@@ -184,7 +184,7 @@ impl Drawing {
             Across::Middle => x - 0.5 * text::width(words, size),
             Across::Right => x - text::width(words, size),
         };
-        // The font has one weight: writing it twice, a trace apart, makes it bold.
+        // The font has one weight: writing it twice, with a small offset, makes it bold.
         let offsets: &[f64] = match lettering.weight {
             Weight::Regular => &[0.0],
             Weight::Bold => &[0.0, 0.035],
@@ -223,7 +223,7 @@ impl Drawing {
         add(&mut self.elements, element);
     }
 
-    /// As an element of a page that has the classes of the theme.
+    /// The drawing as an element of a page with the classes of the theme.
     pub(super) fn inline(&self, class: &str, label: &str) -> String {
         format!(
             "<svg class=\"{class}\" viewBox=\"{}\" role=\"img\" aria-label=\"{}\">{}</svg>",
@@ -233,7 +233,7 @@ impl Drawing {
         )
     }
 
-    /// As a file that has its own style.
+    /// The drawing as a file with its own style.
     pub(super) fn file(&self, style: &str, label: &str) -> String {
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"{}\" viewBox=\"{}\" role=\"img\" \
@@ -251,7 +251,7 @@ impl Drawing {
     }
 }
 
-/// How far the baseline of a text is below the place where it is anchored, px.
+/// Distance of the baseline of a text below its anchor, px.
 fn drop_to_baseline(lettering: Lettering) -> f64 {
     let ems = match lettering.upright {
         Upright::Top => 0.96,
@@ -285,7 +285,7 @@ fn path(points: &[Point]) -> String {
     data
 }
 
-/// From px to units.
+/// Converts px to units.
 fn units(px: f64) -> i32 {
     (px * UNIT).round() as i32
 }

@@ -1,14 +1,14 @@
-//! A quantity over two axes: cells in two inks, one a sign, the stronger the larger.
+//! A quantity over two axes: cells in two inks, one for each sign, with an opacity that grows with the magnitude.
 
 use super::axes::{Axes, Plot};
 use super::drawing::{Drawing, Letters};
 use super::{chart, theme};
 use crate::{Axis, Figure, HeatMap, Role, Series};
 
-/// Shades of each ink.
+/// Number of shades of each ink.
 const LEVELS: i32 = 10;
 
-/// A map of `width` × `height` px for a page that shows the title itself.
+/// A map of `width` × `height` px for a page that displays the title itself.
 pub(super) fn drawing(map: &HeatMap, size: (u32, u32)) -> Drawing {
     let mut drawing = Drawing::new(size, Letters::Text);
     let frame = frame(map);

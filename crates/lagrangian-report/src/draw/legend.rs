@@ -9,7 +9,7 @@ use crate::{Figure, Kind, Series};
 const ROW: f64 = 19.0;
 const SWATCH: f64 = 20.0;
 
-/// The rows of the legend, from so many px below the upper edge; returns their height.
+/// Draws the rows of the legend, starting `top` px below the upper edge; returns their height.
 pub(super) fn draw(drawing: &mut Drawing, figure: &Figure, top: f64) -> f64 {
     let width = drawing.width();
     let (mut x, mut y) = (8.0, top + 0.5 * ROW);
@@ -48,7 +48,7 @@ fn swatch(drawing: &mut Drawing, series: &Series, (x, y): Point) {
                 let shade = ink.with_opacity(series::SHADE);
                 drawing.rectangle((x, y - 5.0), (x + SWATCH, y + 5.0), shade);
             }
-            // A band without a line has none here either.
+            // A band without a line has no line here either.
             if series.kind == Kind::Line || series.y.iter().any(|y| y.is_finite()) {
                 drawing.stroke(&[(x, y), (x + SWATCH, y)], series::stroke(series.role));
             }

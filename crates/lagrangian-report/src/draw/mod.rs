@@ -1,7 +1,7 @@
 //! Draws a report: pages, SVG files and bitmaps, from plain figures.
 //!
-//! Every picture is one SVG. A page and an SVG file hold it as it is; a PNG and the frames of a GIF are rendered
-//! from it, with its words as outlines of an embedded font, so that they are the same on every machine.
+//! Every picture is one SVG. A page and an SVG file contain it unchanged; a PNG and the frames of a GIF are rendered
+//! from it, with its words as outlines of an embedded font, so that they are identical on every machine.
 
 mod axes;
 mod chart;

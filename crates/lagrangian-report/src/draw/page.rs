@@ -1,4 +1,4 @@
-//! The report as one page that needs nothing else: no network, no fonts, no files beside it.
+//! The report as one self-contained page: no network, no fonts, no other files.
 
 mod arrays;
 mod figures;
@@ -22,7 +22,7 @@ const STYLE: &str = include_str!("page/style.css");
 const PLOT_STYLE: &str = include_str!("page/plot/style.css");
 const THEME: &str = include_str!("page/theme.js");
 const PLAYER: &str = include_str!("page/player.js");
-/// The script of plots, in the order in which its parts build on each other.
+/// The script of plots, with its parts in order of dependence.
 const PLOT: &str = concat!(
     "(() => {\n\"use strict\";\n",
     include_str!("page/plot/arrays.js"),
@@ -37,11 +37,11 @@ const PLOT: &str = concat!(
     include_str!("page/plot/start.js"),
     "})();\n",
 );
-/// Nothing is loaded from anywhere: the page holds what it needs.
+/// Forbids all loading: the page contains everything that it needs.
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; \
     base-uri 'none'; form-action 'none'";
 
-/// A self-contained page with everything that the report holds.
+/// A self-contained page with the complete report.
 #[must_use]
 pub fn html(report: &Report) -> String {
     let mut body = String::new();
@@ -84,16 +84,16 @@ fn scripts(report: &Report, plots: &Plots) -> String {
     scripts
 }
 
-/// A part of the page that folds.
+/// A part of the page that can be folded.
 struct Section {
     heading: String,
     body: String,
     is_open: bool,
 }
 
-/// Figures beyond which a page shows those of the first section, and folds the others.
+/// Number of figures above which a page shows those of the first section, and folds the others.
 const MOST_SHOWN: usize = 20;
-/// Settings beyond which they are folded.
+/// Number of settings above which they are folded.
 const MOST_SETTINGS: usize = 12;
 
 /// The parts of the page that are not empty, in their order.
@@ -131,7 +131,7 @@ fn sections(report: &Report, plots: &mut Plots) -> Vec<Section> {
     all
 }
 
-/// A section with a heading, unless there is nothing in it.
+/// A section with a heading, unless it is empty.
 fn section<T>(heading: &str, items: &[T], fill: impl FnOnce(&mut String, &[T])) -> Option<Section> {
     let mut body = String::new();
     fill(&mut body, items);
@@ -159,7 +159,7 @@ impl Section {
     }
 }
 
-/// Links to the sections, which stay in view, where there are several.
+/// Links to the sections, which stay in view, if there are several.
 fn contents(body: &mut String, sections: &[Section]) {
     if sections.len() < 3 {
         return;

@@ -1,8 +1,8 @@
-//! An axis laid out: its ends, its ticks and what is written at them.
+//! An axis laid out: its ends, its ticks and their labels.
 
 use crate::{Axis, Scale};
 
-/// A laid-out axis: values to the unit interval.
+/// A laid-out axis, which maps values to the unit interval.
 pub(super) struct Laid {
     log: bool,
     low: f64,
@@ -10,20 +10,20 @@ pub(super) struct Laid {
     names: Vec<String>,
 }
 
-/// A tick: its place in the unit interval and its label.
+/// A tick: its position in the unit interval and its label.
 pub(super) struct Tick {
     pub(super) at: f64,
     pub(super) label: String,
 }
 
-/// Larger values have no place on a plot: the arithmetic of its axes would overflow.
+/// Larger values cannot be placed on a plot: the arithmetic of its axes would overflow.
 const LARGEST: f64 = 1e300;
 
 /// Leading digits of the ticks of a logarithmic axis of less than two decades.
 const DIGITS: [i32; 3] = [1, 2, 5];
 
 impl Laid {
-    /// The axis that holds all finite values with a margin (a fraction of its length), or `None` where there are none.
+    /// The axis that holds all finite values with a margin (a fraction of its length), or `None` without any.
     pub(super) fn new(axis: &Axis, values: impl Iterator<Item = f64>, margin: f64) -> Option<Self> {
         let log = axis.scale == Scale::Log;
         let inner = |value: f64| if log { positive_log(value) } else { value };
@@ -46,7 +46,7 @@ impl Laid {
         })
     }
 
-    /// The same axis with its ends moved outwards to ticks, of which there are about `count`; an axis of things stays as it is.
+    /// The axis with its ends moved outwards to about `count` ticks; an axis of categories is unchanged.
     pub(super) fn ended_at_ticks(mut self, count: usize) -> Self {
         let span = self.high - self.low;
         if self.has_names() {
@@ -65,8 +65,8 @@ impl Laid {
         self
     }
 
-    /// A logarithmic axis of less than two decades with its ends at 1, 2 or 5 times powers of ten; at whole powers where that makes
-    /// it longer than [`Self::between_decades`] serves, at linear ticks where it spans too little for two of them.
+    /// A logarithmic axis of less than two decades with its ends at 1, 2 or 5 times powers of ten. The ends are at whole powers if it
+    /// becomes too long for [`Self::between_decades`], and at linear ticks if it spans too little for two such values.
     fn ended_between_decades(self, count: usize) -> Self {
         let with = |low, high| Self {
             low,
@@ -108,23 +108,23 @@ impl Laid {
         }
     }
 
-    /// Where it begins and ends; logarithms on a logarithmic axis.
+    /// Its ends; logarithms on a logarithmic axis.
     pub(super) fn ends(&self) -> [f64; 2] {
         [self.low, self.high]
     }
 
-    /// Where a value stands, NaN for a value that has no place on the axis.
+    /// Position of a value; NaN for a value that cannot be placed on the axis.
     pub(super) fn at(&self, value: f64) -> f64 {
         let inner = if self.log { positive_log(value) } else { value };
         (inner - self.low) / (self.high - self.low)
     }
 
-    /// Whether things stand along it, not numbers: each has its tick.
+    /// Whether it is an axis of categories, each with a tick.
     pub(super) fn has_names(&self) -> bool {
         !self.names.is_empty()
     }
 
-    /// About `count` ticks, never so many that they are closer than that; of things, all.
+    /// About `count` ticks, but not closer than that; for categories, all.
     pub(super) fn ticks(&self, count: usize) -> Vec<Tick> {
         let values = if self.has_names() {
             let named = self.names.iter().cloned().enumerate();
@@ -174,7 +174,7 @@ impl Laid {
             .collect()
     }
 
-    /// The first and the last power of ten on a logarithmic axis.
+    /// The first and the last whole power of ten on a logarithmic axis.
     fn whole_decades(&self) -> (i32, i32) {
         (
             (self.low - 1e-9).ceil() as i32,
@@ -194,7 +194,7 @@ impl Laid {
             .collect()
     }
 
-    /// Where 1, 2 and 5 times powers of ten stand on a logarithmic axis.
+    /// Positions of 1, 2 and 5 times powers of ten on a logarithmic axis.
     fn digits(&self) -> Vec<(f64, i32, i32)> {
         let (first, last) = self.whole_decades();
         let all = (first - 1..=last).flat_map(|k| DIGITS.map(|digit| (k, digit)));
@@ -203,7 +203,7 @@ impl Laid {
             .collect()
     }
 
-    /// Linear ticks on a log axis that spans too little for anything else.
+    /// Linear ticks on a log axis with a span too small for other ticks.
     fn shrunk_linear(&self, count: usize) -> Vec<(f64, String)> {
         let linear = Self {
             log: false,
@@ -245,7 +245,7 @@ fn nice_step(least: f64) -> f64 {
     digit.unwrap_or(10.0) * power
 }
 
-/// A value with the digits that its step needs; powers of ten where plain digits would be too many.
+/// A value with the digits that its step requires; powers of ten if plain digits would be too many.
 fn decimal(value: f64, step: f64, largest: f64) -> String {
     let places = (-(step * (1.0 + 1e-9)).log10().floor()).max(0.0) as usize;
     if value.abs() < 0.5 * step {

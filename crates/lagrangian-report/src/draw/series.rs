@@ -6,9 +6,9 @@ use super::drawing::{Drawing, Stroke};
 use super::theme;
 use crate::{Kind, Role, Series, decimate};
 
-/// A cloud of more dots than this shows no more, and makes pages heavy.
+/// Largest number of dots: more would not be distinguishable, and make pages large.
 const MOST_DOTS: usize = 1500;
-/// Dots that are drawn larger.
+/// Number of dots up to which they are drawn larger.
 const FEW: usize = 100;
 /// Opacity of a band.
 pub(super) const SHADE: f64 = 0.18;
@@ -36,7 +36,7 @@ fn line(drawing: &mut Drawing, plot: &Plot, series: &Series) {
     drawing.discs(&alone, 2.6, theme::of(series.role));
 }
 
-/// The points of a line that has no other beside them, within the unit square.
+/// The points of a line without neighbours, within the unit square.
 fn alone(points: &[Point]) -> Vec<Point> {
     let is_there = |k: usize| {
         let point = points.get(k);
@@ -48,7 +48,7 @@ fn alone(points: &[Point]) -> Vec<Point> {
     all.filter(inside).collect()
 }
 
-/// How a line of this role is drawn.
+/// The style of a line of this role.
 pub(super) fn stroke(role: Role) -> Stroke {
     Stroke {
         width: width(role),
@@ -82,7 +82,7 @@ fn band(drawing: &mut Drawing, plot: &Plot, series: &Series) {
     }
 }
 
-/// Width of a line, px: truth is broad and soft, so that a model that follows it is seen on top of it.
+/// Width of a line, px: truth is broad and pale, so that a model that follows it is visible on top of it.
 pub(super) fn width(role: Role) -> f64 {
     match role {
         Role::Truth => 3.2,
@@ -92,7 +92,7 @@ pub(super) fn width(role: Role) -> f64 {
     }
 }
 
-/// What is drawn first is covered by what follows.
+/// The order of drawing: later series cover earlier ones.
 pub(super) fn depth(role: Role) -> u8 {
     match role {
         Role::Truth => 0,

@@ -1,4 +1,4 @@
-//! Figures as SVG: inside a page, or as a file of their own.
+//! Figures as SVG: inside a page, or as a separate file.
 
 use super::drawing::Letters;
 use super::{chart, heat_map, theme};
@@ -15,13 +15,13 @@ pub fn svg(figure: &Figure) -> String {
     chart::with_title(figure, (640, 420), Letters::Text).file(&style, &figure.title)
 }
 
-/// The figure as an element of a page that has the classes of the theme.
+/// The figure as an element of a page with the classes of the theme.
 pub(super) fn inline(figure: &Figure, size: (u32, u32), class: &str) -> String {
     let label = format!("{}. {}", figure.title, figure.caption);
     chart::without_title(figure, size).inline(class, &label)
 }
 
-/// A map as an element of a page that has the classes of the theme.
+/// A map as an element of a page with the classes of the theme.
 pub(super) fn inline_map(map: &HeatMap, size: (u32, u32), class: &str) -> String {
     let label = format!("{}. {}", map.title, map.caption);
     heat_map::drawing(map, size).inline(class, &label)

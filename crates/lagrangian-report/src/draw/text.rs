@@ -1,4 +1,4 @@
-//! The one font: to measure words everywhere, and to outline them for bitmaps.
+//! The one font: words are measured with it everywhere, and outlined with it for bitmaps.
 
 use ttf_parser::{Face, GlyphId};
 
@@ -9,14 +9,14 @@ pub(super) use outlines::outlines;
 
 static INTER: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/font.ttf"));
 
-/// Width of a text, px, at a font size of so many px to the em.
+/// Width of a text, px, at a font size of `size` px to the em.
 pub(super) fn width(text: &str, size: f64) -> f64 {
     let mut end = 0.0;
     place(text, size, |_, _, _, right| end = right);
     end
 }
 
-/// The text, shortened with an ellipsis where it is wider than `limit` px.
+/// The text, shortened with an ellipsis if it is wider than `limit` px.
 pub(super) fn fit(text: &str, size: f64, limit: f64) -> String {
     if width(text, size) <= limit {
         return text.to_owned();
@@ -31,7 +31,7 @@ pub(super) fn fit(text: &str, size: f64, limit: f64) -> String {
     String::new()
 }
 
-/// Calls `each` with every glyph of a text: the face, the glyph, where it starts and where the next one starts.
+/// Calls `each` with every glyph of a text: the face, the glyph, its start and the start of the next one.
 fn place(text: &str, size: f64, mut each: impl FnMut(&Face, GlyphId, f64, f64)) {
     let Ok(face) = Face::parse(INTER, 0) else {
         return;

@@ -1,15 +1,15 @@
-//! Every colour of a report, once: charts, pages, SVG files and bitmaps take it from here.
+//! Colours of a report, defined once for charts, pages, SVG files and bitmaps.
 
 use crate::Role;
 
-/// A colour by its purpose, on a light and on a dark ground.
+/// A colour by its purpose, on a light and on a dark background.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Ink {
     /// Class in SVG, variable in CSS.
     pub(super) name: &'static str,
     light: [u8; 3],
     dark: [u8; 3],
-    /// From 0, invisible, to 1.
+    /// Opacity from 0, invisible, to 1.
     pub(super) opacity: f64,
 }
 
@@ -23,18 +23,18 @@ impl Ink {
         }
     }
 
-    /// The same colour, so opaque.
+    /// The colour with this opacity.
     pub(super) const fn with_opacity(self, opacity: f64) -> Self {
         Self { opacity, ..self }
     }
 }
 
-// Blue and orange stay apart for every kind of colour vision; contrast with the ground is at least 3 : 1 for lines and
-// 4.5 : 1 for words.
+// Blue and orange are distinguishable with every kind of colour vision; contrast with the background is at least 3 : 1 for lines
+// and 4.5 : 1 for words.
 pub(super) const TRUTH: Ink = Ink::new("truth", [130, 138, 150], [139, 147, 160]);
 pub(super) const LNN: Ink = Ink::new("lnn", [29, 99, 209], [106, 166, 255]);
 pub(super) const BASELINE: Ink = Ink::new("baseline", [206, 93, 24], [246, 153, 86]);
-/// The inks of roles without a colour of their own: a torque has as many parts.
+/// Inks of roles without a fixed colour: enough for the parts of a torque.
 const OTHERS: [Ink; 5] = [
     Ink::new("other0", [13, 128, 117], [69, 196, 182]),
     Ink::new("other1", [133, 76, 199], [188, 146, 245]),
@@ -66,7 +66,7 @@ pub(super) fn of(role: Role) -> Ink {
     }
 }
 
-/// CSS: variables for both grounds, following the system unless `data-theme` on the root says otherwise; print is light.
+/// CSS: variables for both backgrounds, following the system unless `data-theme` on the root overrides it; print is light.
 pub(super) fn variables() -> String {
     let (light, dark) = (block(|ink| ink.light), block(|ink| ink.dark));
     format!(
@@ -82,18 +82,18 @@ fn block(shade: impl Fn(&Ink) -> [u8; 3]) -> String {
     INKS.iter().chain([&GROUND]).map(variable).collect()
 }
 
-/// CSS: the classes of a drawing that follows the variables.
+/// CSS: classes of a drawing that follow the variables.
 pub(super) fn classes() -> String {
     rules(|ink| format!("var(--{})", ink.name))
 }
 
-/// CSS: the classes of a drawing on a light ground, for renderers that know no variables.
+/// CSS: classes of a drawing on a light background, for renderers without variables.
 #[cfg(feature = "raster")]
 pub(super) fn light_classes() -> String {
     rules(|ink| hex(ink.light))
 }
 
-/// CSS: the dots and swatches of a page that stand for inks.
+/// CSS: the dots and swatches of a page that represent inks.
 pub(super) fn dots() -> String {
     let rule = |ink: &Ink| {
         format!(

@@ -1,25 +1,25 @@
-//! The numbers of the plots of a page: each array once, as a start and a step where that is all, else 24 bits a value
+//! The numbers of the plots of a page: each array once, as a start and a step if that suffices, else with 24 bits a value
 //! in base64. `plot/arrays.js` reads them.
 
 use std::collections::HashMap;
 
 use serde::Serialize;
 
-/// The largest whole number of 24 bits is a gap; those below count from the least value to the largest.
+/// The largest integer of 24 bits is a gap; smaller ones count from the least value to the largest.
 const GAP: u32 = 0xff_ffff;
 /// Steps of a regular array may differ by this part of a step.
 const IRREGULAR: f64 = 1e-6;
 
-/// How the values of an array are spread.
+/// The distribution of the values of an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Spread {
     /// Equal differences matter: fixed point between the least and the largest value.
     Even,
-    /// Equal ratios matter, or few values are far from all others: the upper 24 bits of an `f32`.
+    /// Equal ratios matter, or a few values are far from all others: the upper 24 bits of an `f32`.
     Wide,
 }
 
-/// One array as the page holds it.
+/// One array in the format of the page.
 #[derive(Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 enum Packed {
@@ -45,13 +45,13 @@ enum Packed {
 #[serde(transparent)]
 pub(super) struct Arrays {
     packed: Vec<Packed>,
-    /// Where an array is that has these bits.
+    /// Index of the array with these bits.
     #[serde(skip)]
     known: HashMap<(Spread, Vec<u64>), usize>,
 }
 
 impl Arrays {
-    /// The place of an array among those of the page; the same values have the same place.
+    /// The index of an array among those of the page; equal arrays share it.
     pub(super) fn add(&mut self, values: &[f64], spread: Spread) -> usize {
         let bits = values.iter().map(|value| value.to_bits()).collect();
         *self.known.entry((spread, bits)).or_insert_with(|| {
@@ -61,7 +61,7 @@ impl Arrays {
     }
 }
 
-/// Whether a start and a step say everything of an array.
+/// Whether a start and a step describe all of an array.
 pub(super) fn is_regular(values: &[f64]) -> bool {
     regular(values).is_some()
 }

@@ -1,4 +1,4 @@
-//! The figures and maps of a page: each as an SVG, which the script makes live, in groups that share a legend.
+//! The figures and maps of a page: each as an SVG, which the script makes interactive, in groups that share a legend.
 
 use super::add;
 use super::plots::{Plots, words_id};
@@ -10,7 +10,7 @@ use crate::{Figure, HeatMap, Series};
 /// The size of the static picture of a figure, px.
 const SIZE: (u32, u32) = (524, 350);
 
-/// Figures in two columns where they fit; those that follow each other and share their series have one legend.
+/// Figures in two columns where they fit; consecutive ones with equal series have one legend.
 pub(super) fn figures(body: &mut String, figures: &[Figure], plots: &mut Plots) {
     for group in groups(figures) {
         let odd = if group.figures.len() % 2 == 1 {
@@ -68,7 +68,7 @@ struct Card<'a> {
     caption: &'a str,
     words: String,
     drawn: String,
-    /// The number of its plot, where there is something to draw.
+    /// The number of its plot, if there is something to draw.
     number: Option<usize>,
 }
 
@@ -101,7 +101,7 @@ impl Card<'_> {
     }
 }
 
-/// Figures that follow each other.
+/// Consecutive figures.
 #[derive(Debug, PartialEq)]
 struct Group<'a> {
     figures: &'a [Figure],
@@ -109,7 +109,7 @@ struct Group<'a> {
     shared: bool,
 }
 
-/// Runs of figures that share their series, and runs of figures that do not.
+/// Runs of figures with equal series, and runs of other figures.
 fn groups(figures: &[Figure]) -> Vec<Group<'_>> {
     let mut groups: Vec<Group> = Vec::new();
     let mut start = 0;
@@ -143,7 +143,7 @@ fn push_single<'a>(groups: &mut Vec<Group<'a>>, figures: &'a [Figure]) {
     }
 }
 
-/// Whether one legend serves both: at least half of the names are common, and a name looks alike in both.
+/// Whether one legend serves both: at least half of the names are common, and each name has the same style in both.
 fn share_series(a: &Figure, b: &Figure) -> bool {
     fn named(figure: &Figure) -> Vec<&Series> {
         let series = figure.series.iter();

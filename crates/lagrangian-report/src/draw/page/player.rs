@@ -1,4 +1,4 @@
-//! An animation of a page: a canvas for each panel, and what the player script needs.
+//! An animation of a page: a canvas for each panel, and the data for the player script.
 
 use serde::Serialize;
 
@@ -6,11 +6,11 @@ use super::{add, dot};
 use crate::draw::{escaped, theme};
 use crate::{Animation, Panel, Shape};
 
-/// Frames of an animation: 30 a second are smooth, and 4 000 hold two minutes of them; fewer where each has many values.
+/// Frames per second of an animation, which look smooth; the limit of 4 000 allows two minutes, and less with many values per frame.
 const RATE: f64 = 30.0;
 const MOST_FRAMES: usize = 4_000;
 const MOST_VALUES: usize = 32_000;
-/// Places are written in these parts of the radius of their stage, and none lies farther away than this many.
+/// Units of a position per radius of its stage, and the limit of a position in these units.
 const PARTS: f64 = 5e3;
 const FARTHEST: f64 = 1e6;
 
@@ -65,22 +65,22 @@ struct Clip {
 #[derive(Serialize)]
 struct ClipPanel {
     ink: &'static str,
-    /// Of a chain: lengths of its links over the reach of the longest chain.
+    /// For a chain: lengths of its links over the reach of the longest chain.
     #[serde(skip_serializing_if = "Option::is_none")]
     lengths: Option<Vec<f64>>,
-    /// Of points: the point that each is joined to.
+    /// For points: the point that each is joined to.
     #[serde(skip_serializing_if = "Option::is_none")]
     joined: Option<Vec<usize>>,
     end: f64,
-    /// How many values a frame has.
+    /// Number of values in a frame.
     width: usize,
-    /// A radian of a chain, or the radius of the stage of points, as it is written.
+    /// A radian of a chain, or the radius of the stage of points, in written units.
     unit: f64,
     values: Vec<Option<i64>>,
     error: Option<Vec<Option<f64>>>,
 }
 
-/// What the player needs, short, and safe inside a script element.
+/// The data for the player: compact, and safe inside a script element.
 fn json(clip: &Animation) -> String {
     let frames = clip.frames();
     let duration = clip.duration();

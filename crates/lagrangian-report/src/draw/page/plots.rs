@@ -1,4 +1,4 @@
-//! What the script of a page knows of its plots: axes, series and maps, with their numbers.
+//! Data of the plots for the script of a page: axes, series and maps, with their numbers.
 
 use serde::Serialize;
 
@@ -7,9 +7,9 @@ use crate::draw::axes::Axes;
 use crate::draw::{series, theme};
 use crate::{Axis, Figure, HeatMap, Kind, Role, Scale, Series, decimate};
 
-/// Values that a page holds, at most: four letters each, so that a page stays below 2 MB.
+/// Largest number of values in a page: with four letters each, a page stays below 2 MB.
 const BUDGET: usize = 320_000;
-/// A series that spans so many times its axis keeps ratios.
+/// A series that spans this many times its axis is stored by ratios.
 const RUNAWAY: f64 = 100.0;
 
 /// The plots of a page and the arrays that they share.
@@ -17,7 +17,7 @@ const RUNAWAY: f64 = 100.0;
 pub(super) struct Plots {
     arrays: Arrays,
     plots: Vec<Plot>,
-    /// Samples of a series, at most.
+    /// Largest number of samples of a series.
     #[serde(skip)]
     most: usize,
 }
@@ -25,7 +25,7 @@ pub(super) struct Plots {
 #[derive(Debug, Serialize)]
 struct Plot {
     title: String,
-    /// The element that says in words what there is to see.
+    /// The element with the description in words.
     words: String,
     x: PlotAxis,
     y: PlotAxis,
@@ -39,9 +39,9 @@ struct PlotAxis {
     label: String,
     unit: String,
     log: bool,
-    /// Whether its ends do not follow from the data.
+    /// Whether its ends are independent of the data.
     fixed: bool,
-    /// Where it begins and ends; logarithms on a logarithmic axis.
+    /// Its ends; logarithms on a logarithmic axis.
     ends: [f64; 2],
     #[serde(skip_serializing_if = "Option::is_none")]
     names: Option<Vec<String>>,
@@ -72,7 +72,7 @@ struct PlotMap {
 }
 
 impl Plots {
-    /// No plots yet; those of `figures` will fit.
+    /// An empty set with a budget for the plots of `figures`.
     pub(super) fn for_figures(figures: &[Figure]) -> Self {
         let all = || figures.iter().flat_map(|figure| &figure.series);
         let mut most = all().map(|one| one.y.len()).max().unwrap_or(0);
@@ -85,7 +85,7 @@ impl Plots {
         }
     }
 
-    /// The number of the plot of a figure; `None` where there is nothing to draw.
+    /// The number of the plot of a figure; `None` if there is nothing to draw.
     pub(super) fn figure(&mut self, figure: &Figure) -> Option<usize> {
         let axes = Axes::new(figure)?;
         let [x, y] = axes.ends();
@@ -124,7 +124,7 @@ impl Plots {
         }))
     }
 
-    /// The number of the plot of a map; `None` where it has no cells or no axes.
+    /// The number of the plot of a map; `None` if it has no cells or no axes.
     pub(super) fn map(&mut self, map: &HeatMap) -> Option<usize> {
         let (x, y) = (map.x.range?, map.y.range?);
         let drawn = |(low, high): (f64, f64)| low < high && (high - low).is_finite();
@@ -156,7 +156,7 @@ impl Plots {
         number
     }
 
-    /// For a script element; nothing where there is no plot.
+    /// The data for a script element; `None` without plots.
     pub(super) fn json(&self) -> Option<String> {
         let json = serde_json::to_string(self).ok()?;
         let safe = |json: String| json.replace('<', "\\u003c").replace('\'', "\\u0027");
@@ -164,7 +164,7 @@ impl Plots {
     }
 }
 
-/// The name of the element that says in words what a plot shows.
+/// The name of the element that describes a plot in words.
 pub(super) fn words_id(number: usize) -> String {
     format!("words-{number}")
 }
@@ -184,7 +184,7 @@ fn axis(axis: &Axis, ends: [f64; 2]) -> PlotAxis {
     }
 }
 
-/// Ratios on a logarithmic axis, and where values leave their axis by far.
+/// Ratios on a logarithmic axis, and for values far outside of their axis.
 fn spread(axis: &Axis, ends: [f64; 2], values: &[f64]) -> Spread {
     let limit = RUNAWAY * (ends[1] - ends[0]);
     let middle = 0.5 * (ends[0] + ends[1]);
@@ -202,7 +202,7 @@ fn by_scale(axis: &Axis) -> Spread {
     }
 }
 
-/// Values that a page spends on a series of at most `most` samples.
+/// Number of values that a page uses for a series of at most `most` samples.
 fn cost(series: &Series, most: usize) -> usize {
     let kept = series.y.len().min(most);
     let is_whole = kept == series.y.len();
@@ -215,7 +215,7 @@ fn cost(series: &Series, most: usize) -> usize {
     abscissae + kept + band
 }
 
-/// At most about `most` samples: of a line over a rising abscissa its extremes in steps, else every nth.
+/// At most about `most` samples: extremes in steps for a line over a rising abscissa, else every nth.
 fn thinned(series: &Series, most: usize) -> Series {
     let len = series.y.len().min(series.x.len());
     if len <= most {

@@ -7,10 +7,10 @@ use super::terms::explained;
 use crate::draw::escaped;
 use crate::{Command, Table};
 
-/// Rows beyond which a table is folded.
+/// Number of rows above which a table is folded.
 const FOLDED: usize = 12;
 
-/// A table that scrolls where it is wider than the page, and that is folded where it is long.
+/// A table that scrolls if it is wider than the page, and that is folded if it is long.
 pub(super) fn table(body: &mut String, table: &Table) {
     // A column without a name has no heading.
     let heading = |cell: &String| match cell.as_str() {
@@ -49,7 +49,7 @@ pub(super) fn table(body: &mut String, table: &Table) {
     add(body, format_args!("</tbody></table></div>{end}</div>\n"));
 }
 
-/// Around the rows of a table: nothing, or what folds them.
+/// The text before and after the rows of a table: empty, or the elements that fold them.
 fn fold(rows: usize) -> [String; 2] {
     match rows {
         0..=FOLDED => Default::default(),
@@ -60,8 +60,8 @@ fn fold(rows: usize) -> [String; 2] {
     }
 }
 
-/// A cell that may be broken where it does not fit: between its parts, `a / b` or `a; b`, and before the range of a
-/// figure, `median (least … largest)`.
+/// A cell with possible line breaks: between its parts, `a / b` or `a; b`, and before the range of a
+/// number, `median (least … largest)`.
 fn breakable(cell: &str) -> String {
     let separator = if cell.contains(" / ") { " / " } else { "; " };
     let parts: Vec<String> = cell.split(separator).map(part).collect();
@@ -74,13 +74,13 @@ fn breakable(cell: &str) -> String {
     }
 }
 
-/// Letters of a cell beyond which it is read, not compared.
+/// Number of letters above which a cell is a sentence, which is not compared with others.
 const SENTENCE: usize = 40;
 
-/// The words of verdicts, which have their colours wherever they stand alone.
+/// The words of verdicts, which are coloured if they are a whole cell or part of one.
 const GRADES: [&str; 3] = ["good", "fair", "poor"];
 
-/// One part of a cell: a figure without and with its range, a word, or a sentence.
+/// One part of a cell: a number with or without its range, a word, or a sentence.
 fn part(text: &str) -> String {
     let range = text
         .split_once(" (")
@@ -102,7 +102,7 @@ fn part(text: &str) -> String {
     format!("<span class=\"{class}\">{}</span>", escaped(text))
 }
 
-/// A verdict: its word in its colour, and the reason.
+/// A verdict: its coloured word, and the reason.
 pub(super) fn chip(judged: &Judgement) -> String {
     let word = judged.grade.name();
     let why = match judged.why.is_empty() {
@@ -125,7 +125,7 @@ pub(super) fn settings(body: &mut String, settings: &[(String, String)]) {
     body.push_str("</dl>\n");
 }
 
-/// The lines to type, each with a button that copies it.
+/// The lines to enter, each with a button that copies it.
 pub(super) fn commands(body: &mut String, commands: &[Command]) {
     body.push_str("<div class=\"card commands\">\n");
     for Command { makes, line } in commands {

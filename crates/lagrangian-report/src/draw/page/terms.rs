@@ -1,10 +1,10 @@
-//! Words that are explained on demand: a button in the text, and what it shows.
+//! Terms with an explanation on demand: a button in the text, and the explanation.
 
 use super::add;
 use crate::draw::escaped;
 use crate::{Piece, TERMS, pieces};
 
-/// A text made safe for HTML, in which words of the field can be asked for.
+/// A text made safe for HTML, with buttons for its terms.
 pub(super) fn explained(text: &str) -> String {
     let piece = |piece| match piece {
         Piece::Plain(part) => escaped(part),
@@ -17,7 +17,7 @@ pub(super) fn explained(text: &str) -> String {
     pieces(text).into_iter().map(piece).collect()
 }
 
-/// The explanations of the words that a page can be asked for.
+/// The explanations of the terms that a page has buttons for.
 pub(super) fn meanings(body: &mut String) {
     for term in &TERMS {
         if !body.contains(&format!("popovertarget=\"term-{}\"", term.id)) {

@@ -1,9 +1,9 @@
-//! What a figure shows, in words: for those who cannot see it.
+//! Description of a figure in words, for those who cannot see it.
 
 use crate::draw::scale::short;
 use crate::{Axis, Figure, HeatMap, Kind, Series};
 
-/// The axes and, for each series, where it begins, ends, and what it spans.
+/// The axes and, for each series, its first and last value and its span.
 pub(super) fn of_figure(figure: &Figure) -> String {
     let axes = format!("{} over {}.", figure.y.text(), figure.x.text());
     let series = figure
@@ -39,7 +39,7 @@ fn of_series(series: &Series, x: &Axis) -> String {
     format!("{name}: {range}{along}{last}.")
 }
 
-/// The axes of a map and what its cells span.
+/// The axes of a map and the span of its cells.
 pub(super) fn of_map(map: &HeatMap) -> String {
     let cells = extent(&map.values).map_or_else(
         || "no value".into(),
@@ -54,7 +54,7 @@ pub(super) fn of_map(map: &HeatMap) -> String {
     )
 }
 
-/// The least and the largest finite value.
+/// The smallest and the largest finite value.
 fn extent(values: &[f64]) -> Option<(f64, f64)> {
     let finite = values.iter().copied().filter(|value| value.is_finite());
     finite.fold(None, |ends, value| {

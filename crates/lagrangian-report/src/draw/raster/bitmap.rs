@@ -7,7 +7,7 @@ use super::{Error, Result};
 use crate::draw::drawing::Drawing;
 use crate::draw::theme;
 
-/// Renders a drawing on white, stretched to so many pixels. Its letters must be outlines: the renderer has no font.
+/// Renders a drawing on white, stretched to this number of pixels. Its letters must be outlines: the renderer has no font.
 pub(super) fn render(drawing: &Drawing, (width, height): (u32, u32)) -> Result<Pixmap> {
     let svg = drawing.file(&theme::light_classes(), "");
     let tree = Tree::from_str(&svg, &Options::default()).map_err(Error::renderer)?;

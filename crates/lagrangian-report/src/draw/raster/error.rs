@@ -1,10 +1,10 @@
-//! Why a picture cannot be drawn.
+//! Errors of drawing.
 
-/// Why a picture cannot be drawn.
+/// A picture cannot be drawn.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A bitmap of a size that cannot be drawn.
+    /// A bitmap has a size that cannot be drawn.
     #[error("a picture of {width} × {height} pixels: choose 200 × 150 to 10 000 × 10 000")]
     Size {
         /// Width, pixels.
@@ -12,7 +12,7 @@ pub enum Error {
         /// Height, pixels.
         height: u32,
     },
-    /// An animation without panels, or with more than fit beside each other.
+    /// An animation has no panels, or more than fit side by side.
     #[error("an animation of {0} panels: a GIF takes 1 to 8")]
     Panels(usize),
     /// The renderer of bitmaps refused the drawing.

@@ -1,4 +1,4 @@
-//! Animations as GIF files: the same pictures as on the page.
+//! Animations as GIF files, with the pictures of the page.
 
 use std::io::Write;
 
@@ -8,10 +8,10 @@ use super::palette::{CLEAR, Palette};
 use super::{Error, Result, bitmap, pendulum};
 use crate::Animation;
 
-/// Frames a second, and points of a trail between two of them.
+/// Frames per second, and points of a trail between two of them.
 const RATE: f64 = 20.0;
 const FINE: usize = 4;
-/// A longer clip makes too large a file.
+/// Duration limit of a clip, which bounds the size of the file.
 const MOST_SECONDS: f64 = 9.0;
 
 /// Writes the animation from its start, up to 9 s, side by side on white, as an endless GIF.
@@ -42,7 +42,7 @@ pub fn gif(animation: &Animation, out: impl Write) -> Result<()> {
     Ok(())
 }
 
-/// Only what changed: the rest is transparent, which packs to almost nothing.
+/// The changed pixels: the rest is transparent, which compresses to almost nothing.
 fn difference(now: &[u8], before: Option<&[u8]>, (width, height): (u16, u16)) -> Frame<'static> {
     let changed = before.map(|before| {
         let pairs = now.iter().zip(before);

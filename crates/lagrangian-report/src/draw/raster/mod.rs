@@ -1,4 +1,4 @@
-//! Bitmaps: figures as PNG and animations as GIF, rendered from the same drawings as pages.
+//! Bitmaps: figures as PNG and animations as GIF, rendered from the drawings of pages.
 
 mod bitmap;
 mod error;

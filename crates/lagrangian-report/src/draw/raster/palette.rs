@@ -10,10 +10,10 @@ pub(super) const CLEAR: u8 = 255;
 
 type Colour = [u8; 3];
 
-/// The commonest 255 colours of some pictures, and one for transparency.
+/// The most frequent 255 colours of some pictures, and one for transparency.
 pub(super) struct Palette {
     colours: Vec<Colour>,
-    /// The nearest entries of colours that have been looked up.
+    /// Cache of the nearest entries of colours.
     nearest: HashMap<Colour, u8>,
 }
 
@@ -32,14 +32,14 @@ impl Palette {
         }
     }
 
-    /// 256 entries of three bytes.
+    /// The palette as 256 entries of three bytes.
     pub(super) fn bytes(&self) -> Vec<u8> {
         let mut bytes = self.colours.concat();
         bytes.resize(3 * 256, 0);
         bytes
     }
 
-    /// The entry of every pixel.
+    /// The index of the entry for every pixel.
     pub(super) fn indices(&mut self, picture: &Pixmap) -> Vec<u8> {
         let Self {
             colours: entries,

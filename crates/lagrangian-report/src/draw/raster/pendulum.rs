@@ -10,9 +10,9 @@ use crate::{Animation, Panel, Shape, Stage};
 /// Size of a panel, px.
 const WIDE: f64 = 260.0;
 const TALL: f64 = 316.0;
-/// How far below the upper edge the pivot is, px.
+/// Distance of the pivot below the upper edge, px.
 const PIVOT: f64 = 0.55 * TALL;
-/// Length of the trail, s, and the steps in which it fades.
+/// Length of the trail, s, and the number of steps in which it fades.
 const TRAIL: f64 = 1.5;
 const BANDS: usize = 10;
 
@@ -51,14 +51,14 @@ pub(super) fn drawing(animation: &Animation, frame: usize) -> Drawing {
     drawing
 }
 
-/// A panel and where it stands.
+/// A panel and its position.
 struct View<'a> {
     panel: &'a Panel,
-    /// Its middle, px.
+    /// Its centre, px.
     middle: f64,
     /// The part of the plane that it shows.
     stage: Stage,
-    /// Pixels to the metre.
+    /// Pixels per metre.
     scale: f64,
 }
 
@@ -121,7 +121,7 @@ impl<'a> View<'a> {
         joined(drawing, &panel.shape, &points, theme::of(panel.role));
     }
 
-    /// Where the tip has been, fading into the past.
+    /// Past positions of the tip, fading with age.
     fn trail(&self, drawing: &mut Drawing, frame: usize) {
         let dt = self.panel.t.get(1).map_or(TRAIL, |t| t - self.panel.t[0]);
         let frames_per_band = (TRAIL / BANDS as f64 / dt) as usize;
@@ -136,7 +136,7 @@ impl<'a> View<'a> {
     }
 }
 
-/// The points of a shape and the lines between them; the first, which does not move, is a smaller one.
+/// The points of a shape and the lines between them; the first, which does not move, is drawn smaller.
 fn joined(drawing: &mut Drawing, shape: &Shape, points: &[Point], ink: Ink) {
     let Some((first, others)) = points.split_first() else {
         return;

@@ -7,13 +7,13 @@ use crate::Figure;
 use crate::draw::chart;
 use crate::draw::drawing::Letters;
 
-/// Pixels a px: sharp on today's screens and in print.
+/// Pixels per px: sharp on today's screens and in print.
 const DENSITY: u32 = 2;
 
 /// Writes the figure as a PNG of `width` × `height` pixels, on white.
 ///
 /// # Errors
-/// Where it is smaller than 200 × 150 or larger than 10 000 pixels, or cannot be written.
+/// [`Error::Size`] below 200 × 150 or above 10 000 pixels; other variants if it cannot be rendered or written.
 pub fn png(figure: &Figure, width: u32, height: u32, mut out: impl Write) -> Result<()> {
     if !(200..=10_000).contains(&width) || !(150..=10_000).contains(&height) {
         return Err(Error::Size { width, height });

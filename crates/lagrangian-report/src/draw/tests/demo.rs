@@ -1,4 +1,4 @@
-//! A made-up report with everything in it, to look at and to test with.
+//! A synthetic report with all parts, for inspection and for tests.
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -28,7 +28,7 @@ pub(super) fn swing(push: f64, seconds: usize) -> Trajectory {
         .trajectory
 }
 
-/// Of the energy scale of a double pendulum, 29.4 J.
+/// Energy error relative to the energy scale of a double pendulum, 29.4 J.
 fn true_energy_error(motion: &Trajectory) -> Vec<f64> {
     let pendulum = by_name("double-pendulum", &[]).unwrap();
     let mut energy = vec![0.0; motion.len()];

@@ -23,7 +23,7 @@ pub(in crate::draw) fn outlines(text: &str, size: f64, start: Point) -> String {
 /// Writes the outline of a glyph as path data.
 struct Pen<'a> {
     data: &'a mut String,
-    /// Units of the drawing to the unit of the font.
+    /// Units of the drawing per unit of the font.
     scale: f64,
     start: Point,
 }
