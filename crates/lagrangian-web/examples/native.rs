@@ -1,4 +1,4 @@
-//! Is the library as fast in a browser as here? Runs requests of the page natively, one JSON object a line on standard input.
+//! Speed of the library outside of a browser. Runs requests of the page natively, one JSON object a line on standard input.
 //!
 //! `echo '{"ask":"speed"}' | RAYON_NUM_THREADS=1 cargo run --release -p lagrangian-web --example native [avx2]`
 

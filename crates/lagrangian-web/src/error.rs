@@ -1,8 +1,8 @@
-//! What can be wrong with a request.
+//! Errors of requests.
 
 use crate::limits;
 
-/// Why a request was not served; the message says what to do.
+/// A request was refused; the message ends with the remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -13,41 +13,41 @@ pub enum Error {
     /// The record of a run, or its page, cannot be made.
     #[error("{finding}: {remedy}")]
     Refused {
-        /// What happened.
+        /// The event.
         finding: String,
-        /// What to do.
+        /// The remedy.
         remedy: String,
     },
 
-    /// The request is no request of this crate.
+    /// The request is not one of this crate.
     #[error(
         "the page asked for something that is not known ({0}): load the page again, so that all of it is of one version"
     )]
     Request(#[from] serde_json::Error),
 
-    /// The message is shorter than it says.
+    /// The message is shorter than its stated length.
     #[error("the message of the page is incomplete: load the page again")]
     Incomplete,
 
     /// A file or a number exceeds its bound.
     #[error("{what} is {given}, at most {most} is possible here: {remedy}")]
     TooLarge {
-        /// What is too large.
+        /// The quantity that is too large.
         what: &'static str,
         /// Its size.
         given: f64,
         /// The bound.
         most: f64,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
 
-    /// Something that the request needs is not there yet.
+    /// Something that the request needs does not exist yet.
     #[error("there is no {what} yet: {remedy}")]
     Missing {
-        /// What is missing.
+        /// The missing thing.
         what: &'static str,
-        /// What to do first.
+        /// The first step.
         remedy: &'static str,
     },
 }
@@ -73,7 +73,7 @@ pub(crate) fn bounded_file(bytes: usize, remedy: &'static str) -> Result<()> {
     bounded("the size of what is read, in bytes,", size, most, remedy)
 }
 
-/// Refuses a value beyond its bound, or one that is no number.
+/// Refuses a value beyond its bound, or NaN.
 pub(crate) fn bounded(
     what: &'static str,
     given: f64,

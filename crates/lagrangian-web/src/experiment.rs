@@ -1,4 +1,4 @@
-//! Recordings of a known system, with the flaws that real ones have.
+//! Recordings of a known system, with the imperfections of real ones.
 
 use lagrangian::rollout::Simulation;
 use lagrangian::trajectory::Columns;
@@ -9,7 +9,7 @@ use crate::error::{Result, bounded};
 use crate::limits;
 use crate::system::Named;
 
-/// What is recorded of a system.
+/// Specification of the recordings of a system.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Experiment {
@@ -18,14 +18,14 @@ pub(crate) struct Experiment {
     /// The number of motions from random states …
     #[serde(default)]
     pub(crate) motions: usize,
-    /// … or the states that a person began from.
+    /// … or the initial states that a person chose.
     #[serde(default)]
     pub(crate) starts: Vec<Start>,
     /// The duration of each, s.
     pub(crate) duration: f64,
     /// The time between two samples, s.
     pub(crate) interval: f64,
-    /// The standard deviation of the noise of q and q̇; 0 for none.
+    /// The standard deviation of the noise of q and q̇; 0 for no noise.
     #[serde(default)]
     pub(crate) noise: f64,
     /// The coefficient of viscous friction of each coordinate.
@@ -39,7 +39,7 @@ pub(crate) struct Experiment {
     pub(crate) seed: u64,
 }
 
-/// Where a motion begins.
+/// The initial state of a motion.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Start {
@@ -50,7 +50,7 @@ pub(crate) struct Start {
 }
 
 impl Experiment {
-    /// The recordings.
+    /// Simulates the recordings.
     pub(crate) fn record(&self) -> Result<Vec<Recording>> {
         let motions = self.motions.max(self.starts.len());
         let samples = motions as f64 * (self.duration / self.interval + 1.0);
@@ -92,7 +92,7 @@ impl Experiment {
     }
 }
 
-/// A motion as a recording that names its columns by the usual names.
+/// A motion as a recording whose columns have the usual names.
 pub(crate) fn recording(motion: Trajectory, coordinates: &Coordinates) -> Recording {
     let n = coordinates.dof();
     let named = |signal: Signal, values: &Vec<f64>| match (signal, values.is_empty()) {

@@ -1,8 +1,8 @@
-//! What the WebAssembly module offers to the page: a place for a message, and its answer.
+//! Exports of the WebAssembly module to the page: a buffer for a message, and its answer.
 //!
-//! A message is four bytes (the length of its text, little endian), the text in UTF-8, and the bytes of a file where there is
-//! one; so is an answer. The page writes a message where [`lagrangian_input`] says, calls [`lagrangian_answer`], and copies the
-//! answer from [`lagrangian_output`]. All memory stays on this side, so that nothing here needs `unsafe` code.
+//! A message is four bytes (the length of its text, little endian), the text in UTF-8, and the bytes of a file if there is
+//! one; an answer has the same form. The page writes a message to the address from [`lagrangian_input`], calls [`lagrangian_answer`], and
+//! copies the answer from [`lagrangian_output`]. All memory stays on this side, so that nothing here needs `unsafe` code.
 
 use std::cell::RefCell;
 
@@ -11,7 +11,7 @@ use serde_json::json;
 use crate::error::{Error, Result};
 use crate::session::{Message, Session};
 
-/// What is kept between two calls.
+/// The state between two calls.
 #[derive(Default)]
 struct Kept {
     session: Session,
@@ -24,7 +24,7 @@ thread_local! {
     static FAILURE: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
-/// Makes space for a message of so many bytes, and says where it is.
+/// Allocates space for a message of `length` bytes, and returns its address.
 #[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
 pub extern "C" fn lagrangian_input(length: usize) -> *mut u8 {
     KEPT.with_borrow_mut(|kept| {
@@ -34,7 +34,7 @@ pub extern "C" fn lagrangian_input(length: usize) -> *mut u8 {
     })
 }
 
-/// Answers the message, and says how long the answer is.
+/// Answers the message, and returns the length of the answer.
 #[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
 pub extern "C" fn lagrangian_answer() -> usize {
     KEPT.with_borrow_mut(|kept| {
@@ -44,13 +44,13 @@ pub extern "C" fn lagrangian_answer() -> usize {
     })
 }
 
-/// Where the answer is.
+/// The address of the answer.
 #[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
 pub extern "C" fn lagrangian_output() -> *const u8 {
     KEPT.with_borrow(|kept| kept.output.as_ptr())
 }
 
-/// Keeps what is said of a defect of this module, which ends it.
+/// Installs a hook that keeps the message of a panic, which ends this module.
 #[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
 pub extern "C" fn lagrangian_begin() {
     std::panic::set_hook(Box::new(|info| {
@@ -58,19 +58,19 @@ pub extern "C" fn lagrangian_begin() {
     }));
 }
 
-/// Where the words on that defect are.
+/// The address of that message.
 #[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
 pub extern "C" fn lagrangian_failure() -> *const u8 {
     FAILURE.with_borrow(|failure| failure.as_ptr())
 }
 
-/// How many bytes they have.
+/// The length of that message, bytes.
 #[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
 pub extern "C" fn lagrangian_failure_length() -> usize {
     FAILURE.with_borrow(String::len)
 }
 
-/// The answer to a message as its bytes: `{"ok": …}`, or `{"error": "what happened, and what to do"}`.
+/// The answer to a message in bytes: `{"ok": …}`, or `{"error": "what happened, and what to do"}`.
 pub fn reply(session: &mut Session, message: &[u8]) -> Vec<u8> {
     match parsed(message).and_then(|message| session.answer(&message)) {
         Ok(Message { text, bytes }) => framed(&format!("{{\"ok\":{text}}}"), &bytes),
@@ -90,7 +90,7 @@ fn parsed(message: &[u8]) -> Result<Message> {
 }
 
 fn framed(text: &str, bytes: &[u8]) -> Vec<u8> {
-    // OK because no answer has four gigabytes: motions and models are bounded.
+    // OK because answers are far below four gigabytes: motions and models are bounded.
     let length = u32::try_from(text.len()).unwrap_or(u32::MAX);
     [&length.to_le_bytes(), text.as_bytes(), bytes].concat()
 }

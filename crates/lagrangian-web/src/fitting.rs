@@ -1,4 +1,4 @@
-//! A fit in slices of time, so that a page can show it, and end it, while it runs.
+//! A fit in slices of time, so that a page can display it, and end it, while it runs.
 
 use std::ops::ControlFlow;
 
@@ -19,7 +19,7 @@ use crate::limits;
 use crate::recordings::Given;
 use crate::run::{COMMAND, Run};
 
-/// The fit that is wanted.
+/// The requested fit.
 #[derive(Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Wanted {
@@ -41,13 +41,13 @@ pub(crate) struct Wanted {
     /// The seed of weights and batches.
     #[serde(default)]
     seed: u64,
-    /// The time at which it is asked for, ms since 1970.
+    /// The time of the request, ms since 1970.
     #[serde(default, skip_serializing)]
     started: f64,
 }
 
 impl Wanted {
-    /// What is asked of the fit, within its bounds.
+    /// The specification of the fit, within its bounds.
     fn specification(&self) -> Result<Specification> {
         let width = self.settings.get("width").and_then(Value::as_f64);
         let remedy = "take a narrower network, or the command `lagrangian`";
@@ -81,7 +81,7 @@ impl Wanted {
         })
     }
 
-    /// What was given for a run of it, with how its file was read.
+    /// The settings for the record of the run, with the columns of its file.
     fn given(&self, columns: Value) -> Result<Value> {
         let mut given = serde_json::to_value(self)?;
         given["columns"] = columns;
@@ -89,21 +89,21 @@ impl Wanted {
     }
 }
 
-/// A fit at work, or done.
+/// A fit that is running or finished.
 #[derive(Debug)]
 pub(crate) struct Fitting {
     dataset: Dataset,
     config: FitConfig,
     choices: Vec<AutoSetting>,
     provenance: Provenance,
-    /// The run that it is, where recordings are fitted.
+    /// The run, for a fit to recordings.
     run: Option<Run>,
     checkpoint: Option<Checkpoint>,
     fit: Option<Fit>,
     done: bool,
 }
 
-/// How far a fit is.
+/// The progress of a fit.
 #[derive(Debug, Serialize)]
 pub(crate) struct Advanced {
     /// The losses of this slice: after each validation, and after its last step.
@@ -114,14 +114,14 @@ pub(crate) struct Advanced {
     best: Option<f64>,
 }
 
-/// How good the model is.
+/// The quality of the model.
 #[derive(Debug, Serialize)]
 pub(crate) struct Scored {
     score: Score,
     assessment: Assessment,
 }
 
-/// Settings that were chosen, with reasons.
+/// Settings that were chosen automatically, with reasons.
 #[derive(Debug, Serialize)]
 pub(crate) struct Begun<'a> {
     choices: &'a [AutoSetting],
@@ -149,7 +149,7 @@ impl Fitting {
             check,
             ..
         } = prepared;
-        // OK because one family is asked for, which is one candidate.
+        // OK because one family is requested, which gives one candidate.
         let chosen = candidates.pop().ok_or(NO_MODEL)?;
         let evaluation = Evaluation {
             motions,
@@ -187,7 +187,7 @@ impl Fitting {
         }
     }
 
-    /// What the fit begins with.
+    /// The settings that the fit begins with.
     pub(crate) fn begun(&self) -> Begun<'_> {
         Begun {
             choices: &self.choices,
@@ -220,7 +220,7 @@ impl Fitting {
         })
     }
 
-    /// Ends the fit with what it has.
+    /// Ends the fit with its best model so far.
     pub(crate) fn finish(&mut self) {
         self.done = true;
         self.checkpoint = None;
@@ -232,7 +232,7 @@ impl Fitting {
         Ok(&fit.model)
     }
 
-    /// How well the model predicts the motions that were held back.
+    /// The errors of predictions of the motions that were held back.
     pub(crate) fn score(&mut self) -> Result<Scored> {
         let (run, fit) = self.ran()?;
         let scored = run.scored(&fit.model)?;
@@ -242,7 +242,7 @@ impl Fitting {
         })
     }
 
-    /// The page of the run, as the command writes it.
+    /// The page of the run, identical to that of the command.
     pub(crate) fn report(&mut self) -> Result<Vec<u8>> {
         let (run, fit) = self.ran()?;
         run.report(&fit.model)
@@ -256,7 +256,7 @@ impl Fitting {
         Ok((run, self.fit.as_ref().ok_or(NO_MODEL)?))
     }
 
-    /// The bytes of the model, as the command writes them.
+    /// The bytes of the model, identical to those of the command.
     pub(crate) fn save(&self) -> Result<Vec<u8>> {
         Ok(self.model()?.save(self.provenance.clone())?.to_bytes()?)
     }
@@ -267,10 +267,10 @@ const NO_MODEL: Error = Error::Missing {
     remedy: "start a fit first",
 };
 
-/// Losses of a slice that are kept at most.
+/// Largest number of losses of a slice that are kept.
 const KEPT: usize = 200;
 
-/// Watches a fit for one slice of time.
+/// Observes a fit for one slice of time.
 struct Slice {
     begun: Instant,
     seconds: f64,

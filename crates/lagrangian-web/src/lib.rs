@@ -1,8 +1,8 @@
-//! The library for a page in a browser: requests in JSON, with the bytes of a file where there is one, to answers in JSON.
+//! The library for a page in a browser: converts requests in JSON, optionally with the bytes of a file, to answers in JSON.
 //!
-//! The page runs this crate as WebAssembly in a worker (`exports`), and tests run it as it is: everything below
-//! [`Session::answer`] is the same. A request that cannot be served is an [`Error`] whose message ends with the remedy; nothing
-//! that a page or a file can contain makes it panic, and every size is bounded by [`limits`] before memory is taken.
+//! The page runs this crate as WebAssembly in a worker (`exports`), and tests run it natively: everything below
+//! [`Session::answer`] is shared. A request that cannot be served is an [`Error`] whose message ends with the remedy; no
+//! content of a page or a file can cause a panic, and every size is bounded by [`limits`] before memory is allocated.
 //!
 //! ```
 //! use lagrangian_web::{Message, Session};

@@ -1,24 +1,24 @@
-//! The bounds of what a page can ask for: a tab has no gigabytes to spare, and nothing may take minutes without a word.
+//! Bounds of the requests of a page: the memory of a tab is limited, and no request may run for minutes without an answer.
 
-/// The most bytes of a file.
+/// Largest size of a file, bytes.
 pub const FILE: usize = 64 << 20;
-/// The most columns of a table.
+/// Largest number of columns of a table.
 pub const COLUMNS: usize = 500;
-/// The longest name of a column, in bytes.
+/// Longest name of a column, bytes.
 pub const NAME: usize = 200;
-/// The most samples of all motions of an experiment.
+/// Largest number of samples of all motions of an experiment.
 pub const SAMPLES: usize = 200_000;
-/// The most samples of one predicted motion.
+/// Largest number of samples of one predicted motion.
 pub const PREDICTED: usize = 20_000;
-/// The widest hidden layer.
+/// Largest width of a hidden layer.
 pub const WIDTH: usize = 256;
-/// The longest fit, s.
+/// Longest duration of a fit, s.
 pub const SECONDS: f64 = 600.0;
-/// The most steps of a fit.
+/// Largest number of steps of a fit.
 pub const STEPS: usize = 1_000_000;
-/// The longest slice of a fit between two answers, ms.
+/// Longest slice of a fit between two answers, ms.
 pub const SLICE: f64 = 1000.0;
-/// The most steps of an integrator for one motion.
+/// Largest number of steps of an integrator for one motion.
 pub const INTEGRATED: u64 = 200_000;
-/// The most starts of an energy test.
+/// Largest number of starts of an energy test.
 pub const STARTS: usize = 100;

@@ -1,4 +1,4 @@
-//! Motions of systems and models, as the page draws them.
+//! Motions of systems and models, in the form that the page draws.
 
 use lagrangian::rollout::{Outcome, Rollout, RolloutOptions, times, with_friction};
 use lagrangian::{Dissipation, Method, Model, rollout};
@@ -9,11 +9,11 @@ use crate::limits;
 use crate::request::By;
 use crate::system::{Axis, Named, axes};
 
-/// A motion that is asked for.
+/// A requested motion.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Prediction {
-    /// Who moves.
+    /// The system or model that moves.
     pub(crate) by: By,
     /// The coordinates at the start, `[n]`.
     pub(crate) q0: Vec<f64>,
@@ -27,7 +27,7 @@ pub(crate) struct Prediction {
     /// The coefficient of viscous friction of each coordinate.
     #[serde(default)]
     pub(crate) friction: f64,
-    /// The system whose energy is shown, where it is not that of the one who moves.
+    /// The system whose energy is shown, if it differs from the one that moves.
     #[serde(default)]
     pub(crate) energy_of: Option<Named>,
 }
@@ -51,11 +51,11 @@ pub(crate) struct Motion {
     energy: Vec<f64>,
     /// ∫ L dt from the start, J s; empty for a model without a Lagrangian.
     action: Vec<f64>,
-    /// Where and why it ended before its time, if it did.
+    /// The time and reason of an early end, if there was one.
     ended: Option<String>,
 }
 
-/// Exact enough that no error of the integrator can be seen, and fast.
+/// Options that are fast, and accurate enough that errors of the integrator are invisible.
 pub(crate) fn options() -> RolloutOptions {
     RolloutOptions {
         method: Method::Dopri5,
@@ -67,7 +67,7 @@ pub(crate) fn options() -> RolloutOptions {
 }
 
 impl Prediction {
-    /// The motion of `model`; the energy is that of `energy`, or its own.
+    /// The motion of `model`; the energy is that of the model `energy`, or its own.
     pub(crate) fn of(&self, model: &dyn Model, energy: Option<&dyn Model>) -> Result<Motion> {
         let samples = self.duration / self.interval;
         let remedy = "ask for a shorter duration or a longer interval";

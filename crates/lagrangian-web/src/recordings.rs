@@ -13,7 +13,7 @@ use serde_json::Value;
 use crate::error::{Error, Result, bounded};
 use crate::limits;
 
-/// Rows that are shown.
+/// Number of rows that are shown.
 const SHOWN: usize = 5;
 
 /// A file that was dropped on the page.
@@ -25,33 +25,33 @@ pub(crate) struct UploadedFile {
     look: Look,
 }
 
-/// The first look at a file.
+/// A preview of a file.
 #[derive(Debug, Serialize)]
 pub(crate) struct Inspected {
     /// Its columns.
     headers: Vec<String>,
     /// Its first rows.
     rows: Vec<Vec<String>>,
-    /// What was passed over or changed, in sentences.
+    /// Skipped or changed parts, in sentences.
     notes: Vec<String>,
     /// The column that looks like time.
     time: Option<String>,
     /// The columns that look like coordinates.
     coordinates: Vec<String>,
-    /// Whether names of columns speak of degrees. Nothing is converted before a person says so.
+    /// Whether names of columns mention degrees. Conversion requires the consent of a person.
     degrees: bool,
 }
 
-/// Recordings that can be fitted, and how their file was read.
+/// Recordings for a fit, and the columns of their file.
 #[derive(Debug, Clone)]
 pub(crate) struct Given {
     pub(crate) data: Data,
-    /// The columns as they were asked for; null where there was no file.
+    /// The columns as requested; null without a file.
     pub(crate) columns: Value,
 }
 
 impl Given {
-    /// Recordings that are in no file.
+    /// Recordings without a file.
     pub(crate) fn recorded(recordings: Vec<Recording>) -> Self {
         let data = Data {
             training: recordings,
@@ -64,7 +64,7 @@ impl Given {
     }
 }
 
-/// Which columns of the file are what.
+/// The meaning of the columns of the file.
 #[derive(Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Columns {
@@ -82,7 +82,7 @@ pub(crate) struct Columns {
     trajectory: Option<String>,
 }
 
-/// What the data are.
+/// A summary of the data.
 #[derive(Debug, Serialize)]
 pub(crate) struct Summary {
     recordings: usize,
@@ -95,7 +95,7 @@ pub(crate) struct Summary {
 }
 
 impl UploadedFile {
-    /// Takes a file.
+    /// Adds a file.
     pub(crate) fn new(name: String, bytes: &[u8]) -> Result<Self> {
         let look = csv::look(bytes, SHOWN)?;
         if look.headers.len() < 2 {
@@ -118,7 +118,7 @@ impl UploadedFile {
         self.bytes.len()
     }
 
-    /// The first look at it.
+    /// The preview of the file.
     pub(crate) fn inspected(&self) -> Inspected {
         let Look {
             headers,
@@ -160,7 +160,7 @@ fn within_bounds(headers: &[String]) -> Result<()> {
     bounded(what, longest, most, remedy)
 }
 
-/// The recordings of files by these columns, and what the reader passed over.
+/// The recordings of files by these columns, and notes of the reader.
 pub(crate) fn read(files: &[UploadedFile], columns: Columns) -> Result<(Given, Vec<String>)> {
     let shown = serde_json::to_value(&columns)?;
     let layout = columns.layout();
@@ -211,7 +211,7 @@ impl Columns {
 }
 
 impl Summary {
-    /// What these recordings are.
+    /// The summary of these recordings.
     pub(crate) fn of(recordings: &[Recording], notes: Vec<String>) -> Result<Self> {
         let first = recordings.first().ok_or(Error::Missing {
             what: "recording in the data",
@@ -235,7 +235,7 @@ impl Summary {
     }
 }
 
-/// Recordings as CSV by the usual names of columns.
+/// Recordings as CSV with the usual names of columns.
 pub(crate) fn csv(recordings: &[Recording]) -> Vec<u8> {
     let Some(first) = recordings.first() else {
         return Vec::new();

@@ -1,4 +1,4 @@
-//! What a page can ask for.
+//! Requests of a page.
 
 use lagrangian::Model;
 use serde::Deserialize;
@@ -13,27 +13,27 @@ use crate::system::Named;
 #[derive(Debug, Deserialize)]
 #[serde(tag = "ask", rename_all = "kebab-case", deny_unknown_fields)]
 pub(crate) enum Request {
-    /// The systems that are known, with their parameters and coordinates.
+    /// The known systems, with their parameters and coordinates.
     Systems,
     /// The motion of a system or of a model from a state.
     Simulate(Prediction),
     /// Recordings of a known system, which become the data.
     Experiment(Experiment),
-    /// The action of a path, whether anything moves along it or not.
+    /// The action of a path, which need not be a motion.
     Action(ActionAsked),
     /// Random states of a known system with their accelerations, which become the data.
     States(States),
-    /// A first look at a file: its columns, its first rows, what they may mean. The bytes come with the message.
+    /// A preview of a file: its columns, its first rows, their likely meaning. The bytes come with the message.
     Inspect {
         /// Its name.
         name: String,
-        /// Whether it joins the files before it, and does not replace them.
+        /// Whether it is added to the previous files, instead of replacing them.
         #[serde(default)]
         joins: bool,
     },
     /// The files that were inspected become the data, by these columns.
     Read(Columns),
-    /// Whether the data are good enough, with remedies.
+    /// The check of the data, with remedies.
     Check,
     /// The data as CSV.
     Data,
@@ -46,23 +46,23 @@ pub(crate) enum Request {
     },
     /// Ends the fit with the best model so far.
     Finish,
-    /// How well the fitted model predicts motions that were held back.
+    /// The errors of predictions of the fitted model for motions that were held back.
     Score,
-    /// The page of the fit, as the command writes it: one file.
+    /// The page of the fit in one file, identical to that of the command.
     Report,
-    /// How well free motions of the fitted model keep the energy of a system.
+    /// The energy errors of the fitted model in free motions of a system.
     Energy(EnergyAsked),
     /// The energy of a model at rest along one coordinate.
     Potential(PotentialAsked),
-    /// The bytes of the fitted model, as the command writes them.
+    /// The bytes of the fitted model, identical to those of the command.
     Save,
     /// A model from the bytes of a file.
     Load,
-    /// How fast this machine is: seconds of a training step and of an inverse dynamics.
+    /// The speed of this machine: seconds of a training step and of an inverse dynamics.
     Speed,
 }
 
-/// Who moves: a system, the model that was fitted, or the model of a file.
+/// The system or model that moves: a system, the fitted model, or the model of a file.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum By {
@@ -110,13 +110,13 @@ pub(crate) struct States {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct PotentialAsked {
-    /// Whose.
+    /// The system or model.
     pub(crate) by: By,
     /// The index of the coordinate that changes.
     coordinate: usize,
     /// Its values.
     at: Vec<f64>,
-    /// All coordinates, of which that one is replaced, `[n]`.
+    /// All coordinates, `[n]`; the one that changes is replaced.
     q: Vec<f64>,
 }
 
@@ -146,7 +146,7 @@ impl PotentialAsked {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ActionAsked {
-    /// Whose L.
+    /// The system or model with the Lagrangian.
     pub(crate) by: By,
     /// Times, s.
     t: Vec<f64>,
@@ -155,7 +155,7 @@ pub(crate) struct ActionAsked {
 }
 
 impl ActionAsked {
-    /// The action, J s, by the midpoint of each pair of neighbours; `None` for a model without a Lagrangian, and for a path of
+    /// The action, J s, by the midpoint of each pair of neighbours; `None` for a model without a Lagrangian, or a path of
     /// another shape.
     pub(crate) fn of(&self, model: &dyn Model) -> Option<f64> {
         let n = model.coordinates().dof();

@@ -1,4 +1,4 @@
-//! A fit to recordings as a run: what it was made of, what its model is worth, and its page, all as the command has them.
+//! A fit to recordings as a run: its inputs, the errors of its model, and its page, all as in the command.
 
 use std::path::Path;
 
@@ -8,21 +8,21 @@ use lagrangian_run::{Evaluation, Frontend, Metric, Page, RunRecord, Scored, quot
 
 use crate::error::Result;
 
-/// The command of a run in the record: there was none.
+/// The entry for the command in the record: there was no command.
 pub(crate) const COMMAND: &str = "a fit in the laboratory in a browser";
 
-/// A run, but for its model.
+/// A run, without its model.
 #[derive(Debug)]
 pub(crate) struct Run {
     record: RunRecord,
     evaluation: Evaluation,
     metrics: Vec<Metric>,
-    /// The predictions of the model, from when they are scored to when they are drawn.
+    /// The predictions of the model, kept between scoring and drawing.
     scored: Option<Scored>,
 }
 
 impl Run {
-    /// A run that begins.
+    /// A new run.
     pub(crate) fn new(mut record: RunRecord, evaluation: Evaluation) -> Self {
         if cfg!(target_family = "wasm") {
             record.platform = format!("a browser, {}", std::env::consts::ARCH);
@@ -35,19 +35,19 @@ impl Run {
         }
     }
 
-    /// Takes the steps of a slice; what was predicted is of an earlier model.
+    /// Adds the steps of a slice, and drops the predictions of the earlier model.
     pub(crate) fn extend(&mut self, steps: &[Progress]) {
         self.metrics.extend(steps.iter().map(Metric::of));
         self.scored = None;
     }
 
-    /// What the model is worth on motions that were held back, where something could be.
+    /// The errors of the model on motions that were held back, if there are any.
     pub(crate) fn scored(&mut self, model: &Learned) -> Result<&Scored> {
         let scored = self.predicted(model)?;
         Ok(self.scored.insert(scored))
     }
 
-    /// The page of the run: one file that needs nothing else.
+    /// The page of the run: one self-contained file.
     pub(crate) fn report(&mut self, model: &Learned) -> Result<Vec<u8>> {
         let scored = self.predicted(model)?;
         Ok(draw::html(&self.page(model).report(scored, None)).into_bytes())
@@ -73,7 +73,7 @@ impl Run {
     }
 }
 
-/// The laboratory, where a run speaks to people: its settings have names that are words.
+/// The laboratory as a frontend: its settings have words as names.
 struct Laboratory;
 
 impl Frontend for Laboratory {
@@ -81,7 +81,7 @@ impl Frontend for Laboratory {
         text.replace('`', "")
     }
 
-    /// What the command does with the model, which is saved under the name of the data.
+    /// The commands for the model, which is saved under the name of the data.
     fn commands(&self, folder: &Path, record: &RunRecord) -> Vec<Command> {
         let data = record.data.first().map_or("model", |file| &file.path);
         let model = folder.join(data).with_extension("safetensors");

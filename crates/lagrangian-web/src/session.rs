@@ -1,4 +1,4 @@
-//! What a worker of the page knows, and how it answers.
+//! The state of a worker of the page, and its answers.
 
 use lagrangian::rollout::{EnergyTest, energy_test, free, rollout_many, times};
 use lagrangian::{
@@ -21,7 +21,7 @@ use crate::system::{self, Axis, Named, axes};
 pub struct Message {
     /// Its JSON.
     pub text: String,
-    /// The bytes of a file, where it has one.
+    /// The bytes of a file, if it has one.
     pub bytes: Vec<u8>,
 }
 
@@ -50,7 +50,7 @@ impl Message {
     }
 }
 
-/// What a worker keeps between two requests: files, data, a fit, a model.
+/// The state of a worker between two requests: files, data, a fit, a model.
 #[derive(Debug, Default)]
 pub struct Session {
     dropped: Vec<UploadedFile>,
@@ -59,7 +59,7 @@ pub struct Session {
     loaded: Option<Learned>,
 }
 
-/// What can be fitted.
+/// The data of a fit.
 #[derive(Debug)]
 enum Data {
     /// Recordings.
@@ -75,13 +75,13 @@ struct Checked {
     items: Vec<Item>,
 }
 
-/// What a loaded model is.
+/// Description of a loaded model.
 #[derive(Debug, Serialize)]
 struct Loaded {
     family: &'static str,
     what: &'static str,
     mechanical: bool,
-    /// Whether no force was recorded, so that its energies are known up to one factor.
+    /// Whether no force was recorded, so that its energies are determined up to one factor.
     free: bool,
     coordinates: Vec<Axis>,
 }
@@ -90,7 +90,7 @@ impl Session {
     /// Serves a request.
     ///
     /// # Errors
-    /// [`Error`], whose message ends with what to do; the session stays as it was.
+    /// [`Error`], whose message ends with the remedy; the session is unchanged.
     pub fn answer(&mut self, message: &Message) -> Result<Message> {
         match serde_json::from_str(&message.text)? {
             Request::Systems => Message::json(&system::all()?),
@@ -212,7 +212,7 @@ impl Session {
         self.fitting.as_mut().ok_or(NO_FIT)
     }
 
-    /// Passes the one who moves to a function.
+    /// Calls a function with the requested system or model.
     fn with<T>(&self, by: &By, then: impl FnOnce(&dyn Model) -> Result<T>) -> Result<T> {
         match by {
             By::System(name) => then(&*Named::from(&**name).build()?),
@@ -235,7 +235,7 @@ impl Session {
         )?;
         let system = asked.of.build()?;
         let starts = random_starts(&*system, asked.starts, asked.seed);
-        // Only the ends count.
+        // Only the ends of the motions count.
         let times = times(asked.duration, asked.duration)?;
         let options: RolloutOptions = options();
         let model = self.fitting()?.model()?;

@@ -1,4 +1,4 @@
-//! How fast the library is on this machine, for comparison with others and with a native build.
+//! Speed of the library on this machine, for comparison with others and with a native build.
 
 use std::ops::ControlFlow;
 
@@ -10,12 +10,12 @@ use serde::Serialize;
 
 use crate::error::Result;
 
-/// States of one inverse dynamics.
+/// Number of states of one inverse dynamics.
 const STATES: usize = 1000;
-/// Repetitions, of which the fastest counts: a machine that is busy with something else is only ever slower.
+/// Number of repetitions, of which the fastest counts: other load can only make a machine slower.
 const LAPS: usize = 60;
 
-/// Seconds of what takes time.
+/// Durations of two computations, s.
 #[derive(Debug, Serialize)]
 pub(crate) struct Speed {
     /// The instruction set.
@@ -26,7 +26,7 @@ pub(crate) struct Speed {
     inverse_dynamics: f64,
 }
 
-/// The fastest step of a fit.
+/// A monitor that keeps the fastest step of a fit.
 struct Laps {
     last: Instant,
     fastest: f64,
@@ -41,7 +41,7 @@ impl Observer for Laps {
     }
 }
 
-/// Measures both.
+/// Measures both durations.
 pub(crate) fn measured() -> Result<Speed> {
     let system = by_name("double-pendulum", &[])?;
     let data = random_states(&*system, 10 * STATES, 0, 0)?;

@@ -37,7 +37,7 @@ impl From<&str> for Named {
     }
 }
 
-/// A system as the page shows it.
+/// A system in the form that the page shows.
 #[derive(Debug, Serialize)]
 pub(crate) struct Shown {
     name: &'static str,
@@ -53,7 +53,7 @@ struct ShownParameter {
     value: f64,
 }
 
-/// A coordinate as the page shows it.
+/// A coordinate in the form that the page shows.
 #[derive(Debug, Serialize)]
 pub(crate) struct Axis {
     name: String,

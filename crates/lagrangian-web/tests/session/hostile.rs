@@ -1,4 +1,4 @@
-//! Files that mean harm, and files that are only wrong: each is an answer, and the session goes on.
+//! Malicious and faulty files: each has an answer, and the session continues.
 
 use std::fs;
 use std::path::Path;
@@ -12,7 +12,7 @@ use crate::asking::{ask, give};
 /// The longest message.
 const LONGEST: usize = 3000;
 
-/// A file of tests/browser/lab/hostile.json, which the page is given in Chromium too: a text or bytes, and rows that are repeated.
+/// A file of tests/browser/lab/hostile.json, which the page also receives in Chromium: a text or bytes, and rows that are repeated.
 #[derive(Deserialize)]
 struct Hostile {
     name: String,
@@ -39,7 +39,7 @@ impl Hostile {
     }
 }
 
-/// The answer to a request, which may be refused in a few lines.
+/// The answer to a request, or the few lines of its refusal.
 fn answered(session: &mut Session, request: Value, bytes: &[u8]) -> Result<Value, String> {
     let answer = give(session, &request, bytes);
     if let Err(message) = &answer {
@@ -49,7 +49,7 @@ fn answered(session: &mut Session, request: Value, bytes: &[u8]) -> Result<Value
     answer
 }
 
-/// A table goes as far as the page would take it: to the report of a fit.
+/// Processes a table as far as the page would: to the report of a fit.
 fn as_table(session: &mut Session, name: &str, bytes: &[u8]) -> Result<(), String> {
     let inspect = json!({ "ask": "inspect", "name": name });
     let seen = answered(session, inspect, bytes)?;
@@ -69,7 +69,7 @@ fn as_table(session: &mut Session, name: &str, bytes: &[u8]) -> Result<(), Strin
     Ok(())
 }
 
-/// A model moves, where it is one.
+/// Simulates a model, if the file is one.
 fn as_model(session: &mut Session, bytes: &[u8]) -> Result<(), String> {
     let loaded = answered(session, json!({ "ask": "load" }), bytes)?;
     let still = vec![0.1; loaded["coordinates"].as_array().unwrap().len()];
@@ -90,7 +90,7 @@ fn taken(session: &mut Session, name: &str, bytes: &[u8]) -> Result<(), String> 
     }
 }
 
-/// Whether the session still serves.
+/// Asserts that the session still serves requests.
 fn assert_serves(session: &mut Session) {
     let asked = json!({ "ask": "simulate", "by": { "system": "pendulum" }, "q0": [1.0], "qd0": [0.0], "duration": 1.0 });
     assert!(ask(session, &asked)["t"].as_array().unwrap().len() > 10);
@@ -103,7 +103,7 @@ fn every_hostile_file_is_refused_with_a_remedy_or_used() {
     let mut session = Session::default();
     for own in &all {
         let answer = taken(&mut session, &own.name, &own.bytes());
-        // Strange are only the names of columns.
+        // Only the names of the columns are unusual.
         let fine = [
             "a comma in a quoted name.csv",
             "a script.csv",
@@ -137,7 +137,7 @@ fn files_of_every_kind_whole_cut_off_and_damaged_are_answered() {
                 damaged[at] ^= 0x55;
                 let _ = taken(&mut session, name, &damaged);
             }
-            // In the place of the other kind of file.
+            // The file is used as the other kind of file.
             let _ = as_table(&mut session, name, &whole);
             let _ = as_model(&mut session, &whole);
             assert_serves(&mut session);

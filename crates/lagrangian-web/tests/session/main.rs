@@ -1,4 +1,4 @@
-//! The requests of the page, served natively: what it shows is what the library computes.
+//! The requests of the page, served natively: it shows exactly the results of the library.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod asking;
@@ -16,7 +16,7 @@ fn pendulum() -> Value {
     json!({ "name": "pendulum", "parameters": { "length": 1.0 } })
 }
 
-/// Ten motions of a pendulum, as the page records them, and a fit of so many steps.
+/// Ten motions of a pendulum, as recorded by the page, and a fit of `steps` steps.
 fn started(steps: usize) -> Session {
     let mut session = Session::default();
     let recorded = json!({ "ask": "experiment", "of": pendulum(), "motions": 10, "duration": 4, "interval": 0.02 });

@@ -1,4 +1,4 @@
-//! The report of a fit in the page is the page of a run, made by the code that the command makes it with.
+//! The report of a fit in the page is the page of a run, made by the code of the command.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -23,7 +23,7 @@ fn table() -> Vec<u8> {
     file(&mut session, "data")
 }
 
-/// The page of a fit of so many steps to the table.
+/// The page of a fit of `steps` steps to the table.
 fn report(steps: usize) -> String {
     let mut session = Session::default();
     let inspect = json!({ "ask": "inspect", "name": "my swing.csv" });
@@ -53,7 +53,7 @@ impl Frontend for Words {
     }
 }
 
-/// The page that a run folder holds after the same fit.
+/// The page in a run folder after the same fit.
 fn of_a_folder(steps: usize) -> String {
     let layout = Layout {
         angles: vec!["q1".into(), "q2".into()],
@@ -90,7 +90,7 @@ fn of_a_folder(steps: usize) -> String {
     std::fs::read_to_string(folder.file(REPORT)).unwrap()
 }
 
-/// All that stands between these words of a page.
+/// All texts between these words of a page.
 fn between<'a>(page: &'a str, begin: &str, end: &str) -> Vec<&'a str> {
     let parts = page.split(begin).skip(1);
     parts.map(|part| part.split(end).next().unwrap()).collect()
