@@ -1,4 +1,4 @@
-//! Generated C beside the library: one state a call, on one thread, both in one run, in turns.
+//! Speed of generated C and of the library: one state a call, on one thread, both in one run, alternating.
 //!
 //! `cargo bench -p lagrangian-export --bench c`
 
@@ -17,12 +17,12 @@ use lagrangian::rigid::{self, RigidBodies};
 use lagrangian::{Coordinates, DelanConfig, Dissipation, Learned, Mechanical, Model as _};
 use lagrangian_export::{About, Export, export};
 
-/// Rounds of both, and calls in a round.
+/// Number of rounds of both, and of calls in a round.
 const ROUNDS: usize = 25;
 const CALLS: usize = 4000;
 
 fn main() {
-    // As a test it shows only that all of it runs.
+    // Run as a test, it only shows that all of it works.
     let is_bench = std::env::args().any(|argument| argument == "--bench");
     let rounds = if is_bench { ROUNDS } else { 1 };
     let folder = tempfile::tempdir().unwrap();
@@ -78,7 +78,7 @@ fn models() -> Vec<(&'static str, Learned)> {
     ]
 }
 
-/// Microseconds of one inverse dynamics by the library.
+/// Microseconds of one inverse dynamics in the library.
 fn library(model: &Learned, n: usize) -> f64 {
     let mut evaluator = model.evaluator();
     let mut state: Vec<f64> = (0..3 * n).map(|i| (i as f64).sin()).collect();
@@ -92,7 +92,7 @@ fn library(model: &Learned, n: usize) -> f64 {
     start.elapsed().as_secs_f64() * 1e6 / CALLS as f64
 }
 
-/// The same by the compiled C.
+/// Microseconds of one inverse dynamics in the compiled C.
 fn printed(folder: &Path, name: &str) -> f64 {
     let output = Command::new(folder.join(format!("{name}_time")))
         .output()

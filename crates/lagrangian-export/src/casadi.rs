@@ -1,13 +1,13 @@
-//! Functions for `CasADi`: one file of C under its external interface, with exact Jacobians where the model has them.
+//! Functions for `CasADi`: one file of C under its external interface, with exact Jacobians if the model has them.
 //!
-//! A function `f(q, qd, tau) → qdd` stands in the file as `NAME_casadi_f`, with everything that `CasADi` asks about it
+//! A function `f(q, qd, tau) → qdd` is in the file as `NAME_casadi_f`, with all functions by which `CasADi` queries it
 //! (`…_n_in`, `…_name_in`, `…_sparsity_in`, `…_work`, and the same for results). Its Jacobian is the function `jac_NAME_casadi_f`:
-//! it takes the arguments and then, as empty columns, the results (`out_qdd`), and gives a dense block for each result
+//! its inputs are the arguments and then, as empty columns, the results (`out_qdd`), and it gives a dense block for each result
 //! and argument (`jac_qdd_q`, …). Source: `CasADi`'s user guide, sections "Generating C-code" and "Custom function
 //! objects", versions 3.6 to 3.8. The file needs no header of `CasADi`.
 //!
-//! Functions without derivatives in the model (M, E, p, …) have no Jacobian there; `CasADi` takes differences if it is told
-//! to, by the option `enable_fd`. There are no second derivatives: solvers need an approximation of the Hessian.
+//! Functions without derivatives in the model (M, E, p, …) have no Jacobian in the file; `CasADi` takes differences with
+//! the option `enable_fd`. There are no second derivatives: solvers need an approximation of the Hessian.
 
 use std::fmt::Write;
 
@@ -43,12 +43,12 @@ pub fn function_name(interface: &Interface, call: Call) -> String {
     format!("{}_casadi_{}", interface.name, call.name())
 }
 
-/// An argument or a result as `CasADi` sees it.
+/// An argument or a result in the form that `CasADi` uses.
 struct Slot {
     name: String,
     /// Rows and columns.
     shape: [usize; 2],
-    /// Whether it has entries at all.
+    /// Whether it has entries.
     dense: bool,
 }
 
@@ -61,7 +61,7 @@ impl Slot {
         }
     }
 
-    /// Its line in a table of slots. A dense pattern is marked by a one; an empty column begins and ends at entry 0.
+    /// Its line in a table of slots. A one marks a dense pattern; an empty column begins and ends at entry 0.
     fn line(&self) -> String {
         let [rows, columns] = self.shape;
         let pattern = if self.dense { "1, 0" } else { "0, 0" };
@@ -92,7 +92,7 @@ fn function(interface: &Interface, call: Call) -> String {
     function.text(&interface.name)
 }
 
-/// The Jacobian of a call, whose arguments are those of the call and then its results.
+/// The Jacobian of a call; its arguments are those of the call and then its results.
 fn jacobian(interface: &Interface, call: Call, derivatives: Call) -> String {
     let slot = |x: &Quantity| Slot::of(interface, x);
     let mut arguments: Vec<Slot> = call.arguments().iter().map(slot).collect();
@@ -131,7 +131,7 @@ impl Function {
             let value = if scalar { "*" } else { "" };
             format!("{value}{model}_argument(arg[{k}])")
         });
-        // The model's function writes its results into the working memory, one after the other.
+        // The function of the model writes its results into the working memory, one after the other.
         let mut passed: Vec<String> = arguments.collect();
         let (mut memory, mut results) = (0, String::new());
         for (k, result) in self.results.iter().enumerate() {

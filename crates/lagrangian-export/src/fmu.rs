@@ -1,8 +1,8 @@
 //! Functional mock-up units of FMI 2.0, for co-simulation and for model exchange.
 //!
-//! A unit is a zip of `modelDescription.xml`, the sources (the model, and one file that is generated here) and, where a compiler
+//! A unit is a zip of `modelDescription.xml`, the sources (the model, and one file that is generated here) and, if a compiler
 //! made one, a library for this platform. Inputs are `tau[i]`, states `q[i]` and `qd[i]`, outputs the states, the accelerations
-//! `qdd[i]`, the energy and the distance from the data where the model knows them. There are no parameters. For
+//! `qdd[i]`, the energy and the distance from the data if the model provides them. There are no parameters. For
 //! co-simulation the forces are constant during a step, which is divided into steps of at most [`LONGEST_STEP`] by the
 //! classical Runge–Kutta method. Directional derivatives of the accelerations are exact.
 //!
@@ -16,7 +16,7 @@ use crate::{Call, Error, File, Interface};
 
 pub use archive::archive;
 
-/// The motion of a model, and the functions of FMI around it.
+/// The motion of a model, and the functions of FMI for it.
 const TEMPLATES: [&str; 2] = [
     include_str!("../templates/fmu.c"),
     include_str!("../templates/fmi2.c"),
@@ -28,14 +28,14 @@ pub const LONGEST_STEP: f64 = 1e-3;
 /// Parts of a unit.
 #[derive(Debug, Clone, Copy)]
 pub struct Fmu<'a> {
-    /// The functions of the model; `forward_dynamics` must be among them.
+    /// The functions of the model; they must include `forward_dynamics`.
     pub interface: &'a Interface,
     /// The sources of the model, `NAME.c` and `NAME.h`.
     pub sources: &'a [File],
 }
 
 impl Fmu<'_> {
-    /// The files of the unit without a library. `compiled` says whether there is one beside them; the description names its absence.
+    /// The files of the unit without a library. `compiled` tells whether the unit has one; the description mentions its absence.
     ///
     /// # Errors
     /// [`Error::Missing`] without `forward_dynamics`; those of [`Interface::check`].
@@ -73,7 +73,7 @@ impl Fmu<'_> {
         format!("{}_fmi2.c", self.interface.name)
     }
 
-    /// The functions of FMI around the model.
+    /// The functions of FMI for the model.
     fn adapter(&self) -> String {
         let has = |call| i32::from(self.interface.has(call));
         let start: Vec<String> = self
@@ -99,7 +99,7 @@ impl Fmu<'_> {
         format!("/* {} */\n{text}", self.interface.origin())
     }
 
-    /// What an importer repeats to show that description and sources belong together.
+    /// The identifier that an importer passes back to show that description and sources belong together.
     fn token(&self) -> String {
         let plain = |text: &str| {
             text.chars()

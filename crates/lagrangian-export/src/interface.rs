@@ -1,4 +1,4 @@
-//! The functions that a generated model offers in C, listed once.
+//! The functions of a generated model in C, listed once.
 
 use std::collections::BTreeSet;
 
@@ -6,33 +6,33 @@ use lagrangian::shown;
 
 use crate::Error;
 
-/// The most joints of an exported model: its adapters keep n × n matrices on the stack.
+/// Largest number of joints of an exported model: its adapters keep n × n matrices on the stack.
 pub(crate) const MOST_JOINTS: usize = 64;
-/// The longest prefix: C99 tells external names apart by 31 characters at least, every compiler in use by far more.
+/// Longest prefix: C99 distinguishes external names by 31 characters at least, every compiler in use by far more.
 const LONGEST_NAME: usize = 48;
 
-/// What a generated model is called and which functions it has.
+/// The name of a generated model and its functions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Interface {
     /// The prefix of all names in C: `NAME_forward_dynamics`.
     pub name: String,
     /// The joints, in the order of q.
     pub joints: Vec<Joint>,
-    /// What `tau` is, and its length `NAME_NU`.
+    /// The meaning of `tau`, and its length `NAME_NU`.
     pub drive: Drive,
-    /// The functions that exist. `NAME_selftest` always does.
+    /// The existing functions. `NAME_selftest` always exists.
     pub calls: BTreeSet<Call>,
-    /// What the model is, in a sentence.
+    /// A description of the model, in a sentence.
     pub description: String,
     /// The version of the program that generated it.
     pub version: String,
     /// The hash of the saved model.
     pub hash: String,
-    /// A state that lies within the data, q and then q̇, rad or m and their rates, `[2 n]`: where examples and simulations begin.
+    /// A state within the data, q and then q̇, rad or m and their rates, `[2 n]`, at which examples and simulations begin.
     pub start: Vec<f64>,
 }
 
-/// What the input `tau` of a model is.
+/// The meaning of the input `tau` of a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Drive {
     /// The forces on the joints, N or N·m, one each.
@@ -119,7 +119,7 @@ pub enum Call {
     Bias,
     /// c(q, 0).
     Gravity,
-    /// d(q, q̇), what friction takes.
+    /// d(q, q̇), the forces of friction.
     Friction,
     /// p = ∂L/∂q̇.
     Momentum,
@@ -127,15 +127,15 @@ pub enum Call {
     Energy,
     /// The state after a time h under a constant τ.
     Step,
-    /// The derivatives of τ by the motion.
+    /// The derivatives of τ with respect to the motion.
     InverseDynamicsDerivatives,
-    /// The derivatives of q̈ by the state and the forces.
+    /// The derivatives of q̈ with respect to the state and the forces.
     ForwardDynamicsDerivatives,
-    /// How far a state is from what the data visited; at most 1 inside.
+    /// Distance of a state from those of the data; at most 1 inside.
     DistanceFromData,
 }
 
-/// What a function is called, takes and gives.
+/// Name, arguments and results of a function.
 struct Row {
     name: &'static str,
     arguments: &'static [Quantity],
@@ -187,25 +187,25 @@ impl Call {
         self.row().name
     }
 
-    /// What it takes.
+    /// Its arguments.
     #[must_use]
     pub fn arguments(self) -> &'static [Quantity] {
         self.row().arguments
     }
 
-    /// What it gives.
+    /// Its results.
     #[must_use]
     pub fn results(self) -> &'static [Quantity] {
         self.row().results
     }
 
-    /// What it computes, in a few words.
+    /// Its result, in a few words.
     #[must_use]
     pub fn about(self) -> &'static str {
         self.row().about
     }
 
-    /// The function that gives the derivatives of its result.
+    /// The function for the derivatives of its result.
     #[must_use]
     pub fn derivatives(self) -> Option<Self> {
         match self {
@@ -215,14 +215,14 @@ impl Call {
         }
     }
 
-    /// Its arguments and then its results as a list with commas; `of` writes each, and is told whether it is a result.
+    /// Its arguments and then its results as a list with commas; `of` writes each, and its second argument is true for a result.
     pub(crate) fn list(self, of: impl Fn(&Quantity, bool) -> String) -> String {
         let arguments = self.arguments().iter().map(|quantity| of(quantity, false));
         let results = self.results().iter().map(|quantity| of(quantity, true));
         arguments.chain(results).collect::<Vec<_>>().join(", ")
     }
 
-    /// Whether it gives the derivatives of another function.
+    /// Whether it computes the derivatives of another function.
     pub(crate) fn is_derivatives(self) -> bool {
         Self::ALL
             .iter()
@@ -293,11 +293,11 @@ impl Call {
 }
 
 impl Interface {
-    /// Whether all adapters can be generated from it.
+    /// Checks that all adapters can be generated from it.
     ///
     /// # Errors
-    /// [`Error::Name`] where the name is no identifier that is safe in C; [`Error::Joints`], [`Error::Inputs`] where the
-    /// sizes are none of a model; [`Error::Start`] where the first state does not fit or is not finite.
+    /// [`Error::Name`] if the name is not a safe identifier in C; [`Error::Joints`], [`Error::Inputs`] if no model can have
+    /// these sizes; [`Error::Start`] if the first state has another size or is not finite.
     pub fn check(&self) -> Result<(), Error> {
         let (first, rest) = self.name.split_at_checked(1).unwrap_or_default();
         let letter = first.starts_with(|c: char| c.is_ascii_alphabetic());
@@ -353,12 +353,12 @@ impl Interface {
         self.calls.contains(&call)
     }
 
-    /// The functions that exist, in the order of the header.
+    /// The existing functions, in the order of the header.
     pub(crate) fn offered(&self) -> impl Iterator<Item = Call> {
         Call::ALL.into_iter().filter(|call| self.has(*call))
     }
 
-    /// Where the code came from, as a line that is safe in a comment of C.
+    /// The origin of the code, as a line that is safe in a comment of C.
     pub(crate) fn origin(&self) -> String {
         let line = format!(
             "lagrangian {} from the model {}: {}",
@@ -368,7 +368,7 @@ impl Interface {
     }
 }
 
-/// A text as it is shown in a comment of C.
+/// A text in a form that is safe in a comment of C.
 pub(crate) fn comment(text: &str) -> String {
     shown(text)
         .replace("*/", "* /")

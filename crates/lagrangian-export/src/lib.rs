@@ -1,8 +1,8 @@
-//! Models as C99: for microcontrollers, and for tools that read it.
+//! Models as C99, for microcontrollers and for tools that read it.
 //!
 //! The equations of a model are [expressions](lagrangian::expression); this crate prints them, and their derivatives, as functions of C
-//! with the weights inside, and what stands around them: functions for `CasADi`, functional mock-up units, declarations for Rust, an example and
-//! its build. It writes no file.
+//! that include the weights, and the files around them: functions for `CasADi`, functional mock-up units, declarations for Rust, an example
+//! and its build. It returns texts and writes no files.
 //!
 //! ```
 //! use lagrangian::mechanics::Scaling;
@@ -44,19 +44,19 @@ pub struct File {
     pub text: String,
 }
 
-/// Why nothing was generated.
+/// The export failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The prefix of all functions is no identifier.
+    /// The prefix of all functions is not an identifier.
     #[error(
         "{0:?} cannot begin the names of functions in C: use a letter, then letters, digits and single underscores, at most 48 in all"
     )]
     Name(String),
-    /// There is no joint, or more than generated arrays may have.
+    /// The number of joints is 0, or above the limit of generated arrays.
     #[error("a model with {0} joints cannot be exported: 1 to {max} are possible", max = interface::MOST_JOINTS)]
     Joints(usize),
-    /// The number of inputs is not one that a model can have.
+    /// No model can have this number of inputs.
     #[error(
         "a model with {inputs} inputs for {joints} joints cannot be exported: there must be 1 to {joints}"
     )]
@@ -69,12 +69,12 @@ pub enum Error {
     /// The model lacks a function that the export needs.
     #[error("{what} need {call}, which this model does not have: export it without them")]
     Missing {
-        /// What was asked for.
+        /// The requested export.
         what: &'static str,
         /// The name of the function, without the prefix.
         call: &'static str,
     },
-    /// Values of the first state do not fit the model.
+    /// The values of the first state do not match the model.
     #[error(
         "the first state needs {expected} finite values, positions and then velocities; it has {given} of them"
     )]
@@ -84,20 +84,20 @@ pub enum Error {
         /// The number of finite values.
         given: usize,
     },
-    /// The archive could not be put together.
+    /// The archive could not be built.
     #[error(
         "the archive of the functional mock-up unit could not be made: {0}; use shorter and unique file names"
     )]
     Archive(String),
-    /// The equations of the model cannot be written down.
+    /// The equations of the model have no expressions.
     #[error(transparent)]
     Model(#[from] lagrangian::Error),
-    /// The model has no numbers at a state where the generated file would be tested.
+    /// The model is not finite at a state where the generated file would be tested.
     #[error("{0} of the model is not finite near its data: fit it again")]
     Undefined(&'static str),
 }
 
-/// What a generated file says of its model.
+/// The identity of a model in a generated file.
 #[derive(Debug, Clone, Copy)]
 pub struct About<'a> {
     /// The prefix of all names in C.
@@ -106,7 +106,7 @@ pub struct About<'a> {
     pub hash: &'a str,
 }
 
-/// A model in C, with what it offers.
+/// A model in C, with its interface.
 #[derive(Debug)]
 pub struct Export {
     /// Its functions.
@@ -117,10 +117,10 @@ pub struct Export {
 
 impl Export {
     /// All files of a folder for a controller: the C, its example, test and build, and its declarations for `CasADi` and Rust; `unit` is
-    /// the name of a functional mock-up unit beside them.
+    /// the name of a functional mock-up unit in the same folder.
     ///
     /// # Errors
-    /// None that [`export`] did not have.
+    /// Only those that [`export`] has already reported.
     pub fn files(&self, unit: Option<&str>) -> Result<Vec<File>, Error> {
         let interface = &self.interface;
         let around = SupportFiles {
@@ -142,7 +142,7 @@ impl Export {
 /// The C of a model.
 ///
 /// # Errors
-/// [`Error::Name`] for a name that is no identifier of C; [`Error::Model`] for a model whose equations cannot be written down.
+/// [`Error::Name`] for a name that is not an identifier of C; [`Error::Model`] for a model without expressions for its equations.
 pub fn export(model: &Learned, about: About<'_>) -> Result<Export, Error> {
     let equations = model.equations()?;
     let coordinates = model.coordinates();

@@ -1,27 +1,27 @@
-//! Places of vectors in one array, used again when a vector is no longer needed.
+//! Allocation of vectors in one array, where memory is reused once a vector is no longer needed.
 
 use std::collections::HashMap;
 
 use lagrangian::expression::Id;
 
-/// The places of vectors.
+/// The offsets of vectors.
 #[derive(Debug, Default)]
 pub(crate) struct Places {
-    /// The place of the first number of each vector.
+    /// The offset of each vector.
     pub(crate) of: HashMap<Id, usize>,
-    /// The numbers of the array.
+    /// Count of numbers in the array.
     pub(crate) numbers: usize,
-    /// Places that are taken: first, length, and the last statement that needs them; by their first.
+    /// Allocated ranges, ordered by offset: offset, length, and the last statement that needs them.
     taken: Vec<(usize, usize, usize)>,
 }
 
 impl Places {
-    /// Frees all that no statement from this one on needs.
+    /// Frees all ranges that neither this statement nor a later one needs.
     pub(crate) fn free_before(&mut self, statement: usize) {
         self.taken.retain(|(_, _, last)| *last >= statement);
     }
 
-    /// Takes the first gap that is long enough, until after the statement `last`.
+    /// Allocates the first gap that is long enough, until after the statement `last`.
     pub(crate) fn take(&mut self, id: Id, length: usize, last: usize) {
         let mut at = 0;
         let mut position = self.taken.len();

@@ -1,4 +1,4 @@
-//! The function that compares a generated file with numbers of the library.
+//! The function that compares a generated file with results of the library.
 
 use std::fmt::Write as _;
 
@@ -9,7 +9,7 @@ use crate::Error;
 use crate::interface::{Call, Interface};
 use crate::tables::Tables;
 
-/// The states that are compared.
+/// Number of states that are compared.
 const STATES: usize = 4;
 
 /// The self test, whose numbers become tables.
@@ -65,11 +65,11 @@ pub(crate) fn write(
     Ok(text)
 }
 
-/// The arguments of a function that is compared, and how many numbers it gives.
+/// The arguments of a function that is compared, and the count of its results.
 fn tested(interface: &Interface, call: Call) -> Option<(&'static str, usize)> {
     let n = interface.joints.len();
     match call {
-        // Where both exist, what the one says of the other is tested.
+        // Where both exist, each is tested with the result of the other.
         Call::ForwardDynamics if !interface.has(Call::InverseDynamics) => Some(("q, qd, qdd", n)),
         Call::InverseDynamics => Some(("q, qd, qdd", n)),
         Call::MassMatrix => Some(("q, qd", n * n)),
@@ -86,7 +86,7 @@ struct State {
     qdd: Vec<f64>,
 }
 
-/// States near those that the data visited, at which all is defined.
+/// States near those of the data, at which all functions are defined.
 fn states(model: &Learned, n: usize) -> Vec<State> {
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(0);
     let known = model.visited().map(|visited| visited.representatives().0);
@@ -118,7 +118,7 @@ fn states(model: &Learned, n: usize) -> Vec<State> {
     (0..STATES).map(&mut one).collect()
 }
 
-/// A state that the data visited, q and then q̇; without data the zero of all coordinates.
+/// A state of the data, q and then q̇; without data the zero of all coordinates.
 pub(crate) fn start(model: &Learned) -> Vec<f64> {
     let n = model.coordinates().dof();
     let known = model.visited().map(|visited| visited.representatives().0);
@@ -128,7 +128,7 @@ pub(crate) fn start(model: &Learned) -> Vec<f64> {
     }
 }
 
-/// What the library says.
+/// The results of the library.
 fn ask(model: &Learned, call: Call, states: &[State], count: usize) -> Result<Vec<f64>, Error> {
     let mut evaluator = model.evaluator();
     let mut all = Vec::new();

@@ -1,4 +1,4 @@
-//! What comes with a model in C: an example, its test, how both are built, and a page that explains all of it.
+//! The files that accompany a model in C: an example, its test, their build, and a page that explains all of it.
 
 use std::fmt::Write;
 
@@ -8,14 +8,14 @@ const EXAMPLE: &str = include_str!("../templates/example.c");
 const SELFTEST: &str = include_str!("../templates/selftest.c");
 const CMAKE: &str = include_str!("../templates/CMakeLists.txt");
 
-/// The files that are written beside the model.
+/// The files that are written with the model.
 #[derive(Debug, Clone, Copy)]
 pub struct SupportFiles<'a> {
     /// The functions of the model.
     pub interface: &'a Interface,
-    /// The name of the functional mock-up unit beside them.
+    /// The name of the functional mock-up unit in the same folder.
     pub mock_up: Option<&'a str>,
-    /// The stack that no call exceeds, bytes, with doubles and with floats.
+    /// Upper bound of the stack of a call, bytes, with doubles and with floats.
     pub stack: [usize; 2],
 }
 
@@ -40,7 +40,7 @@ impl SupportFiles<'_> {
         template.replace("MODEL", &self.interface.name)
     }
 
-    /// A program that prints what the model says about a state.
+    /// A program that prints the results of the model for a state.
     fn example(&self) -> String {
         let start = &self.interface.start;
         let (q, qd) = start.split_at(self.interface.joints.len());
@@ -183,7 +183,7 @@ impl SupportFiles<'_> {
     }
 }
 
-/// A block of C that calls a function of a state and prints its result; what it takes beside the state is zero.
+/// A block of C that calls a function for a state and prints its result; all other arguments are zero.
 fn shown_call(call: Call) -> String {
     let mut text = String::from("    {\n");
     for argument in &call.arguments()[2..] {

@@ -35,7 +35,7 @@ impl Tables {
         (matrix.rows, matrix.columns, self.vector(&bits))
     }
 
-    /// Adds a table under a name of its own.
+    /// Adds a table under this name.
     pub(crate) fn add(&mut self, name: &str, numbers: &[f64]) {
         self.numbers += numbers.len();
         let _ = writeln!(
@@ -58,7 +58,7 @@ impl Tables {
         &self.text
     }
 
-    /// How many numbers they hold.
+    /// Count of numbers in the tables.
     pub(crate) fn numbers(&self) -> usize {
         self.numbers
     }

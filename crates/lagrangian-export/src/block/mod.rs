@@ -1,7 +1,7 @@
 //! Statements of C that compute vectors of a graph.
 //!
-//! Numbers become constants of a block; vectors live in one array, whose places are used again when a vector is no longer needed.
-//! Operations number by number on vectors of the same length share one loop. What does not depend on the direction is computed once,
+//! Numbers become constants of a block; vectors share one array, where the memory of a vector is reused once it is no longer needed.
+//! Elementwise operations on vectors of equal length share one loop. Values that do not depend on the direction are computed once,
 //! before the loop over directions.
 
 mod schedule;
@@ -14,12 +14,12 @@ use lagrangian::expression::{Function, Graph, Id, Operation, input};
 use crate::tables::Tables;
 use schedule::{Schedule, Uses};
 
-/// Where a block writes a vector.
+/// The destination of a vector that a block writes.
 #[derive(Debug, Clone)]
 pub(crate) struct Output {
     /// The vector.
     pub(crate) id: Id,
-    /// The C expression of its number `i`, with `{i}` in the place of `i`.
+    /// The C expression of its element `i`, with `{i}` in place of `i`.
     pub(crate) to: String,
 }
 
@@ -32,7 +32,7 @@ impl Output {
         }
     }
 
-    /// A number that is written to where a pointer of this name points.
+    /// A number that is written through a pointer of this name.
     pub(crate) fn number(id: Id, name: &str) -> Self {
         Self {
             id,
@@ -49,12 +49,12 @@ impl Output {
     }
 }
 
-/// The statements of a block, and the numbers that its vectors take.
+/// The statements of a block, and the memory of its vectors.
 #[derive(Debug)]
 pub(crate) struct Block {
     /// Statements, indented once.
     pub(crate) text: String,
-    /// The most numbers that it can have on the stack: those of its vectors, and all that have a name.
+    /// Largest count of numbers on the stack: those of its vectors, and all named ones.
     pub(crate) numbers: usize,
 }
 
@@ -63,9 +63,9 @@ pub(crate) struct Block {
 enum Statement {
     /// One operation, or a number.
     One(Id),
-    /// Operations number by number on vectors of one length.
+    /// Elementwise operations on vectors of one length.
     Loop(Vec<Id>),
-    /// A vector is written to where it is wanted.
+    /// Writes a vector to its destination.
     Write(Output),
 }
 
@@ -75,12 +75,12 @@ pub(crate) struct Printer<'a> {
     pub(crate) tables: &'a mut Tables,
 }
 
-/// What the statements of a block need to know of its vectors.
+/// Facts about the vectors of a block for its statements.
 struct Plan<'a> {
     graph: &'a Graph,
-    /// The place of each vector that is kept.
+    /// The offset of each stored vector.
     place: HashMap<Id, usize>,
-    /// The expressions of numbers that are used once, where they are used.
+    /// The expressions of numbers that are used once, to be inlined.
     inlined: HashMap<Id, String>,
 }
 
@@ -260,7 +260,7 @@ impl Printer<'_> {
             _ => {
                 debug_assert_eq!(length, 1, "a vector that no loop computes");
                 let expression = self.expression(plan, id, &HashSet::new());
-                // What is read from memory must be read before its place is used again.
+                // A value in memory must be read before that memory is reused.
                 let lasts = !expression.contains("w[");
                 if lasts
                     && uses.count(id) == 1
@@ -275,7 +275,7 @@ impl Printer<'_> {
         }
     }
 
-    /// The expression of an operation number by number, at place i; `own` are the vectors of the same loop.
+    /// The expression of an elementwise operation at index i; `own` are the vectors of the same loop.
     fn expression(&mut self, plan: &Plan<'_>, id: Id, own: &HashSet<Id>) -> String {
         let mut of = |id: Id| match own.contains(&id) {
             true => format!("t{id}"),
@@ -293,7 +293,7 @@ impl Printer<'_> {
         }
     }
 
-    /// Number `i` of a vector as C.
+    /// Element `i` of a vector as C.
     fn number(&mut self, plan: &Plan<'_>, id: Id, i: &str) -> String {
         let (graph, i) = (plan.graph, if plan.graph.length(id) == 1 { "0" } else { i });
         match graph.operation(id) {
@@ -347,7 +347,7 @@ impl Printer<'_> {
     }
 }
 
-/// The longest expression that is written where it is used.
+/// Longest expression that is inlined.
 const LONGEST: usize = 60;
 
 fn shifted(place: usize) -> String {
@@ -357,7 +357,7 @@ fn shifted(place: usize) -> String {
     }
 }
 
-/// The vector of which a slice is, and where it begins there.
+/// The vector that a slice belongs to, and the offset of the slice there.
 fn base(graph: &Graph, of: Id, first: usize) -> (Id, usize) {
     match graph.operation(of) {
         Operation::Slice(outer, before) => base(graph, outer, first + before),
@@ -365,7 +365,7 @@ fn base(graph: &Graph, of: Id, first: usize) -> (Id, usize) {
     }
 }
 
-/// The vector whose memory a vector is in; `None` for numbers, inputs and constants.
+/// The vector that owns the memory of a vector; `None` for numbers, inputs and constants.
 fn memory(graph: &Graph, id: Id) -> Option<Id> {
     match graph.operation(id) {
         Operation::Input(_) | Operation::Constant(_) => None,
@@ -374,7 +374,7 @@ fn memory(graph: &Graph, id: Id) -> Option<Id> {
     }
 }
 
-/// A number as C; its shortest form that is read back to the same bits.
+/// A number as C, in the shortest form that reads back to the same bits.
 pub(crate) fn literal(x: f64) -> String {
     let text = format!("{x:e}");
     let text = match text.strip_suffix("e0") {
@@ -384,7 +384,7 @@ pub(crate) fn literal(x: f64) -> String {
     format!("C({text})")
 }
 
-/// The name of a function in the file, which stands for the one of the precision.
+/// The name of a function in the file, which is defined for the chosen precision.
 fn name(function: Function) -> &'static str {
     match function {
         Function::Sin => "SIN",
@@ -403,7 +403,7 @@ fn name(function: Function) -> &'static str {
     }
 }
 
-/// The vectors that depend on the direction, with it.
+/// The vectors that depend on the direction, including itself.
 fn directed(graph: &Graph, order: &[Id]) -> HashSet<Id> {
     let mut found = HashSet::new();
     for id in order {

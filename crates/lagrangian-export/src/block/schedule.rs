@@ -1,4 +1,4 @@
-//! The order of the statements of a block, and who reads what.
+//! The order of the statements of a block, and the reads of its vectors.
 
 use std::collections::{HashMap, HashSet};
 
@@ -7,11 +7,11 @@ use lagrangian::expression::{Graph, Id, Operation};
 use super::{Statement, memory};
 use crate::places::Places;
 
-/// Puts operations number by number together.
+/// Collects elementwise operations in loops.
 pub(super) struct Schedule<'a> {
     graph: &'a Graph,
     done: Vec<Statement>,
-    /// The loops that are not done yet, by length.
+    /// The unfinished loops, by length.
     open: Vec<(usize, Vec<Id>)>,
 }
 
@@ -61,7 +61,7 @@ impl<'a> Schedule<'a> {
         }
     }
 
-    /// Ends the loop of this length, after those that it needs.
+    /// Finishes the loop of this length, after those that it needs.
     fn close(&mut self, length: usize) {
         let Some(at) = self.open.iter().position(|(other, _)| *other == length) else {
             return;
@@ -80,11 +80,11 @@ impl<'a> Schedule<'a> {
     }
 }
 
-/// Who reads the vectors of a block.
+/// The reads of the vectors of a block.
 pub(super) struct Uses {
-    /// How often an operation or an output reads a number.
+    /// Number of reads of a number by operations and outputs.
     count: HashMap<Id, usize>,
-    /// How often the loop that computes a vector reads it.
+    /// Number of reads of a vector in the loop that computes it.
     within: HashMap<Id, usize>,
     /// The vectors that a loop reads.
     in_loop: HashSet<Id>,
@@ -108,7 +108,7 @@ impl Uses {
                 Statement::One(id) => (vec![*id], false),
                 Statement::Loop(ids) => (ids.clone(), true),
                 Statement::Write(output) => {
-                    // A loop over its numbers reads it.
+                    // A loop over its elements reads it.
                     uses.read(graph, output.id, (at, first_of_each, end), &made, true);
                     continue;
                 }
@@ -138,13 +138,13 @@ impl Uses {
         many: bool,
     ) {
         *self.count.entry(id).or_default() += 1;
-        // A number that is read in the loop over directions and computed before it stays where it was computed.
+        // A number that is computed before the loop over directions and read in it is not inlined.
         let hoisted = at >= each && made.get(&id).is_some_and(|made| *made < each);
         if many || hoisted {
             self.in_loop.insert(id);
         }
         if let Some(base) = memory(graph, id) {
-            // What the loop over directions reads from before it is read in all its rounds.
+            // The loop over directions reads earlier vectors in all its rounds.
             let before = made.get(&base).is_some_and(|made| *made < each);
             let last = if at >= each && before { end } else { at };
             let old = self.last.entry(base).or_default();
@@ -164,7 +164,7 @@ impl Uses {
         self.in_loop.contains(&id)
     }
 
-    /// Places for all vectors that are read by another statement than their own.
+    /// Offsets of all vectors that are read outside of the statement that computes them.
     pub(super) fn places(&self, graph: &Graph, before: &[Statement], each: &[Statement]) -> Places {
         let mut places = Places::default();
         for (at, statement) in before.iter().chain(each).enumerate() {
@@ -173,7 +173,7 @@ impl Uses {
                 Statement::Loop(ids) => ids,
                 Statement::Write(_) => &[],
             };
-            // What the statement reads for the last time may not be overwritten by what it computes.
+            // A statement may not overwrite the vectors that it reads for the last time.
             places.free_before(at);
             for id in ids.iter().filter(|id| graph.length(**id) > 1) {
                 if let Some(last) = self.last.get(id) {

@@ -1,11 +1,11 @@
-//! The states that the data visited, as C.
+//! The states of the data, as C.
 
 use lagrangian::{Coordinates, Learned, Model as _};
 
 use crate::block::literal;
 use crate::tables::Tables;
 
-/// The tables of the states that the data visited, as C.
+/// The tables of the states of the data, as C.
 pub(super) fn visited(model: &Learned, tables: &mut Tables) -> Option<String> {
     let visited = model.visited()?;
     let coordinates: &Coordinates = model.coordinates();

@@ -1,4 +1,4 @@
-//! The functions of a model that moves in (q, p): momenta by Newton's method, as in the library.
+//! The functions of a model with the state (q, p): momenta by Newton's method, as in the library.
 
 use std::fmt::Write as _;
 
@@ -8,7 +8,7 @@ use super::{Check, Writer, unread};
 use crate::block::Output;
 use crate::interface::Call;
 
-/// p with dH/dp = q', and what the motion needs of it, into arrays of the caller.
+/// p with dH/dp = q', and the other quantities that the motion needs, in arrays of the caller.
 const MOMENTA: &str = include_str!("../../templates/hamiltonian.c");
 
 impl Writer<'_> {

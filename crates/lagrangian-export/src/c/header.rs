@@ -80,7 +80,7 @@ pub(super) fn header(interface: &Interface) -> String {
     text
 }
 
-/// A text without the symbols that old editors do not show.
+/// A text without the symbols that old editors cannot display.
 fn ascii(text: &str) -> String {
     text.replace('∂', "d")
         .replace("q̈", "q''")

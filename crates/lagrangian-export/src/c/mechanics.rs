@@ -49,7 +49,7 @@ impl Writer<'_> {
         self.step();
     }
 
-    /// The function that solves for accelerations; returns its call at the beginning of others.
+    /// The function that solves for accelerations; returns the call that other functions begin with.
     fn solve(&mut self, of: &Mechanics) -> String {
         let name = &self.interface.name;
         let block = self.block(
@@ -112,7 +112,7 @@ impl Writer<'_> {
     }
 }
 
-/// The ones on the diagonal of M for joints that are held.
+/// The ones on the diagonal of M for fixed joints.
 fn held(of: &Mechanics) -> String {
     let one = |i: &usize| format!("  m[{i} * N + {i}] = C(1);\n");
     of.held.iter().map(one).collect()

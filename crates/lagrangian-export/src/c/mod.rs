@@ -1,4 +1,4 @@
-//! The C of a model: its header, and its source with the weights inside.
+//! The C of a model: its header, and its source including the weights.
 
 mod data;
 mod hamiltonian;
@@ -19,26 +19,26 @@ use crate::{Error, File};
 use data::visited;
 use header::{header, signature};
 
-/// The functions that are written by hand, after lines `/// name`.
+/// The handwritten functions, after lines `/// name`.
 const HELPERS: &str = include_str!("../../templates/helpers.c");
-/// What every file begins with.
+/// The beginning of every file.
 const PRELUDE: &str = include_str!("../../templates/prelude.c");
 
-/// The header and the source of a model, and what they need.
+/// The header and the source of a model, and the memory that they need.
 #[derive(Debug)]
 pub struct Code {
     /// `NAME.h`.
     pub header: File,
     /// `NAME.c`.
     pub source: File,
-    /// The numbers of its tables, most of them weights.
+    /// Count of numbers in its tables, most of them weights.
     pub constants: usize,
-    /// The numbers that a call can have on the stack.
+    /// Largest count of numbers on the stack of a call.
     stack: usize,
 }
 
 impl Code {
-    /// The stack that no call exceeds, bytes, with numbers of so many bytes.
+    /// Upper bound of the stack of a call, bytes, with `number` bytes for each number.
     #[must_use]
     pub fn stack_bytes(&self, number: usize) -> usize {
         number * self.stack + 512
@@ -68,7 +68,7 @@ pub(crate) fn calls(equations: &Equations, has_data: bool) -> Vec<Call> {
 /// The C of a model under this interface.
 ///
 /// # Errors
-/// [`Error::Model`] for a model whose equations cannot be written down, or that is not defined near its data.
+/// [`Error::Model`] for a model without expressions for its equations, or one that is undefined near its data.
 pub(crate) fn code(
     model: &Learned,
     equations: &Equations,
@@ -95,7 +95,7 @@ pub(crate) fn code(
             text: header(interface),
         },
         constants: writer.tables.numbers(),
-        // Of the call that keeps most: M, its copy and its slopes, and vectors of a step.
+        // For the call with the largest stack: M, its copy and its slopes, and vectors of a step.
         stack: writer.stack + 4 * n * n + 24 * n,
         source: File {
             name: format!("{}.c", interface.name),
@@ -111,19 +111,19 @@ struct Writer<'a> {
     stack: usize,
 }
 
-/// What a function checks before it computes.
+/// The checks of a function before it computes.
 #[derive(Clone, Copy)]
 enum Check {
-    /// q alone, and no data.
+    /// q alone, without the data.
     Position,
     /// The state (q, q̇).
     State,
-    /// The state, and another vector.
+    /// The state, and one more vector.
     With(&'static str),
 }
 
 impl Writer<'_> {
-    /// The body of a function that has its own block.
+    /// The body of a function with its own block.
     fn simple(
         &mut self,
         call: Call,
@@ -236,7 +236,7 @@ impl Writer<'_> {
             helpers.push((helper, code.replace("NAME", name)));
         }
         let mut wanted: Vec<bool> = vec![false; helpers.len()];
-        // A helper is used by what follows it.
+        // A helper is used by those after it.
         for at in (0..helpers.len()).rev() {
             let name = helpers[at].0;
             let later = (at + 1..helpers.len()).any(|k| wanted[k] && reads(&helpers[k].1, name));
@@ -250,13 +250,13 @@ impl Writer<'_> {
     }
 }
 
-/// `(void)` for arguments that a block does not read.
+/// `(void)` for arguments that a block does not use.
 fn unread(block: &str, arguments: &[&str]) -> String {
     let unread = arguments.iter().filter(|name| !reads(block, name));
     unread.map(|name| format!("  (void){name};\n")).collect()
 }
 
-/// Whether a text has this identifier.
+/// Whether a text contains this identifier.
 fn reads(text: &str, name: &str) -> bool {
     let part = |c: char| c.is_ascii_alphanumeric() || c == '_';
     text.match_indices(name).any(|(at, _)| {

@@ -9,8 +9,8 @@ use zip::{CompressionMethod, DateTime, ZipWriter};
 use super::Fmu;
 use crate::Error;
 
-/// The bytes of a unit, `NAME.fmu`; the same for the same arguments. `library` is what a compiler of this platform made of the
-/// sources. Without it the unit holds sources alone, which its importer has to compile, and its description says so.
+/// The bytes of a unit, `NAME.fmu`; equal for equal arguments. `library` is the result of a compiler of this platform for the
+/// sources. Without it the unit contains sources alone, which its importer has to compile, as its description says.
 ///
 /// # Errors
 /// Those of [`Fmu::files`]; [`Error::Archive`] where names of sources repeat or are too long.
@@ -36,7 +36,7 @@ pub fn archive(unit: &Fmu<'_>, library: Option<&[u8]>) -> Result<Vec<u8>, Error>
     Ok(bytes.into_inner())
 }
 
-/// The folders where importers look for a library of a platform.
+/// The folders in which importers search for a library of a platform.
 fn platforms(system: &str, processor: &str) -> Vec<String> {
     let (long, short) = match system {
         "macos" => ("darwin", "darwin"),
@@ -46,7 +46,7 @@ fn platforms(system: &str, processor: &str) -> Vec<String> {
     let of_bits = format!("{short}{}", usize::BITS);
     match processor {
         "x86" | "x86_64" => vec![of_bits],
-        // FMI 2.0.4 has names like `aarch64-linux` for other processors (section 2.3); FMPy and OpenModelica use those of x86.
+        // FMI 2.0.4 names other processors like `aarch64-linux` (section 2.3); FMPy and OpenModelica use the names of x86.
         _ => vec![format!("{processor}-{long}"), of_bits],
     }
 }

@@ -1,4 +1,4 @@
-//! The description of a unit in XML: its variables, their units and how they depend on each other, and its sources.
+//! The description of a unit in XML: its variables with their units and dependencies, and its sources.
 
 use std::fmt::Write;
 
@@ -10,22 +10,22 @@ use crate::{Call, Drive, Interface};
 struct Variable {
     name: String,
     reference: usize,
-    /// Empty where it is not known.
+    /// Empty if unknown.
     unit: &'static str,
     about: String,
     causality: &'static str,
-    /// `exact` for states, `calculated` for what follows from them, empty for others.
+    /// `exact` for states, `calculated` for quantities that follow from them, empty for others.
     initial: &'static str,
-    /// The first value of inputs and states.
+    /// The initial value of inputs and states.
     start: Option<f64>,
-    /// The reference of the state that it is the rate of.
+    /// The reference of the state that it is the derivative of.
     rate_of: Option<usize>,
-    /// The references of the variables that it is computed from.
+    /// The references of the variables that it depends on.
     from: Vec<usize>,
 }
 
 impl Variable {
-    /// The variable as an element of XML.
+    /// The variable as an XML element.
     fn line(&self) -> String {
         let attribute = |name: &str, value: Option<String>| {
             value.map_or(String::new(), |value| format!(" {name}=\"{value}\""))
@@ -46,13 +46,13 @@ impl Variable {
     }
 }
 
-/// The place of a variable in the list, from 1. It is one more than its reference, but for those after a scalar that the model lacks, which
-/// nothing depends on.
+/// The index of a variable in the list, from 1: its reference plus one, except for variables after a scalar that the model lacks,
+/// on which no other variable depends.
 fn place(reference: usize) -> usize {
     reference + 1
 }
 
-/// All variables. The generated adapter repeats the order of their references.
+/// All variables. The generated adapter uses the same order of references.
 fn variables(interface: &Interface) -> Vec<Variable> {
     let n = interface.joints.len();
     let q = 1 + interface.inputs();
@@ -121,7 +121,7 @@ fn variables(interface: &Interface) -> Vec<Variable> {
         from: (1..qd + n).collect(),
         ..Variable::default()
     }));
-    // References are kept free where the model lacks a scalar.
+    // References stay reserved for scalars that the model lacks.
     let scalars = [(Call::Energy, "J"), (Call::DistanceFromData, "1")];
     let scalars = scalars.into_iter().enumerate();
     let scalars = scalars.filter(|(_, (call, _))| interface.has(*call));
@@ -138,7 +138,7 @@ fn variables(interface: &Interface) -> Vec<Variable> {
     all
 }
 
-/// The units that variables have, by exponents of the base units.
+/// The units of the variables, by exponents of the base units.
 const UNITS: &[(&str, &str)] = &[
     ("s", r#"s="1""#),
     ("rad", r#"rad="1""#),
@@ -193,7 +193,7 @@ pub(super) fn model(unit: &Fmu<'_>, compiled: bool) -> String {
     text + "</fmiModelDescription>\n"
 }
 
-/// The kinds of simulation that the unit serves, what it can do in each, and the sources that are compiled.
+/// The kinds of simulation that the unit supports, its capabilities in each, and the sources to compile.
 fn kinds(unit: &Fmu<'_>) -> String {
     let files: String = unit
         .compiled_names()
@@ -214,7 +214,7 @@ fn kinds(unit: &Fmu<'_>) -> String {
         )
 }
 
-/// Which variables are outputs, rates and unknown at first, and what they depend on.
+/// Outputs, derivatives and initial unknowns among the variables, and their dependencies.
 fn structure(variables: &[Variable]) -> String {
     let element = |(k, variable): (usize, &Variable)| {
         let from: Vec<String> = variable
@@ -243,7 +243,7 @@ fn structure(variables: &[Variable]) -> String {
     .concat()
 }
 
-/// Text as the value of an attribute.
+/// A text as the value of an attribute.
 fn escaped(text: &str) -> String {
     lagrangian::shown(text)
         .replace('&', "&amp;")

@@ -1,4 +1,4 @@
-//! A cart-pole that was learned from its motions, exported, and swung up by a controller that knows nothing else.
+//! A cart-pole learned from its motions, exported, and swung up by a controller that uses only the export.
 
 use std::process::Command;
 
@@ -14,7 +14,7 @@ use crate::tools::{
     exists, folder, library, python, script, succeed, unit_sources, write, write_unit,
 };
 
-/// Motions of the cart with a pole of tests/python/plant.py under forces of many frequencies, and what was learned from them.
+/// Motions of the cart with a pole of tests/python/plant.py under forces of many frequencies, and the model learned from them.
 fn learned() -> Result<Learned> {
     let cart_pole = analytic::by_name("cart-pole", &[("mass", 0.3), ("gravity", 9.81)])?;
     let truth = Mechanical::dissipative(

@@ -1,5 +1,5 @@
-//! What surrounds a model in C, with a cart-pole that was written by hand: compiled without warnings, tested by its own build, and in
-//! `CasADi` and `FMPy`. Where a compiler or these packages are missing, the tests say that they were skipped.
+//! The files around a model in C, with a handwritten cart-pole: compiled without warnings, tested by its own build, and in
+//! `CasADi` and `FMPy`. If a compiler or these packages are missing, the tests print that they were skipped.
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -47,7 +47,7 @@ fn cart_pole() -> Interface {
     }
 }
 
-/// What an error says.
+/// The message of an error.
 fn text(error: Error) -> String {
     error.to_string()
 }
@@ -61,7 +61,7 @@ fn sources() -> Vec<File> {
     vec![read("cart_pole.h"), read("cart_pole.c")]
 }
 
-/// Model, adapters and surroundings.
+/// Model, adapters and support files.
 fn all_files(interface: &Interface) -> Vec<File> {
     let around = SupportFiles {
         interface,

@@ -46,7 +46,7 @@ pub(crate) fn succeed(command: &mut Command) {
     println!("{out}");
 }
 
-/// The interpreter that has `CasADi` and `FMPy`, from the variable of the environment.
+/// The interpreter with `CasADi` and `FMPy`, from the environment variable.
 pub(crate) fn python() -> Option<PathBuf> {
     let python = std::env::var_os("LAGRANGIAN_ADAPTERS_PYTHON").map(PathBuf::from);
     if python.is_none() {
@@ -73,7 +73,7 @@ pub(crate) fn library(folder: &Path, sources: &[&str], name: &str) -> PathBuf {
     out
 }
 
-/// Writes the mock-up unit, compiled for this platform, of sources that are in the folder with their adapter.
+/// Writes the mock-up unit, compiled for this platform, from sources that are in the folder with their adapter.
 pub(crate) fn write_unit(folder: &Path, interface: &Interface, sources: &[File]) {
     let name = &interface.name;
     let (model, adapter) = (format!("{name}.c"), format!("{name}_fmi2.c"));

@@ -1,4 +1,4 @@
-//! Generated C, compiled with a program that asks it.
+//! Generated C, compiled with a program that calls it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,13 +11,13 @@ use lagrangian_export::{Call, Code, Interface, Shape};
 pub(crate) struct Compiler {
     pub(crate) program: &'static str,
     pub(crate) flags: Vec<&'static str>,
-    /// What runs its programs; empty for this machine.
+    /// The emulator of its programs; empty for this machine.
     pub(crate) emulator: &'static str,
     /// Whether numbers are `float`.
     pub(crate) single: bool,
 }
 
-/// What every compiler is told.
+/// The flags of every compiler.
 const STRICT: [&str; 7] = [
     "-std=c99",
     "-Wall",
@@ -29,9 +29,9 @@ const STRICT: [&str; 7] = [
 ];
 
 impl Compiler {
-    /// The compilers that are tried.
+    /// The compilers to test.
     ///
-    /// Sanitizers take long to compile: without `all` they look at two models.
+    /// Sanitizers take long to compile: without `all` they test two models.
     pub(crate) fn all(all: bool, model: &str) -> Vec<Self> {
         let native = |program, flags: &[&'static str]| Self {
             program,
@@ -87,7 +87,7 @@ fn is_installed(program: &str) -> bool {
     version.is_ok_and(|status| status.success())
 }
 
-/// The stack of each function, bytes, as the compiler says.
+/// The stack of each function, bytes, as reported by the compiler.
 pub(crate) fn frames(folder: &Path, interface: &Interface, code: &Code) -> Vec<(String, usize)> {
     for file in [&code.header, &code.source] {
         fs::write(folder.join(&file.name), &file.text).unwrap();
@@ -106,10 +106,10 @@ pub(crate) fn frames(folder: &Path, interface: &Interface, code: &Code) -> Vec<(
     usage.lines().filter_map(line).collect()
 }
 
-/// What a call says of a state: its status and its numbers.
+/// The result of a call for a state: its status and its numbers.
 pub(crate) type Said = (Call, (i32, Vec<f64>));
 
-/// A program that answers for a model.
+/// A program that evaluates a model.
 pub(crate) struct Built {
     program: PathBuf,
     emulator: &'static str,
@@ -173,7 +173,7 @@ impl Built {
         command
     }
 
-    /// What the self test says.
+    /// The output of the self test.
     pub(crate) fn selftest(&self) -> String {
         let output = self.command().arg("selftest").output().unwrap();
         assert!(
@@ -227,7 +227,7 @@ fn count(call: Call, n: usize) -> usize {
     call.results().iter().map(|result| size(result.shape)).sum()
 }
 
-/// A program that writes what every call says of the states that it reads.
+/// A program that writes the results of every call for the states that it reads.
 fn ask(interface: &Interface) -> String {
     let (name, n) = (&interface.name, interface.joints.len());
     let mut body = String::new();

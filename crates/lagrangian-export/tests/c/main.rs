@@ -1,6 +1,6 @@
-//! Generated C is compiled and compared with the library. `LAGRANGIAN_EXPORT=all` tries all compilers, levels of optimisation,
-//! sanitizers and the emulated processor that are installed, and more states; `LAGRANGIAN_EXPORT=arm,delan` does so for these models
-//! and leaves the others out.
+//! Comparison of compiled C with the library. `LAGRANGIAN_EXPORT=all` tests all installed compilers, levels of optimisation,
+//! sanitizers and the emulated processor, and more states; `LAGRANGIAN_EXPORT=arm,delan` does so for these models
+//! and omits the others.
 
 #![allow(
     clippy::unwrap_used,
@@ -34,7 +34,7 @@ fn exported(name: &str, model: &Learned) -> Export {
     export(model, About { name, hash: "0" }).unwrap()
 }
 
-/// What the variable `LAGRANGIAN_EXPORT` asks for: `all`, or names of models.
+/// The value of the variable `LAGRANGIAN_EXPORT`: `all`, or names of models.
 fn asked() -> Option<String> {
     std::env::var("LAGRANGIAN_EXPORT").ok()
 }
@@ -56,7 +56,7 @@ fn compared() -> Vec<(String, Learned)> {
     models
 }
 
-/// A state, what the C says of it, and what the library says.
+/// A state, the results of the C, and those of the library.
 type Pair<'a> = (&'a [f64], &'a [f64], Vec<f64>);
 
 /// The largest number of a list.
@@ -64,15 +64,15 @@ fn size(list: &[f64]) -> f64 {
     list.iter().fold(1e-9_f64, |most, x| most.max(x.abs()))
 }
 
-/// The largest difference of two lists, in parts of the largest number of the second, or of `usual` where that is larger: what is the
-/// difference of large numbers has their rounding.
+/// The largest difference of two lists, relative to the largest number of the second, or to `usual` if that is larger, since
+/// a difference of large numbers has their rounding errors.
 fn difference(found: &[f64], expected: &[f64], usual: f64) -> f64 {
     let size = size(expected).max(usual);
     let differences = found.iter().zip(expected).map(|(a, b)| (a - b).abs());
     differences.fold(0.0, f64::max) / size
 }
 
-/// What the library says of a state, `None` where it is not defined there.
+/// The results of the library for a state, `None` where it is not defined.
 fn expected(
     model: &Learned,
     evaluator: &mut dyn Evaluator,
@@ -201,7 +201,7 @@ fn compare(
     }
 }
 
-/// The derivatives, against those of the expressions and against each other.
+/// Compares the derivatives with those of the expressions and with each other.
 fn compare_slopes(
     model: &Learned,
     interface: &Interface,
@@ -322,7 +322,7 @@ fn exported_functions_are_those_of_the_library() {
     for (name, model) in compared() {
         let Export { interface, code } = exported(&name, &model);
         let n = interface.joints.len();
-        // Where a network is far outside, momenta are at the edge of what Newton's method can solve for, in both.
+        // Far outside of the data of a network, momenta are at the limit of what Newton's method can solve for, in both.
         let has_momenta = interface.calls.contains(&Call::Momentum);
         let by_newton = has_momenta && !interface.calls.contains(&Call::InverseDynamicsDerivatives);
         let reach = if by_newton { 10.0 } else { 1e3 };

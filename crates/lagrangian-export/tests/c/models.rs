@@ -15,7 +15,7 @@ use lagrangian::{
 };
 use rand::{RngExt, SeedableRng};
 
-/// Names that are prefixes of C, and models.
+/// Models, with names that are prefixes of C.
 pub(crate) fn all() -> Vec<(String, Learned)> {
     let mut models = Vec::new();
     let mut add = |name: &str, model: Learned| models.push((name.to_string(), model));
@@ -98,7 +98,7 @@ pub(crate) fn all() -> Vec<(String, Learned)> {
     models
 }
 
-/// A correction of a robot that fades beyond its data: fitted, if hardly, so that it knows the states of these.
+/// A correction of a robot that fades beyond its data: fitted, although for few steps, so that it stores the states of the data.
 fn corrected() -> Learned {
     let urdf = rigid::example("two_link_arm").unwrap();
     let arm = RigidBodies::from_urdf(urdf).unwrap();

@@ -1,4 +1,4 @@
-//! The declarations for Rust, compiled for `core` alone and asked.
+//! The declarations for Rust, compiled with `core` alone and called.
 
 use std::fs;
 use std::path::Path;
@@ -12,7 +12,7 @@ pub(crate) fn check(folder: &Path, export: &Export) {
     for file in export.files(None).unwrap() {
         fs::write(folder.join(&file.name), &file.text).unwrap();
     }
-    // The module uses `core` alone; the program around it needs to print nothing.
+    // The module uses `core` alone; the program around it must print.
     fs::write(
         folder.join("core_only.rs"),
         format!("#![no_std]\n#[path = \"{name}.rs\"]\npub mod model;\n"),
