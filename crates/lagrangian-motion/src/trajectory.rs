@@ -89,7 +89,7 @@ impl Trajectory {
         self.part(skipped.min(self.len())..self.len())
     }
 
-    /// The same path `alpha` times as fast, q(t) → q(α t): q̇ grows by α, q̈ by α². Forces are removed, since only a model
+    /// The path at `alpha` times the speed, q(t) → q(α t): q̇ grows by α, q̈ by α². Forces are removed, since only a model
     /// can predict them, and so are momenta, which need not be linear in q̇.
     #[must_use]
     pub fn faster(&self, alpha: f64) -> Self {

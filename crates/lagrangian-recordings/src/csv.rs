@@ -32,7 +32,7 @@ const CHUNK: usize = 1 << 16;
 ///
 /// # Errors
 /// [`Error::Columns`], [`Error::Cell`] with its line, [`Error::Malformed`] for lines of another length or bytes that are not
-/// text, [`Error::TooShort`] if there is no row.
+/// text, [`Error::TooShort`] without rows.
 pub fn read(source: impl Read, name: &str, layout: &Layout) -> Result<Readings> {
     let unread = Cell::new(0);
     let mut text = Text::open(source, &unread)?;

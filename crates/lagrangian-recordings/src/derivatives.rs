@@ -27,7 +27,7 @@ pub struct EstimateOptions {
     /// Cut-off of a low-pass without phase for all signals, τ too, Hz: motion and forces keep the same band of frequencies.
     /// q̇ and q̈ are derivatives of q, or of a measured q̇ that is less noisy. Half a period of the cut-off is omitted at each end.
     ///
-    /// Where a small torque is the difference of a large inertial and a large gravity term, the noise of q̈ makes a
+    /// If a small torque is the difference of a large inertial and a large gravity term, the noise of q̈ makes a
     /// fit shrink both; play and vibrations that move the encoders but not the drive have the same effect.
     pub low_pass: Option<f64>,
     /// Use this window, in samples, instead of choosing one from the data.

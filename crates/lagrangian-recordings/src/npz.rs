@@ -79,7 +79,7 @@ struct Stream<R> {
 /// # Errors
 /// [`Error::Columns`]; [`Error::Malformed`] for anything that is not such an archive, for an array that the layout requires
 /// and that cannot be read, and for bytes that contradict their checksum; [`Error::Shape`] for arrays of different
-/// lengths; [`Error::TooShort`] if there is no row.
+/// lengths; [`Error::TooShort`] without rows.
 pub(super) fn read(source: impl Read + Seek, name: &str, layout: &Layout) -> Result<Readings> {
     let shared = Shared::new(source)?;
     let (arrays, unread) = list(&shared)?;

@@ -116,7 +116,7 @@ pub(crate) fn choose(
         let mut risk = Risk::of_noise(&here, variance);
         if let Some((previous, shorter)) = &shorter {
             let ratio = window as f64 / *previous as f64;
-            // The difference estimates the bias of the shorter window best; for the longest window there is no other estimate.
+            // The difference estimates the bias of the shorter window best; the longest window has no other estimate.
             if let Some(last) = risks.last_mut() {
                 last.1
                     .add_bias(&here, shorter, variance, |order| ratio.powi(order) - 1.0);

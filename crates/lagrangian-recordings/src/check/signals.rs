@@ -193,7 +193,7 @@ fn jumps(recording: &Recording, c: &Column<'_>) -> Option<Item> {
         let expected = 0.5 * (slope(k - 1) + slope(k + 1));
         (q[k + 1] - q[k] - expected * (t[k + 1] - t[k])).abs()
     };
-    // There is no prediction beside a gap.
+    // Samples beside a gap have no prediction.
     let longest = time::GAP * median_step(t);
     let near = |k: usize| t[k - 1..k + 3].windows(2).all(|w| w[1] - w[0] <= longest);
     let surprises: Vec<f64> = (1..q.len() - 2)

@@ -73,7 +73,7 @@ fn malformed(error: impl std::fmt::Display) -> Error {
 ///
 /// # Errors
 /// [`Error::Columns`]; [`Error::Cell`] for columns without numbers; [`Error::Malformed`] for anything that is
-/// not a Parquet file; [`Error::TooShort`] if there is no row.
+/// not a Parquet file; [`Error::TooShort`] without rows.
 pub(super) fn read(
     source: impl Read + Seek + Send + 'static,
     name: &str,

@@ -497,7 +497,7 @@ fn goals_in_place_of_forces_are_checked_and_the_way_is_named() {
         Verdict::Warn,
         "different units",
     );
-    // The same columns under names that were not selected.
+    // The goals are in the file, in a column that was not selected.
     let mut log = servo();
     (log.signals.goal, log.signals.kp) = Default::default();
     log.columns.ignored = vec!["target_position".into()];

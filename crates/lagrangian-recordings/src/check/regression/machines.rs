@@ -25,7 +25,7 @@ pub(in crate::check) struct ForeignRecording {
     /// Part of the variance of all forces that the pooled model leaves unexplained in its forces, mean over the joints.
     pub(in crate::check) left: f64,
     /// Whether one model serves all other recordings, of which there are several: a rough model of a machine that it cannot express
-    /// serves each recording alone.
+    /// still fits each recording alone.
     pub(in crate::check) others_agree: bool,
 }
 

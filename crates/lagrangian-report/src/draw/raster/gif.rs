@@ -17,7 +17,7 @@ const MOST_SECONDS: f64 = 9.0;
 /// Writes the animation from its start, up to 9 s, side by side on white, as an endless GIF.
 ///
 /// # Errors
-/// Where it has no panel or more than eight, or cannot be written.
+/// For an animation without panels or with more than eight, and if it cannot be written.
 pub fn gif(animation: &Animation, out: impl Write) -> Result<()> {
     let count = animation.panels.len();
     if !(1..=8).contains(&count) {
