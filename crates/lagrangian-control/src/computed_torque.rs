@@ -1,4 +1,4 @@
-//! Computed torque: feedback that a model makes linear.
+//! Computed torque: feedback linearisation by a model.
 
 use super::gains::{no_inverse, same_dof};
 use super::{Controller, Gains, Pd, Reference};
@@ -6,7 +6,7 @@ use lagrangian::{Evaluator, Model, Result};
 
 /// τ = M̂(q) (`q̈_d` + `K_p` e + `K_d` ė) + ĉ(q, q̇), theory.md (52): with a perfect model ë + `K_d` ė + `K_p` e = 0.
 ///
-/// The gains are in s⁻² and s⁻¹, the same for heavy and light joints.
+/// The gains are in s⁻² and s⁻¹, equal for heavy and light joints.
 pub struct ComputedTorque<'a> {
     pd: Pd<'a>,
     evaluator: Box<dyn Evaluator + 'a>,
@@ -25,7 +25,7 @@ impl<'a> ComputedTorque<'a> {
         let mut evaluator = model.evaluator();
         let start = &reference.samples().q[..n];
         let (rest, mut tau) = (vec![0.0; n], vec![0.0; n]);
-        // Warms the evaluator up, so that the first tick allocates nothing.
+        // Warms up the evaluator, so that the first tick allocates nothing.
         let outcome = evaluator.inverse_dynamics(start, &rest, &rest, &mut tau);
         if !outcome.is_supported() {
             return Err(no_inverse());
@@ -43,7 +43,7 @@ impl Controller for ComputedTorque<'_> {
         self.pd.torque(t, q, qd, &mut self.acceleration);
         let pairs = self.acceleration.iter_mut().zip(&self.pd.desired.qdd);
         pairs.for_each(|(a, d)| *a += d);
-        // OK because the constructor has asked whether the model has inverse dynamics.
+        // OK because the constructor has checked that the model has inverse dynamics.
         let _ = self
             .evaluator
             .inverse_dynamics(q, qd, &self.acceleration, tau);

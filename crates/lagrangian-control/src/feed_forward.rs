@@ -1,4 +1,4 @@
-//! Feedback beside the torque that a model predicts along the reference.
+//! Feedback together with the torque that a model predicts along the reference.
 
 use super::gains::{no_inverse, same_dof};
 use super::{Controller, Desired, Gains, Pd, Reference};
@@ -6,14 +6,14 @@ use lagrangian::{Evaluation, Evaluator, Model, Result};
 
 /// τ = M̂(`q_d`) `q̈_d` + ĉ(`q_d`, `q̇_d`) + `K_p` (`q_d` − q) + `K_d` (`q̇_d` − q̇), theory.md (51).
 ///
-/// The inverse dynamics are those of the reference, not of the measured state: noise of the sensors never passes through
-/// the model. At ticks where the model is not finite, feedback acts alone, and [`FeedForward::dropped`] counts them.
+/// The inverse dynamics are those of the reference, not of the measured state: sensor noise never enters
+/// the model. At ticks where the model is not finite, only feedback acts, and [`FeedForward::dropped`] counts them.
 pub struct FeedForward<'a> {
     pd: Pd<'a>,
     evaluator: Box<dyn Evaluator + 'a>,
     lead: f64,
     correction: Vec<f64>,
-    /// What is added to the acceleration of the reference.
+    /// Correction that is added to the acceleration of the reference.
     pub(crate) acceleration: Vec<f64>,
     dropped: u64,
 }
@@ -41,7 +41,7 @@ impl<'a> FeedForward<'a> {
             acceleration: vec![0.0; n],
             dropped: 0,
         };
-        // Warms the evaluator up, so that the first tick allocates nothing.
+        // Warms up the evaluator, so that the first tick allocates nothing.
         let mut tau = vec![0.0; n];
         if new.feed_forward(reference.start(), &mut tau).is_supported() {
             return Ok(new);
@@ -49,7 +49,7 @@ impl<'a> FeedForward<'a> {
         Err(no_inverse())
     }
 
-    /// The number of ticks at which the model was not finite, so that feedback acted alone.
+    /// Number of ticks at which the model was not finite, so that only feedback acted.
     #[must_use]
     pub fn dropped(&self) -> u64 {
         self.dropped
@@ -60,18 +60,18 @@ impl<'a> FeedForward<'a> {
         self.correction.len()
     }
 
-    /// The reference.
+    /// Reference of the motion.
     pub(crate) fn reference(&self) -> &'a Reference {
         self.pd.reference
     }
 
-    /// The model, at any state.
+    /// Evaluator of the model at any state.
     pub(crate) fn evaluator(&mut self) -> &mut (dyn Evaluator + 'a) {
         &mut *self.evaluator
     }
 
-    /// Writes the motion whose torque is that of a tick at `t`: the reference when it acts, with what is added to its
-    /// acceleration.
+    /// Writes the motion whose torque is that of a tick at `t`: the reference at the time of its action, with the correction
+    /// of its acceleration.
     pub(crate) fn ahead(&self, t: f64, desired: &mut Desired) {
         self.pd.reference.at(t + self.lead, desired);
         let added = desired.qdd.iter_mut().zip(&self.acceleration);

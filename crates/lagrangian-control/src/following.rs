@@ -1,4 +1,4 @@
-//! A robot that follows a whole reference, and the errors that it makes.
+//! A robot that follows a whole reference, and its errors.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,43 +11,43 @@ use lagrangian::{Error, Model, Result, State};
 /// The control law, with the gains of [`Pd`], [`FeedForward`] or [`ComputedTorque`].
 #[derive(Clone, Copy)]
 pub enum ControlLaw<'a> {
-    /// Feedback alone, [`Pd`].
+    /// Feedback only, [`Pd`].
     Feedback(&'a Gains),
-    /// Feedback beside the torque that a model predicts along the reference, [`FeedForward`].
+    /// Feedback together with the torque that a model predicts along the reference, [`FeedForward`].
     FeedForward(&'a dyn Model, &'a Gains),
-    /// Feedback that a model makes linear, [`ComputedTorque`].
+    /// Feedback linearised by a model, [`ComputedTorque`].
     ComputedTorque(&'a dyn Model, &'a Gains),
 }
 
-/// The errors of a robot that followed a reference, `[n]` each.
+/// Errors of a robot that followed a reference, `[n]` each.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Following {
     /// Root mean square of e = `q_d` − q over all ticks, rad (m).
     pub rmse: Vec<f64>,
     /// Largest |e|, rad (m).
     pub largest: Vec<f64>,
-    /// The part of the ticks at which the torque was at its limit; 0 where there is no limit.
+    /// Fraction of the ticks at which the torque was at its limit; 0 without a limit.
     pub at_limit: Vec<f64>,
 }
 
-/// The motion of a robot that followed a reference.
+/// Motion of a robot that followed a reference.
 #[derive(Debug, Clone)]
 pub struct Followed {
-    /// The simulated motion, at the times of the reference.
+    /// Simulated motion, at the times of the reference.
     pub driven: Driven,
-    /// The tracking error e = `q_d` − q at the ticks, `[ticks, n]`.
+    /// Tracking error e = `q_d` − q at the ticks, `[ticks, n]`.
     pub error: Vec<f64>,
-    /// The errors in figures.
+    /// Summary of the errors.
     pub following: Following,
-    /// The number of ticks at which the feed-forward was not finite, so that feedback acted alone.
+    /// Number of ticks at which the feed-forward was not finite, so that only feedback acted.
     pub without_model: u64,
 }
 
-/// The smallest number of ticks of a reference: with fewer there is no motion to follow.
+/// Minimum number of ticks of a reference: a shorter one contains too little motion to follow.
 const FEWEST_TICKS: f64 = 10.0;
-/// The largest number of ticks of a reference: all are held in memory.
+/// Maximum number of ticks of a reference: all are held in memory.
 const MOST_TICKS: f64 = 5e6;
-/// The longest delay, as a part of the reference.
+/// Maximum delay, as a fraction of the reference.
 const LONGEST_DELAY: f64 = 0.5;
 
 /// Lets `robot` follow `reference` from its first sample, where it begins without error, to its last.

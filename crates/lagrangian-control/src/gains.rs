@@ -14,11 +14,11 @@ pub struct Gains {
     pub kd: Vec<f64>,
 }
 
-/// The largest number of samples of a reference over which inertias are averaged.
+/// Maximum number of samples of a reference over which inertias are averaged.
 const INERTIA_SAMPLES: usize = 200;
 
 impl Gains {
-    /// The same two gains for each of `n` coordinates.
+    /// Equal gains `kp` and `kd` for each of `n` coordinates.
     #[must_use]
     pub fn uniform(n: usize, kp: f64, kd: f64) -> Self {
         Self {
@@ -47,7 +47,7 @@ impl Gains {
         }
     }
 
-    /// Checks that there are `n` of each, finite and not negative.
+    /// Checks that there are `n` of each gain, finite and not negative.
     ///
     /// # Errors
     /// [`Error::Shape`] or [`Error::Argument`].
@@ -76,7 +76,7 @@ impl Gains {
     }
 }
 
-/// The inertia of each joint of `model` along a reference: the mean of `M_ii(q_d)`, kg·m² (kg), `[n]`.
+/// Inertia of each joint of `model` along a reference: the mean of `M_ii(q_d)`, kg·m² (kg), `[n]`.
 ///
 /// # Errors
 /// [`Error::Shape`] for a model of other degrees of freedom, [`Error::Argument`] for one without inverse dynamics.
@@ -105,7 +105,7 @@ pub fn inertia_along(model: &dyn Model, reference: &Reference) -> Result<Vec<f64
     Ok(inertia)
 }
 
-/// The largest torque of each coordinate, N·m (N), with which a model moves along the samples of a reference; a torque that is not
+/// Largest torque of each coordinate, N·m (N), with which a model moves along the samples of a reference; a torque that is not
 /// finite is omitted.
 #[must_use]
 pub fn largest_torques(model: &dyn Model, reference: &Reference) -> Vec<f64> {
@@ -140,7 +140,7 @@ pub(super) fn same_dof(model: &dyn Model, n: usize) -> Result<()> {
     ))
 }
 
-/// The error for a model without inverse dynamics.
+/// Error for a model without inverse dynamics.
 pub(super) fn no_inverse() -> Error {
     Error::argument(
         "model",

@@ -1,12 +1,12 @@
-//! The times that the ticks of a control loop took.
+//! Durations of the ticks of a control loop.
 
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-/// Bins for each doubling of the time: quantiles are exact to about 4 %.
+/// Number of bins for each doubling of the time: quantiles are exact to about 4 %.
 const BINS_PER_OCTAVE: usize = 16;
-/// Doublings, beginning at one nanosecond: the last bin holds some minutes.
+/// Number of doublings, beginning at one nanosecond: the last bin holds some minutes.
 const OCTAVES: usize = 38;
 
 /// A histogram of times in logarithmic bins. It has a fixed size, so that recording allocates nothing and never waits.
@@ -20,22 +20,22 @@ pub struct Latency {
 /// Quantiles of a [`Latency`], s.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Quantiles {
-    /// The median.
+    /// Median time.
     pub p50: f64,
-    /// The time that 99 % of the ticks stay below.
+    /// 99th percentile.
     pub p99: f64,
-    /// The longest time.
+    /// Longest time.
     pub max: f64,
-    /// The number of ticks.
+    /// Number of ticks.
     pub ticks: u64,
 }
 
 /// One bin of a [`Latency`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LatencyBin {
-    /// The middle of the bin, s.
+    /// Middle of the bin, s.
     pub seconds: f64,
-    /// The number of ticks in it.
+    /// Number of ticks in the bin.
     pub ticks: u64,
 }
 
@@ -59,7 +59,7 @@ impl Latency {
         self.longest = self.longest.max(nanoseconds);
     }
 
-    /// Median, 99th percentile and longest.
+    /// Median, 99th percentile and longest time.
     #[must_use]
     pub fn quantiles(&self) -> Quantiles {
         Quantiles {
@@ -70,7 +70,7 @@ impl Latency {
         }
     }
 
-    /// The bins that are not empty, shortest times first.
+    /// Bins that are not empty, shortest times first.
     #[must_use]
     pub fn bins(&self) -> Vec<LatencyBin> {
         let filled = self.counts.iter().enumerate().filter(|(_, c)| **c > 0);

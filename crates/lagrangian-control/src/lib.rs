@@ -3,9 +3,9 @@
 //!
 //! # The problem
 //!
-//! A robot is to follow a motion `q_d(t)`. Feedback alone lags behind it, because it acts only on an error that is there
-//! already. A model of the robot predicts the torque that the motion needs, M̂ `q̈_d` + ĉ, and feedback corrects what the
-//! model misses.
+//! A robot is to follow a motion `q_d(t)`. Feedback alone lags behind it, because it acts only after an error has
+//! arisen. A model of the robot predicts the torque that the motion needs, M̂ `q̈_d` + ĉ, and feedback corrects the errors of
+//! the model.
 //!
 //! # Notation
 //!
@@ -14,7 +14,7 @@
 //! | `q_d`, `q̇_d`, `q̈_d` | the desired motion, a [`Reference`] |
 //! | e = `q_d` − q | tracking error |
 //! | `K_p`, `K_d` | [`Gains`], diagonal |
-//! | M̂, ĉ | mass matrix and bias of the controller's model, which need not be those of the robot |
+//! | M̂, ĉ | mass matrix and bias of the controller's model, which may differ from those of the robot |
 //!
 //! The numbers of equations refer to `docs/theory.md` (50 to 59d). Arrays are `[n]` in SI units. No controller allocates
 //! memory after its first tick, so each of them can run at a kilohertz.
@@ -28,7 +28,7 @@
 //! ```
 //!
 //! [`follow`] runs this loop from the first sample of a reference to its last. [`Simulation`] runs it tick by tick.
-//! [`online`] learns a model from the measurements of the loop while it runs; [`payload`] estimates what the robot carries.
+//! [`online`] learns a model from the measurements of the loop while it runs; [`payload`] estimates the load of the robot.
 //!
 //! # Following a motion with the torque that a model predicts
 //!

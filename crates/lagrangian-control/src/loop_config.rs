@@ -9,22 +9,22 @@ use lagrangian::{Error, Result};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LoopConfig {
-    /// The rate of the loop, Hz.
+    /// Rate of the loop, Hz.
     pub rate: f64,
-    /// The number of integrator steps (Runge–Kutta of order 4) between two ticks.
+    /// Number of integrator steps (Runge–Kutta of order 4) between two ticks.
     pub substeps: usize,
-    /// The largest torque of each coordinate in either direction, N·m (N). An empty list means no limits; 0 means that a
+    /// Largest torque of each coordinate in either direction, N·m (N). An empty list means no limits; 0 means that a
     /// coordinate has no drive.
     pub limit: Vec<f64>,
-    /// The sensors of the robot.
+    /// Sensors of the robot.
     pub sensors: Sensors,
-    /// The standard deviation of the random torque that drives add at each tick, relative to each limit.
+    /// Standard deviation of the random torque that drives add at each tick, relative to each limit.
     pub drive_noise: f64,
-    /// The delay of the drives, ticks: from the output of the controller to its torque.
+    /// Delay of the drives, ticks: from the output of the controller to its torque.
     pub actuation_delay: usize,
-    /// The delay of the sensors, ticks: from a state to its measurement.
+    /// Delay of the sensors, ticks: from a state to its measurement.
     pub sensor_delay: usize,
-    /// The seed of the noise.
+    /// Seed of the noise.
     pub seed: u64,
 }
 
@@ -43,14 +43,14 @@ impl Default for LoopConfig {
     }
 }
 
-/// The longest delay that is accepted, ticks.
+/// Maximum delay, ticks.
 const LONGEST_DELAY: usize = 10_000;
 
 impl LoopConfig {
     /// Checks all settings for `n` coordinates.
     ///
     /// # Errors
-    /// [`Error::Argument`] or [`Error::Shape`] for the first that is outside its domain.
+    /// [`Error::Argument`] or [`Error::Shape`] for the first setting outside its domain.
     pub fn validate(&self, n: usize) -> Result<()> {
         let argument = |name, value: String, must| Err(Error::Argument { name, value, must });
         if !(10.0..=10_000.0).contains(&self.rate) {
@@ -86,13 +86,13 @@ impl LoopConfig {
         self.sensors.validate()
     }
 
-    /// The time between two ticks, s.
+    /// Time between two ticks, s.
     #[must_use]
     pub fn period(&self) -> f64 {
         1.0 / self.rate
     }
 
-    /// The mean time from the output of the controller to the action of its torque, s: the delay of the drives and half
+    /// Mean time from the output of the controller to the action of its torque, s: the delay of the drives and half
     /// a tick.
     #[must_use]
     pub fn lead(&self) -> f64 {

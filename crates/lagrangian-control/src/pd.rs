@@ -8,7 +8,7 @@ use lagrangian::Result;
 pub struct Pd<'a> {
     gains: Gains,
     pub(super) reference: &'a Reference,
-    /// The desired motion at the last tick.
+    /// Desired motion at the last tick.
     pub(super) desired: Desired,
 }
 

@@ -27,18 +27,18 @@ impl Desired {
 
 /// The desired motion: quintic Hermite polynomials through samples of q, q̇, q̈, so that q̈ is continuous, theory.md (54).
 ///
-/// Before its first and after its last sample it rests there.
+/// Rests at the first sample before its time, and at the last sample after its time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reference {
     trajectory: Trajectory,
     qdd: Vec<f64>,
 }
 
-/// The smallest number of samples of a reference.
+/// Minimum number of samples of a reference.
 const FEWEST: usize = 2;
 
 impl Reference {
-    /// The reference through the samples of a trajectory. Where it has no accelerations, they are differences of its
+    /// The reference through the samples of a trajectory. Missing accelerations are replaced by differences of its
     /// velocities.
     ///
     /// # Errors
@@ -66,19 +66,19 @@ impl Reference {
         self.trajectory.dof()
     }
 
-    /// The time of the first sample, s.
+    /// Time of the first sample, s.
     #[must_use]
     pub fn start(&self) -> f64 {
         self.trajectory.t[0]
     }
 
-    /// The time of the last sample, s.
+    /// Time of the last sample, s.
     #[must_use]
     pub fn end(&self) -> f64 {
         self.trajectory.t[self.trajectory.len() - 1]
     }
 
-    /// The samples that the reference passes through.
+    /// Samples that the reference passes through.
     #[must_use]
     pub fn samples(&self) -> &Trajectory {
         &self.trajectory
@@ -113,7 +113,7 @@ impl Reference {
     }
 }
 
-/// The value and the first two derivatives, at s ∈ [0, 1], of the quintic through two ends, each given by its value,
+/// Value and first two derivatives, at s ∈ [0, 1], of the quintic through two ends, each given by its value,
 /// slope and curvature.
 fn quintic([a, b]: [[f64; 3]; 2], s: f64) -> [f64; 3] {
     let rest = [

@@ -1,4 +1,4 @@
-//! Simulated sensors: noise, the steps of an encoder, and velocities from differences of positions.
+//! Simulated sensors: noise, encoder resolution, and velocities from differences of positions.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use lagrangian::analytic::normal;
 use lagrangian::{Error, Result, State};
 
-/// The source of measured velocities.
+/// Source of measured velocities.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum VelocitySource {
@@ -18,7 +18,7 @@ pub enum VelocitySource {
     Differences(f64),
 }
 
-/// The sensors of all coordinates.
+/// Sensors of all coordinates.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Sensors {
@@ -28,15 +28,15 @@ pub struct Sensors {
     pub velocity_noise: f64,
     /// Resolution of the encoder, rad (m); 0 for none.
     pub quantisation: f64,
-    /// The source of measured velocities.
+    /// Source of measured velocities.
     pub velocity: VelocitySource,
 }
 
 impl Sensors {
-    /// Checks that all are finite and not negative.
+    /// Checks that all settings are finite and not negative.
     ///
     /// # Errors
-    /// [`Error::Argument`] for the first that is not.
+    /// [`Error::Argument`] for the first setting that is not.
     pub fn validate(&self) -> Result<()> {
         let constant = match self.velocity {
             VelocitySource::Measured => 0.0,
@@ -55,7 +55,7 @@ impl Sensors {
     }
 }
 
-/// The state of simulated sensors: the last reading and the generator of noise.
+/// State of simulated sensors: the last reading and the generator of noise.
 #[derive(Debug, Clone)]
 pub(crate) struct Readout {
     sensors: Sensors,
@@ -93,7 +93,7 @@ impl Readout {
             };
             measured_qd[i] = match sensors.velocity {
                 VelocitySource::Measured => self.noisy(qd[i], sensors.velocity_noise),
-                // The first reading has no reading before it.
+                // The first reading has no predecessor.
                 VelocitySource::Differences(_) if self.fresh => {
                     self.filtered[i] = qd[i];
                     qd[i]
@@ -114,7 +114,7 @@ impl Readout {
         normal(&mut self.rng)
     }
 
-    /// `x` with noise of this standard deviation; draws no number where it is 0.
+    /// `x` with noise of this standard deviation; draws no random number for a deviation of 0.
     fn noisy(&mut self, x: f64, deviation: f64) -> f64 {
         if deviation > 0.0 {
             x + deviation * self.normal()

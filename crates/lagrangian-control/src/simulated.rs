@@ -1,19 +1,19 @@
-//! The simulated motion of a robot under control, and how it ended.
+//! The simulated motion of a robot under control, and its outcome.
 
 use serde::{Deserialize, Serialize};
 
 use super::Latency;
 use lagrangian::{Signals, State, Trajectory};
 
-/// How a simulated loop ended.
+/// Outcome of a simulated loop.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LoopOutcome {
     /// All ticks so far ended in a finite state.
     Finished,
-    /// The state is no longer finite; the loop stops.
+    /// The state became NaN or infinite; the loop stops.
     Diverged {
-        /// The time of the tick at which it diverged, s.
+        /// Time of the tick at which it diverged, s.
         t: f64,
     },
 }
@@ -21,17 +21,17 @@ pub enum LoopOutcome {
 /// The simulated motion of a robot under control.
 #[derive(Debug, Clone)]
 pub struct Driven {
-    /// The true states at the ticks, with the torque that acted until the next tick; it has no accelerations.
+    /// True states at the ticks, with the torque that acted until the next tick; without accelerations.
     pub trajectory: Trajectory,
-    /// The measured states, with the torque that the controller demanded.
+    /// Measured states, with the torque that the controller demanded.
     pub measured: Trajectory,
-    /// How the loop ended.
+    /// Outcome of the loop.
     pub outcome: LoopOutcome,
-    /// The number of ticks at which a limit reduced a torque.
+    /// Number of ticks at which a limit reduced a torque.
     pub saturated: u64,
-    /// The number of ticks at which the controller returned a torque that was not finite; it was replaced by 0.
+    /// Number of ticks at which the controller returned a torque that was not finite; it was replaced by 0.
     pub not_finite: u64,
-    /// The times that the controller took.
+    /// Computation times of the controller.
     pub latency: Latency,
 }
 
@@ -45,15 +45,15 @@ impl LoopOutcome {
 
 /// One tick of a simulated loop.
 pub(crate) struct Tick<'a> {
-    /// The time of the tick, s.
+    /// Time of the tick, s.
     pub(crate) t: f64,
-    /// The true state (q, q̇), `[2 n]`.
+    /// True state (q, q̇), `[2 n]`.
     pub(crate) state: &'a [f64],
-    /// The measured state.
+    /// Measured state.
     pub(crate) measured: &'a State,
-    /// The torque that acts, `[n]`.
+    /// Torque that acts, `[n]`.
     pub(crate) acting: &'a [f64],
-    /// The torque that the controller demands, `[n]`.
+    /// Torque that the controller demands, `[n]`.
     pub(crate) demanded: &'a [f64],
 }
 

@@ -8,7 +8,7 @@ use super::{Controller, Driven, LoopConfig, LoopOutcome};
 use lagrangian::integrate::Rk4;
 use lagrangian::{Error, Evaluator, Model, Result, State};
 
-/// A simulated robot under control, tick by tick. The same seed gives the same bits.
+/// A simulated robot under control, tick by tick. A given seed always gives the same bits.
 pub struct Simulation<'a> {
     config: LoopConfig,
     robot: Box<dyn Evaluator + 'a>,
@@ -17,30 +17,30 @@ pub struct Simulation<'a> {
     drives: Drives,
     /// Degrees of freedom.
     n: usize,
-    /// The number of ticks so far.
+    /// Number of ticks so far.
     tick: usize,
-    /// (q, q̇), `[2 n]`.
+    /// State (q, q̇), `[2 n]`.
     state: Vec<f64>,
-    /// The motion so far.
+    /// Motion so far.
     driven: Driven,
 }
 
-/// The sensors and their delay.
+/// Sensors and their delay.
 struct Sensing {
     readout: Readout,
-    /// The states of the last ticks, a ring `[sensor_delay + 1, 2 n]`.
+    /// States of the last ticks, a ring `[sensor_delay + 1, 2 n]`.
     delayed: Vec<f64>,
-    /// The last measured state.
+    /// Last measured state.
     measured: State,
 }
 
-/// The drives and their delay.
+/// Drives and their delay.
 struct Drives {
-    /// The outputs of the controller of the last ticks, a ring `[actuation_delay + 1, n]`.
+    /// Outputs of the controller at the last ticks, a ring `[actuation_delay + 1, n]`.
     delayed: Vec<f64>,
-    /// The torque that is demanded, `[n]`.
+    /// Torque that is demanded, `[n]`.
     demanded: Vec<f64>,
-    /// The torque that acts, `[n]`.
+    /// Torque that acts, `[n]`.
     acting: Vec<f64>,
 }
 
@@ -84,37 +84,37 @@ impl<'a> Simulation<'a> {
         self.robot = model.evaluator();
     }
 
-    /// The time of the next tick, s.
+    /// Time of the next tick, s.
     #[must_use]
     pub fn time(&self) -> f64 {
         self.tick as f64 * self.config.period()
     }
 
-    /// The true state (q, q̇).
+    /// True state (q, q̇).
     #[must_use]
     pub fn state(&self) -> (&[f64], &[f64]) {
         self.state.split_at(self.n)
     }
 
-    /// The measured state at the last tick.
+    /// Measured state at the last tick.
     #[must_use]
     pub fn measured(&self) -> &State {
         &self.sensing.measured
     }
 
-    /// The torque that was demanded of the drives at the last tick, `[n]`.
+    /// Torque that was demanded of the drives at the last tick, `[n]`.
     #[must_use]
     pub fn torque(&self) -> &[f64] {
         &self.drives.demanded
     }
 
-    /// The motion so far.
+    /// Motion so far.
     #[must_use]
     pub fn so_far(&self) -> &Driven {
         &self.driven
     }
 
-    /// The whole motion.
+    /// Returns the whole motion.
     #[must_use]
     pub fn finish(self) -> Driven {
         self.driven
@@ -208,7 +208,7 @@ impl<'a> Simulation<'a> {
             let _ = robot.forward_dynamics(q, qd, tau, acceleration);
         };
         for _ in 0..self.config.substeps {
-            // Never fails: a state that is not finite shows in the state.
+            // Never fails: a state that is not finite is detected by its values.
             let _ = self.integrator.step(&mut motion, 0.0, h, &mut self.state);
         }
     }

@@ -1,4 +1,4 @@
-//! A controller allocates nothing in the loop.
+//! Controllers do not allocate in the loop.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 #[path = "../../lagrangian/tests/counting/mod.rs"]
@@ -31,7 +31,7 @@ fn reference(n: usize) -> Reference {
     .unwrap()
 }
 
-/// Allocations of the first thousand ticks, the very first among them.
+/// Number of allocations in the first thousand ticks, including the first one.
 fn ticks(controller: &mut dyn Controller, n: usize) -> usize {
     let (q, mut tau) = (vec![0.2; n], vec![0.0; n]);
     allocations_of(|| {

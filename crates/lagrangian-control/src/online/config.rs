@@ -11,41 +11,41 @@ use lagrangian::{DelanConfig, Error, Family, FitConfig, ForceTerms, Loss, Optimi
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct OnlineConfig {
-    /// The family of the model, which is fitted to torques.
+    /// Family of the model, which is fitted to torques.
     pub family: Box<dyn Family>,
-    /// The friction and actuation that are learned beside the model.
+    /// Friction and actuation that are learned together with the model.
     pub forces: ForceTerms,
-    /// The number of samples of a step.
+    /// Number of samples of a step.
     pub batch: usize,
-    /// The rate of the first step, and of the first step after old samples were discarded.
+    /// Learning rate of the first step, and of the first step after old samples were discarded.
     pub rate: f64,
-    /// The factor of the rate from step to step.
+    /// Factor of the learning rate from step to step.
     pub rate_decay: f64,
-    /// The smallest rate: a slow learner averages noise out.
+    /// Minimum learning rate: a slow learner averages out noise.
     pub rate_last: f64,
-    /// The damping of the first step.
+    /// Damping of the first step.
     pub damping_first: f64,
-    /// The factor of the damping from step to step.
+    /// Factor of the damping from step to step.
     pub damping_decay: f64,
-    /// The smallest damping.
+    /// Minimum damping.
     pub damping_last: f64,
-    /// The number of samples before the first step: they set the scales.
+    /// Number of samples before the first step, which set the scales.
     pub warm_up: usize,
-    /// The length of the window over which accelerations are estimated, ticks.
+    /// Length of the window over which accelerations are estimated, ticks.
     pub window: usize,
-    /// The memory of samples.
+    /// Memory of samples.
     pub replay: ReplayConfig,
-    /// Old samples are discarded where the loss of the newest samples exceeds its usual value by this factor.
+    /// Old samples are discarded when the loss of the newest samples exceeds its usual value by this factor.
     pub change_factor: f64,
-    /// They are discarded only where that loss also exceeds this, in units of the mean square of the first torques: a new
-    /// region is learned beside the old ones, while a new load contradicts them.
+    /// They are discarded only if that loss also exceeds this, in units of the mean square of the first torques: a new
+    /// region is learned in addition to the old ones, while a new load contradicts them.
     pub change_threshold: f64,
-    /// The number of newest samples whose loss is compared, and which are kept.
+    /// Number of newest samples whose loss is compared, and which are kept.
     pub change_samples: usize,
     /// The first model is handed over once its loss on new samples is below this, in units of the mean square of the
-    /// first torques: a wrong feed-forward is worse than none. After that, every model that passes the guard is handed over.
+    /// first torques: a wrong feed-forward is worse than no feed-forward. After that, every model that passes the guard is handed over.
     pub first_model_loss: f64,
-    /// The seed of weights and batches.
+    /// Seed of weights and batches.
     pub seed: u64,
 }
 
@@ -116,7 +116,7 @@ impl OnlineConfig {
         Ok(())
     }
 
-    /// The settings of the fit.
+    /// Settings of the fit.
     pub(crate) fn fit(&self) -> FitConfig {
         FitConfig {
             family: self.family.clone(),

@@ -11,15 +11,15 @@ use lagrangian::{Error, Result};
 /// One sample of a motion, `[n]` each.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Sample {
-    /// The time, s.
+    /// Time, s.
     pub t: f64,
-    /// The position q.
+    /// Position q.
     pub q: Vec<f64>,
-    /// The velocity q̇.
+    /// Velocity q̇.
     pub qd: Vec<f64>,
-    /// The acceleration q̈.
+    /// Acceleration q̈.
     pub qdd: Vec<f64>,
-    /// The force τ.
+    /// Force τ.
     pub tau: Vec<f64>,
 }
 
@@ -52,13 +52,13 @@ impl Differentiator {
         })
     }
 
-    /// The length of a row: t, then q, q̇ and τ.
+    /// Length of a row: t, then q, q̇ and τ.
     #[must_use]
     pub fn width(n: usize) -> usize {
         1 + 3 * n
     }
 
-    /// The number of rows that were dropped because they were not finite.
+    /// Number of rows that were dropped because they were not finite.
     #[must_use]
     pub fn not_finite(&self) -> u64 {
         self.not_finite
@@ -72,7 +72,7 @@ impl Differentiator {
             self.rows.clear();
             return None;
         }
-        // So does a gap in time (rows were lost) or a step back (another run).
+        // A gap in time (rows were lost) or a step back (another run) also begins a new window.
         let gap = |last: &Vec<f64>| row[0] <= last[0] || self.is_gap(last[0], row[0]);
         if self.rows.back().is_some_and(gap) {
             self.rows.clear();

@@ -18,7 +18,7 @@ impl Guard {
         Self { n, q, qd }
     }
 
-    /// The reason to refuse a model; none where it passes.
+    /// Reason to refuse a model; `None` if it passes.
     #[must_use]
     pub fn objection(&self, model: &dyn Model) -> Option<String> {
         let (n, states) = (self.n, self.q.len() / self.n.max(1));
@@ -33,7 +33,7 @@ impl Guard {
         }
         let mut mass = vec![0.0; states * n * n];
         let outcome = evaluator.mass_matrix(&self.q, &self.qd, &mut mass);
-        // A plain network has no mass matrix that could be definite.
+        // A plain network does not have a mass matrix that could be definite.
         if !outcome.is_supported() {
             return None;
         }

@@ -1,4 +1,4 @@
-//! A model that learns from rows as they come.
+//! A model that learns from rows as they arrive.
 
 use super::{Differentiator, EventKind, Guard, OnlineConfig, Record, Replay, Sample};
 use lagrangian::trajectory::Samples;
@@ -8,46 +8,46 @@ use lagrangian::{
     train::{Batch, StepSize},
 };
 
-/// Learns a model from rows (t, q, q̇, τ). It holds no thread and no clock: the same rows and steps give the same bits.
+/// Learns a model from rows (t, q, q̇, τ). It uses neither a thread nor a clock: equal rows and steps give equal bits.
 pub struct OnlineLearner {
     config: OnlineConfig,
     coordinates: Coordinates,
     differentiator: Differentiator,
     replay: Replay,
-    /// The samples before the first step.
+    /// Samples before the first step.
     first: Samples,
     training: Option<Training>,
     record: Record,
     now: f64,
 }
 
-/// The state of a learner after its warm-up.
+/// State of a learner after its warm-up.
 struct Training {
     stepper: Stepper,
-    /// The parameters of the last model that passed the guard.
+    /// Parameters of the last model that passed the guard.
     good: Vec<f64>,
     guard: Guard,
     damping: f64,
     rate: f64,
     first_loss: Option<f64>,
-    /// The usual loss of new samples, once there is one.
+    /// Usual loss of new samples, once known.
     usual: Option<f64>,
-    /// The loss of the newest samples before they were learned from, once there is one.
+    /// Loss of the newest samples before they were learned from, once known.
     newest: Option<f64>,
-    /// The number of successive comparisons that discarded old samples.
+    /// Number of successive comparisons that discarded old samples.
     discarded: usize,
-    /// The number of new samples since the last comparison.
+    /// Number of new samples since the last comparison.
     fresh: usize,
     indices: Vec<usize>,
 }
 
-/// The number of samples of the warm-up that become probe states of the guard.
+/// Number of samples of the warm-up that become probe states of the guard.
 const PROBES: usize = 32;
-/// Training diverged where the loss of a batch exceeds that of random weights, or 1, by this factor.
+/// Factor of the loss of a batch over that of random weights, or over 1, above which training has diverged.
 const DIVERGED: f64 = 1e4;
-/// The weight of a new loss in the logarithm of the usual loss.
+/// Weight of a new loss in the logarithm of the usual loss.
 const FOLLOW: f64 = 0.05;
-/// The largest number of successive comparisons that discard samples: the first still contains samples from before the
+/// Maximum number of successive comparisons that discard samples: the first still contains samples from before the
 /// change.
 const MOST_DISCARDS: usize = 2;
 
@@ -80,13 +80,13 @@ impl OnlineLearner {
         self.coordinates.dof()
     }
 
-    /// The settings.
+    /// Settings of the learner.
     #[must_use]
     pub fn config(&self) -> &OnlineConfig {
         &self.config
     }
 
-    /// The record so far.
+    /// Record of the run so far.
     #[must_use]
     pub fn record(&self) -> Record {
         Record {
@@ -95,7 +95,7 @@ impl OnlineLearner {
         }
     }
 
-    /// Sets the number of rows that a ring dropped so far.
+    /// Sets the number of rows that a ring has dropped.
     pub(crate) fn set_lost(&mut self, lost: u64) {
         self.record.lost = lost;
     }
@@ -161,7 +161,7 @@ impl OnlineLearner {
     /// the end of the warm-up.
     ///
     /// # Errors
-    /// None that input can cause: the sample indices are its own.
+    /// None that input can cause: the learner chooses the sample indices.
     pub fn train(&mut self, steps: usize) -> Result<()> {
         let Some(training) = &mut self.training else {
             return Ok(());
@@ -203,7 +203,7 @@ impl OnlineLearner {
         Ok(())
     }
 
-    /// The newest model, if it passes the guard. Otherwise the loop keeps its last model, and the record has the reason.
+    /// The newest model, if it passes the guard. Otherwise the loop keeps its last model, and the record states the reason.
     pub fn hand_over(&mut self) -> Option<Learned> {
         let training = self.training.as_mut();
         let training = training.filter(|training| training.stepper.steps() > 0)?;
@@ -245,7 +245,7 @@ impl OnlineLearner {
     }
 }
 
-/// The factor of the damping after samples were discarded or weights rolled back.
+/// Factor of the damping after samples were discarded or weights rolled back.
 const RETURN: f64 = 100.0;
 
 impl Training {
@@ -270,7 +270,7 @@ impl Training {
             self.discarded += 1;
             return Ok(true);
         }
-        // In the logarithm, so that one large loss does not change it much.
+        // In the logarithm, so that one large loss has little influence.
         let follow = (found.max(f64::MIN_POSITIVE) / usual).powf(FOLLOW);
         self.usual = Some(usual * follow);
         if !contradicted {

@@ -5,8 +5,8 @@
 //! ```
 //!
 //! The loop neither waits nor locks: it writes into a ring that drops the oldest sample, and takes new models from a
-//! slot. [`OnlineLearner`] does the rest: on a thread of its own ([`spawn`]), or in lock step with the motion, with a
-//! fixed number of steps a second, where a run must be repeatable (theory.md, equations 50 to 59).
+//! slot. [`OnlineLearner`] does the rest: on a separate thread ([`spawn`]), or in lock step with the motion, with a
+//! fixed number of steps a second, if a run must be repeatable (theory.md, equations 50 to 59).
 
 mod config;
 mod differentiator;

@@ -5,11 +5,11 @@ use serde::{Deserialize, Serialize};
 /// One event of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Event {
-    /// The time in the motion, s.
+    /// Time in the motion, s.
     pub t: f64,
-    /// The number of training steps before the event.
+    /// Number of training steps before the event.
     pub step: usize,
-    /// The kind of event.
+    /// Kind of event.
     pub kind: EventKind,
 }
 
@@ -21,7 +21,7 @@ pub enum EventKind {
     FirstModel,
     /// The guard refused a model.
     Refused {
-        /// The reason.
+        /// Reason of the refusal.
         reason: String,
     },
     /// Training diverged and was rolled back to the last model that passed the guard, which the loop still uses.
@@ -30,32 +30,32 @@ pub enum EventKind {
     DiscardedSamples,
 }
 
-/// The counts and events of a run.
+/// Counts and events of a run.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Record {
-    /// The number of samples that were learned from.
+    /// Number of samples that were learned from.
     pub samples: u64,
-    /// The number of rows that were dropped because they were not finite.
+    /// Number of rows that were dropped because they were not finite.
     pub not_finite: u64,
-    /// The number of rows that the ring dropped because the learner was too slow.
+    /// Number of rows that the ring dropped because the learner was too slow.
     pub lost: u64,
-    /// The number of training steps.
+    /// Number of training steps.
     pub steps: usize,
-    /// The number of models that were handed over.
+    /// Number of models that were handed over.
     pub handed_over: u64,
-    /// The number of models that the guard refused.
+    /// Number of models that the guard refused.
     pub refused: u64,
-    /// The number of times that training diverged and was rolled back.
+    /// Number of times that training diverged and was rolled back.
     pub rollbacks: u64,
-    /// The first thousand events: a run that fails at every step does not fill the memory.
+    /// The first thousand events, so that a run that fails at every step does not fill the memory.
     pub events: Vec<Event>,
 }
 
-/// The largest number of events that are kept.
+/// Maximum number of events that are kept.
 const KEPT: usize = 1000;
 
 impl Record {
-    /// Adds an event, unless there are too many.
+    /// Adds an event, unless the record is full.
     pub(crate) fn note(&mut self, t: f64, kind: EventKind) {
         if self.events.len() < KEPT {
             let step = self.steps;

@@ -1,4 +1,4 @@
-//! The memory of a learner: all of the newest samples, and a random choice of the older ones.
+//! The memory of a learner: all of the newest samples, and a random selection of the older ones.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -12,11 +12,11 @@ use lagrangian::{Error, Result, Signals};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ReplayConfig {
-    /// The number of newest samples, all of which are kept.
+    /// Number of newest samples, all of which are kept.
     pub newest: usize,
-    /// The number of older samples that are kept; each older sample is kept with the same probability.
+    /// Number of older samples that are kept; each older sample is kept with equal probability.
     pub reservoir: usize,
-    /// The part of a batch that is drawn from the newest samples.
+    /// Fraction of a batch that is drawn from the newest samples.
     pub newest_part: f64,
 }
 
@@ -30,17 +30,17 @@ impl Default for ReplayConfig {
     }
 }
 
-/// The samples that a learner keeps. The newest are held in a ring, and those that leave the ring enter a reservoir
+/// Samples that a learner keeps. The newest are held in a ring, and those that leave the ring enter a reservoir
 /// (algorithm R, Vitter 1985).
 #[derive(Debug, Clone)]
 pub struct Replay {
     config: ReplayConfig,
-    /// The ring of the newest, then the reservoir.
+    /// Ring of the newest samples, then the reservoir.
     samples: Samples,
-    /// The number of samples in the ring, and the index of the oldest.
+    /// Number of samples in the ring, and index of the oldest.
     filled: usize,
     oldest: usize,
-    /// The number of samples that were offered to the reservoir, and of those in it.
+    /// Number of samples that were offered to the reservoir, and number of those in it.
     offered: u64,
     stored: usize,
     rng: ChaCha8Rng,
@@ -131,7 +131,7 @@ impl Replay {
         let keep = keep.min(self.filled);
         let ring = self.config.newest;
         let n = self.samples.n;
-        // The newest stands before the oldest.
+        // The newest precedes the oldest in the ring.
         let first = (self.oldest + self.filled - keep) % ring.max(1);
         let order: Vec<usize> = (0..keep).map(|k| (first + k) % ring).collect();
         let Signals {
@@ -147,20 +147,20 @@ impl Replay {
         (self.filled, self.oldest, self.offered, self.stored) = (keep, 0, 0, 0);
     }
 
-    /// All rows of the memory, some of which are still empty: only the indices of [`Replay::draw`] and
+    /// All rows of the memory, some of which may be empty: only the indices of [`Replay::draw`] and
     /// [`Replay::newest`] are samples.
     #[must_use]
     pub fn samples(&self) -> &Samples {
         &self.samples
     }
 
-    /// The number of samples.
+    /// Number of samples.
     #[must_use]
     pub fn len(&self) -> usize {
         self.filled + self.stored
     }
 
-    /// Whether there is no sample.
+    /// Whether the memory contains no sample.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.filled == 0

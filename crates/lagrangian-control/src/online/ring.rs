@@ -1,7 +1,7 @@
-//! A bounded buffer between one writer that never waits and one reader.
+//! A bounded buffer between one non-blocking writer and one reader.
 //!
-//! Every slot carries the number of the row that it holds, and an odd number while it is written (a sequence lock).
-//! The writer overwrites the oldest row without waiting; the reader notices that by the number, and counts lost rows.
+//! Every slot carries the number of the row that it holds, and an odd number during writing (a sequence lock).
+//! The writer overwrites the oldest row without waiting; the reader detects that by the number, and counts lost rows.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering, fence};
@@ -10,27 +10,27 @@ use lagrangian::{Error, Result};
 
 struct Shared {
     width: usize,
-    /// The number of rows written.
+    /// Number of rows written.
     head: AtomicU64,
-    /// 2 (row + 1) for a slot that holds a row, 2 row + 1 while it is written.
+    /// 2 (row + 1) for a slot that holds a row, 2 row + 1 during writing.
     numbers: Vec<AtomicU64>,
-    /// The bits of the values, `[slots, width]`.
+    /// Bits of the values, `[slots, width]`.
     values: Vec<AtomicU64>,
 }
 
-/// The writing end, for the control loop.
+/// Writing end, for the control loop.
 pub struct Writer {
     shared: Arc<Shared>,
 }
 
-/// The reading end, for the learner.
+/// Reading end, for the learner.
 pub struct Reader {
     shared: Arc<Shared>,
     next: u64,
     lost: u64,
 }
 
-/// The size of the largest buffer, in values.
+/// Maximum size of a buffer, in values.
 const LARGEST: usize = 1 << 26;
 
 /// A buffer of `slots` rows of `width` values each.
@@ -72,11 +72,11 @@ impl Shared {
 }
 
 impl Writer {
-    /// Writes a row, over the oldest one if the buffer is full; never waits and allocates nothing. Of a row that is too
-    /// long only the first `width` values are written; a row that is too short leaves old values in place.
+    /// Writes a row, over the oldest one if the buffer is full; never blocks or allocates. If a row is too
+    /// long, only the first `width` values are written; a row that is too short leaves old values in place.
     pub fn push(&mut self, row: &[f64]) {
         let shared = &*self.shared;
-        // OK because there is one writer.
+        // OK because this is the only writer.
         let number = shared.head.load(Ordering::Relaxed);
         let slot = shared.slot(number);
         shared.numbers[slot].store(2 * number + 1, Ordering::Relaxed);
@@ -90,7 +90,7 @@ impl Writer {
 }
 
 impl Reader {
-    /// Copies the oldest unread row to `row` and returns it; none if all were read.
+    /// Copies the oldest unread row to `row` and returns it; `None` if all were read.
     pub fn pop<'r>(&mut self, row: &'r mut [f64]) -> Option<&'r [f64]> {
         loop {
             let shared = &*self.shared;
@@ -114,12 +114,12 @@ impl Reader {
             if before == after && before == 2 * (number + 1) {
                 return Some(row);
             }
-            // It was overwritten during the read.
+            // The row was overwritten during the read.
             self.lost += 1;
         }
     }
 
-    /// The number of rows that were overwritten before they were read.
+    /// Number of rows that were overwritten before they were read.
     #[must_use]
     pub fn lost(&self) -> u64 {
         self.lost

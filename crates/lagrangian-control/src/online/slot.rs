@@ -1,6 +1,6 @@
-//! Passes the newest value to a reader that never waits.
+//! A slot that passes the newest value to a non-blocking reader.
 //!
-//! A counter shows whether there is a new value; only then the reader tries the lock. If the writer holds the lock at
+//! A counter indicates a new value; only then the reader tries the lock. If the writer holds the lock at
 //! that instant, the reader keeps its old value and tries again at its next tick.
 
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -11,12 +11,12 @@ struct Shared<X> {
     value: Mutex<Option<Arc<X>>>,
 }
 
-/// The writing end, for the learner.
+/// Writing end, for the learner.
 pub struct Publisher<X> {
     shared: Arc<Shared<X>>,
 }
 
-/// The reading end, for the control loop.
+/// Reading end, for the control loop.
 pub struct Subscriber<X> {
     shared: Arc<Shared<X>>,
     seen: u64,
@@ -56,7 +56,7 @@ impl<X> Subscriber<X> {
         self.shared.version.load(Ordering::Acquire) != self.seen
     }
 
-    /// The newest value, unless it was taken before; never waits.
+    /// The newest value, unless it was taken before; never blocks.
     pub fn take(&mut self) -> Option<Arc<X>> {
         let version = self.shared.version.load(Ordering::Acquire);
         if version == self.seen {

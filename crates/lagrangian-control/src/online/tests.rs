@@ -1,4 +1,4 @@
-//! What an online learner must do, and what it must survive.
+//! Requirements of an online learner, and failures that it must survive.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use super::*;
@@ -11,7 +11,7 @@ fn arm(payload: f64) -> Box<dyn AnalyticModel> {
     by_name("two-link-arm", &[("payload", payload)]).unwrap()
 }
 
-/// A motion of the arm that takes 6 s to come back to where it was.
+/// A motion of the arm that returns to its start every 6 s.
 fn loops(seconds: f64) -> Reference {
     let t = times(seconds, 0.005).unwrap();
     let w = std::f64::consts::TAU / 6.0;

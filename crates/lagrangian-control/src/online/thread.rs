@@ -1,4 +1,4 @@
-//! The learner on a thread of its own.
+//! The learner on a separate thread.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,27 +10,27 @@ use super::slot::{Publisher, Subscriber, slot};
 use super::{Differentiator, OnlineLearner, Record};
 use lagrangian::{Error, Learned, Result};
 
-/// A learner on its thread, and the two ends that the control loop holds.
+/// A learner on its thread, and the two ends for the control loop.
 pub struct OnlineThread {
-    /// Takes the rows (t, q, q̇, τ) of the loop.
+    /// Receives the rows (t, q, q̇, τ) of the loop.
     pub rows: Writer,
-    /// Receives the models.
+    /// Delivers the models.
     pub models: Subscriber<Learned>,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<Result<Record>>>,
 }
 
-/// The largest number of rows that wait for the learner.
+/// Maximum number of rows that wait for the learner.
 const ROWS: usize = 8192;
-/// The number of training steps between two hand-overs.
+/// Number of training steps between two hand-overs.
 const STEPS: usize = 4;
-/// The time that the thread sleeps where there is nothing to learn from.
+/// Sleep time of the thread without new rows.
 const IDLE: Duration = Duration::from_millis(2);
 
 /// Starts a thread for a learner.
 ///
 /// # Errors
-/// As [`ring`]; [`Error::Io`] where the system gives no thread.
+/// As [`ring`]; [`Error::Io`] if the system cannot start a thread.
 pub fn spawn(mut learner: OnlineLearner) -> Result<OnlineThread> {
     let (rows, mut reader) = ring(ROWS, Differentiator::width(learner.dof()))?;
     let (mut publisher, models) = slot();
@@ -53,7 +53,7 @@ pub fn spawn(mut learner: OnlineLearner) -> Result<OnlineThread> {
     })
 }
 
-/// Takes the rows that have arrived, trains, and hands a model over.
+/// Processes the new rows, trains, and hands a model over.
 fn turn(
     learner: &mut OnlineLearner,
     reader: &mut Reader,
@@ -86,7 +86,7 @@ impl OnlineThread {
     /// Ends the thread and returns its record.
     ///
     /// # Errors
-    /// The error that ended the learner before, if there was one.
+    /// The error that ended the learner early, if any.
     pub fn finish(mut self) -> Result<Record> {
         self.stop.store(true, Ordering::Relaxed);
         match self.thread.take().map(JoinHandle::join) {
@@ -102,7 +102,7 @@ impl Drop for OnlineThread {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
-            // The record is lost.
+            // The record of the learner is lost.
             let _ = thread.join();
         }
     }

@@ -12,71 +12,71 @@ use crate::{
 use lagrangian::rigid::{LoadParameters, RigidBodies};
 use lagrangian::{Error, Learned, Model, Result, State};
 
-/// The source of the feed-forward torque.
+/// Source of the feed-forward torque.
 pub enum FeedForwardSource<'a> {
-    /// No feed-forward: feedback acts alone.
+    /// Without feed-forward: only feedback acts.
     None,
     /// A fixed model.
     Model(&'a dyn Model),
     /// A model that is learned in lock step with the motion, with fixed rates of steps and hand-overs.
     LockStep {
-        /// The learner.
+        /// Learner of the model.
         learner: Box<OnlineLearner>,
-        /// The number of training steps in a second of motion.
+        /// Number of training steps in a second of motion.
         steps: f64,
-        /// The number of hand-overs in a second of motion.
+        /// Number of hand-overs in a second of motion.
         hand_overs: f64,
     },
-    /// A model that is learned on a thread of its own while the loop runs in real time.
+    /// A model that is learned on a separate thread while the loop runs in real time.
     Thread(Box<OnlineLearner>),
 }
 
 /// A robot, its loop, and a change of the robot during the motion.
 pub struct TrackingConfig<'a> {
-    /// The robot.
+    /// Robot that follows the reference.
     pub robot: &'a dyn Model,
-    /// A robot that replaces the first one during the motion, if any.
+    /// Robot that replaces the first one during the motion, if any.
     pub change: Option<RobotChange<'a>>,
-    /// The gains of the feedback.
+    /// Gains of the feedback.
     pub gains: Gains,
-    /// The settings of the loop.
+    /// Settings of the loop.
     pub control: LoopConfig,
-    /// An estimator of what the robot carries, which adds its torque to that of the feed-forward, if any.
+    /// Estimator of the load of the robot, which adds its torque to that of the feed-forward, if any.
     pub payload: Option<PayloadSource<'a>>,
 }
 
-/// The place of a payload, and how it is estimated.
+/// Place of a payload, and settings of its estimation.
 #[derive(Clone, Copy)]
 pub struct PayloadSource<'a> {
-    /// The kinematics of the robot.
+    /// Kinematics of the robot.
     pub bodies: &'a RigidBodies,
-    /// The settings of the estimator.
+    /// Settings of the estimator.
     pub config: PayloadConfig,
-    /// The link that carries it.
+    /// Link that carries the payload.
     pub link: &'a str,
-    /// The time from which on there is an estimate, s from the start of the motion: a model that is learned has to know
+    /// Time of the first estimate, s from the start of the motion: a learned model has to know
     /// the robot first.
     pub from: f64,
 }
 
-/// A robot that is replaced during the motion, for example by one with a payload.
+/// A robot that replaces the first one during the motion, for example one with a payload.
 #[derive(Clone, Copy)]
 pub struct RobotChange<'a> {
-    /// The time of the change, s from the start of the motion.
+    /// Time of the change, s from the start of the motion.
     pub at: f64,
-    /// The new robot, in the state of the old one.
+    /// New robot, in the state of the old one.
     pub robot: &'a dyn Model,
 }
 
-/// The motion of a robot that followed a reference, and the record of its learner.
+/// Motion of a robot that followed a reference, and record of its learner.
 pub struct Tracked {
-    /// The simulated motion.
+    /// Simulated motion.
     pub driven: Driven,
-    /// The record of the learner, where there was one.
+    /// Record of the learner, if there was one.
     pub record: Option<Record>,
-    /// The number of ticks without feed-forward: before the first model, or where a model was not finite.
+    /// Number of ticks without feed-forward: before the first model, or when a model was not finite.
     pub without_model: u64,
-    /// The load that was carried in the end, where one was estimated.
+    /// Load at the end of the motion, if it was estimated.
     pub load: Option<LoadParameters>,
 }
 
@@ -134,7 +134,7 @@ struct Run<'a> {
     config: &'a TrackingConfig<'a>,
     reference: &'a Reference,
     changed: bool,
-    /// (t, q, q̇, τ) of the last tick.
+    /// Row (t, q, q̇, τ) of the last tick.
     row: Vec<f64>,
     begin: f64,
     without_model: u64,
@@ -142,7 +142,7 @@ struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    /// One tick; breaks at the end of the reference, or where the robot diverged.
+    /// Runs one tick; breaks at the end of the reference, or where the robot diverged.
     fn tick(&mut self, controller: &mut dyn Controller) -> ControlFlow<()> {
         let t = self.simulation.time();
         if t > self.reference.end() - self.begin {
@@ -172,7 +172,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Runs with this model, or with feedback alone, until `after` returns true, because there is another, or to the end.
+    /// Runs with this model, or with feedback only, until `after` returns true because of a new model, or to the end.
     fn drive(
         &mut self,
         model: Option<&dyn Model>,
@@ -200,13 +200,13 @@ impl<'a> Run<'a> {
         self.carry(controller, after)
     }
 
-    /// Whether there is an estimator of the load, and its time has come.
+    /// Whether an estimator of the load is present and its time has come.
     fn estimates(&self) -> bool {
         let from = self.config.payload.map_or(0.0, |source| source.from);
         self.estimator.is_some() && self.simulation.time() >= from
     }
 
-    /// Runs with a load that is estimated meanwhile. A model that is learned gets the torques without those of the load.
+    /// Runs with simultaneous estimation of the load. A learned model gets the torques without those of the load.
     fn carry(&mut self, forward: FeedForward, after: &mut dyn FnMut(&[f64]) -> bool) -> Result<()> {
         let Some(mut estimator) = self.estimator.take() else {
             return Ok(());

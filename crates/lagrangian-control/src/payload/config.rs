@@ -8,21 +8,21 @@ use lagrangian::{Error, Result};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PayloadConfig {
-    /// The time constant of each of the two low-passes that torques and regressor pass, s.
+    /// Time constant of each of the two low-passes for torques and regressor, s.
     pub low_pass: f64,
-    /// The time over which torques are forgotten, s.
+    /// Time constant of forgetting torques, s.
     pub memory: f64,
-    /// A mass that is large for this robot, kg.
+    /// Mass of a large load for this robot, kg.
     pub mass: f64,
-    /// The radius of gyration of a usual load, m.
+    /// Radius of gyration of a usual load, m.
     pub gyration: f64,
-    /// The load has changed where what it leaves of the torques exceeds its usual mean square by this factor.
+    /// Factor of the residual's mean square over its usual value that indicates a change of the load.
     pub change_factor: f64,
-    /// A load is carried where it explains this part of the squares that the robot's model leaves.
+    /// Fraction of the model's squared residuals that a load must explain to count as carried.
     pub explained: f64,
-    /// The bandwidth of the feedback that takes out the error that a change has left, rad/s; 0 for none.
+    /// Bandwidth of the feedback that removes the error after a change, rad/s; 0 for none.
     pub catch_up: f64,
-    /// The time after a change over which this feedback acts, in its second half less and less, s.
+    /// Time after a change over which this feedback acts, with a decrease in its second half, s.
     pub catch_up_time: f64,
 }
 
@@ -45,7 +45,7 @@ impl PayloadConfig {
     /// Checks all settings.
     ///
     /// # Errors
-    /// [`Error::Argument`] for the first that is outside its domain.
+    /// [`Error::Argument`] for the first setting outside its domain.
     pub fn validate(&self) -> Result<()> {
         let positive = [
             ("low_pass", self.low_pass),

@@ -6,55 +6,55 @@ use lagrangian::{Evaluator, Result, State};
 use super::PayloadConfig;
 use super::filtered::{Filtered, Tick};
 
-/// The most Newton steps of a tick.
+/// Maximum number of Newton steps of a tick.
 const STEPS: usize = 3;
-/// A Newton step that needs no other after it, in parts of the uncertainty.
+/// Length of a Newton step below which another is not needed, in units of the uncertainty.
 const SMALL: f64 = 0.01;
-/// The time over which noise and usual squares are averaged, s.
+/// Time over which noise and usual squares are averaged, s.
 const AVERAGE: f64 = 1.0;
-/// The time of observation before the first change can be noticed, s.
+/// Time of observation before the first change can be detected, s.
 const WARM_UP: f64 = 0.2;
-/// The time after a change in which no other is noticed, s.
+/// Time after a change in which another is not detected, s.
 const SETTLING: f64 = 0.05;
-/// A square counts at most so many times the mean in that mean.
+/// Maximum ratio of a square to the mean, in the average of that mean.
 const OUTLIER: f64 = 9.0;
-/// The time over which the noise of filtered torques is correlated, in parts of the low-pass: that of velocities, which come
-/// in as differences, for less than that of torques.
+/// Time over which the noise of filtered torques is correlated, relative to the low-pass. That of velocities, which enter
+/// as differences, is correlated for less than that of torques.
 const CORRELATED: f64 = 2.0 / 3.0;
-/// The part of a square of what the model leaves that is never a surprise: a hundredth of its load.
+/// Fraction of the square of the model's residual that never indicates a change: a hundredth of the load.
 const SLIGHT: f64 = 1e-4;
-/// The smallest variance of noise, (N·m)²: exact simulations have none.
+/// Minimum variance of noise, (N·m)²: exact simulations have zero noise.
 const SMALLEST_NOISE: f64 = 1e-14;
-/// A load that is carried remains one where it explains this part of what it would have to explain to become one.
+/// Fraction of the threshold for a new load above which a carried load remains one.
 const HYSTERESIS: f64 = 0.5;
 
 /// Estimates the ten inertial parameters of a load on a link, tick by tick (theory.md, 59a to 59c); [module](super).
 ///
-/// Each estimate is a body that can exist, so that the mass matrix of robot and load stays positive definite. What the motion
-/// does not tell about the load is that of a small ball in the link's origin. Where the load leaves more of the torques than
-/// usual, it has changed: what was known of it is forgotten at once. Nothing is allocated after the constructor.
+/// Each estimate is a possible body, so that the mass matrix of robot and load stays positive definite. Parameters that the
+/// motion does not determine are those of a small ball in the link's origin. A residual that is larger than
+/// usual indicates a change of the load: the old data are then forgotten at once. Nothing is allocated after construction.
 pub struct PayloadEstimator<'a> {
     config: PayloadConfig,
     load: LinkLoad<'a>,
     prior: LoadPrior,
     filtered: Filtered,
     sums: LoadSums,
-    /// Σ rᵀ W r, forgotten as the sums are.
+    /// Sum Σ rᵀ W r, with the forgetting of the other sums.
     squares: f64,
     estimate: LoadParameters,
     carried: bool,
-    /// Mean squares of the noise and of what the load leaves, for each joint.
+    /// Mean squares of the noise and of the residual without the load, for each joint.
     noise: Vec<Mean>,
     usual: Vec<Mean>,
-    /// Seconds since the last change.
+    /// Time since the last change, s.
     since: f64,
     changes: u64,
     torque: Vec<f64>,
-    /// The torque that acts until the next tick of a controller; NaN before the first.
+    /// Torque that acts until the next tick of a controller; NaN before the first.
     acting: Vec<f64>,
 }
 
-/// The mean of squares over the last second.
+/// Mean of squares over the last second.
 #[derive(Debug, Clone, Copy, Default)]
 struct Mean {
     square: f64,
@@ -62,7 +62,7 @@ struct Mean {
 }
 
 impl Mean {
-    /// Adds a square of `h` seconds; an outlier counts little once the mean is known.
+    /// Adds a square of `h` seconds; an outlier has a limited influence once the mean is known.
     fn add(&mut self, square: f64, h: f64) {
         if !square.is_finite() {
             return;
@@ -78,8 +78,8 @@ impl Mean {
 }
 
 impl<'a> PayloadEstimator<'a> {
-    /// Begins without a load on the link of this name, such as [`RigidBodies::tip`]. Of `robot` only the kinematics
-    /// count: it is that of a description, an identified robot or a learned chain.
+    /// Begins without a load on the link of this name, such as [`RigidBodies::tip`]. Only the kinematics of `robot`
+    /// are used: a description, an identified robot or a learned chain.
     ///
     /// # Errors
     /// As [`PayloadConfig::validate`] and [`LinkLoad::new`].
@@ -110,19 +110,19 @@ impl<'a> PayloadEstimator<'a> {
         self.load.dof()
     }
 
-    /// The load in the axes of the link, where there is one.
+    /// Load in the axes of the link, if one is carried.
     #[must_use]
     pub fn load(&self) -> Option<&LoadParameters> {
         self.carried.then_some(&self.estimate)
     }
 
-    /// The number of changes that were noticed.
+    /// Number of detected changes.
     #[must_use]
     pub fn changes(&self) -> u64 {
         self.changes
     }
 
-    /// Takes a tick: time, measured state, and the torque that acted since the tick before, `[n]`; `base` is the model of the
+    /// Processes a tick: time, measured state, and the torque since the last tick, `[n]`; `base` is the model of the
     /// robot alone. Numbers that are not finite, and gaps, begin a new stretch.
     pub fn observe(&mut self, base: &mut dyn Evaluator, t: f64, state: &State, tau: &[f64]) {
         let tick = Tick {
@@ -157,14 +157,14 @@ impl<'a> PayloadEstimator<'a> {
         self.acting.copy_from_slice(tau);
     }
 
-    /// [`PayloadEstimator::observe`] with the torque that was set.
+    /// Calls [`PayloadEstimator::observe`] with the torque that was set.
     pub(super) fn observe_acting(&mut self, base: &mut dyn Evaluator, t: f64, state: &State) {
         let acting = std::mem::take(&mut self.acting);
         self.observe(base, t, state, &acting);
         self.acting = acting;
     }
 
-    /// Takes the torque of the load over the last tick from `tau`, `[n]`.
+    /// Subtracts the torque of the load over the last tick from `tau`, `[n]`.
     pub(super) fn unload(&mut self, tau: &mut [f64]) {
         if self.carried {
             let Filtered { q, qd, qdd, .. } = &self.filtered;
@@ -174,7 +174,7 @@ impl<'a> PayloadEstimator<'a> {
         }
     }
 
-    /// The gains of accelerations, s⁻² and s⁻¹, that take out what a change has left; 0 without one (theory.md, 59d).
+    /// Gains of accelerations, s⁻² and s⁻¹, that remove the error after a change; 0 without one (theory.md, 59d).
     pub(super) fn catch_up(&self) -> (f64, f64) {
         let PayloadConfig {
             catch_up,
@@ -188,7 +188,7 @@ impl<'a> PayloadEstimator<'a> {
         (part * catch_up * catch_up, 2.0 * part * catch_up)
     }
 
-    /// The mean over the joints of the square that the load leaves, in parts of the usual one.
+    /// Mean over the joints of the squared residual without the load, relative to the usual one.
     fn surprise(&self) -> f64 {
         if self.usual.iter().any(|usual| usual.seconds < WARM_UP) {
             return 0.0;

@@ -1,13 +1,13 @@
-//! Feed-forward with a load that is estimated on the way.
+//! Feed-forward with a load that is estimated during the motion.
 
 use super::PayloadEstimator;
 use crate::{Controller, Desired, FeedForward};
 use lagrangian::{Error, Result, State};
 
-/// [`FeedForward`], and beside it the torque of the load that an estimator finds meanwhile (theory.md, 59d).
+/// [`FeedForward`] with the torque of the load that an estimator finds meanwhile (theory.md, 59d).
 ///
-/// For a moment after the load has changed the acceleration of the reference is that of [`ComputedTorque`](crate::ComputedTorque),
-/// so that the error that arose before the load was known does not wait for feedback of low gain.
+/// For a short time after a change of the load, the acceleration of the reference is that of
+/// [`ComputedTorque`](crate::ComputedTorque), so that the error of the unknown load does not depend on feedback of low gain.
 ///
 /// ```
 /// use lagrangian::rigid::{self, RigidBodies};
@@ -42,7 +42,7 @@ pub struct PayloadFeedForward<'f, 'a, 'e> {
 }
 
 impl<'f, 'a, 'e> PayloadFeedForward<'f, 'a, 'e> {
-    /// A feed-forward whose model knows the robot alone, and the estimator of its load, which keeps what it found.
+    /// A feed-forward whose model is that of the robot alone, and the estimator of its load, which keeps its estimate.
     ///
     /// # Errors
     /// [`Error::Shape`] for an estimator of another number of joints.
@@ -58,19 +58,19 @@ impl<'f, 'a, 'e> PayloadFeedForward<'f, 'a, 'e> {
         })
     }
 
-    /// Says which torque acts until the next tick, `[n]`, where that is not what the controller asked for: after limits and
+    /// Sets the torque that acts until the next tick, `[n]`, if it differs from the output of the controller: after limits and
     /// delays.
     pub fn set_acting(&mut self, tau: &[f64]) {
         self.estimator.set_acting(tau);
     }
 
-    /// Takes the torque of the load over the last tick from `tau`, `[n]`: what remains is for a model of the robot alone to
-    /// learn from.
+    /// Subtracts the torque of the load over the last tick from `tau`, `[n]`; a model of the robot alone can learn from the
+    /// remainder.
     pub fn unload(&mut self, tau: &mut [f64]) {
         self.estimator.unload(tau);
     }
 
-    /// The number of ticks at which the model was not finite, so that feedback acted alone.
+    /// Number of ticks at which the model was not finite, so that only feedback acted.
     #[must_use]
     pub fn dropped(&self) -> u64 {
         self.forward.dropped()

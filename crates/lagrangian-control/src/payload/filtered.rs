@@ -1,9 +1,9 @@
-//! What the model of the robot leaves of the torques, and the regressor of a load, through the same low-pass.
+//! The residual torques of the model of the robot, and the regressor of a load, through equal low-passes.
 
 use lagrangian::Evaluator;
 use lagrangian::rigid::{LinkLoad, LoadParameters};
 
-/// One tick of a loop: the measured state, and the torque that acted since the tick before.
+/// One tick of a loop: the measured state, and the torque since the last tick.
 #[derive(Clone, Copy)]
 pub(super) struct Tick<'a> {
     pub(super) t: f64,
@@ -19,14 +19,14 @@ impl Tick<'_> {
     }
 }
 
-/// The residual r = τ − τ̂ and the regressor Y of a load over each tick, both through two low-passes of first order
+/// Residual r = τ − τ̂ and regressor Y of a load over each tick, both through two low-passes of first order
 /// (theory.md, 59a).
 pub(super) struct Filtered {
     constant: f64,
     last: Option<f64>,
     last_q: Vec<f64>,
     last_qd: Vec<f64>,
-    /// The mean motion over the last tick, `[n]` each.
+    /// Mean motion over the last tick, `[n]` each.
     pub(super) q: Vec<f64>,
     pub(super) qd: Vec<f64>,
     pub(super) qdd: Vec<f64>,
@@ -35,14 +35,14 @@ pub(super) struct Filtered {
     joints: Vec<Joint>,
 }
 
-/// What the low-passes hold of one joint.
+/// State of the low-passes of one joint.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Joint {
     once: f64,
     once_row: LoadParameters,
-    /// r.
+    /// Filtered residual r.
     pub(super) residual: f64,
-    /// Its row of Y.
+    /// Filtered row of Y.
     pub(super) row: LoadParameters,
     thrice: f64,
 }
@@ -64,19 +64,19 @@ impl Joint {
         self.once.is_finite() && self.residual.is_finite() && row.all(|y| y.is_finite())
     }
 
-    /// r without what a load of these parameters explains.
+    /// r less the part explained by a load of these parameters.
     pub(super) fn left_by(&self, load: Option<&LoadParameters>) -> f64 {
         let explained = |load: &LoadParameters| self.row.iter().zip(load).map(|(y, x)| y * x).sum();
         self.residual - load.map_or(0.0, explained)
     }
 
-    /// The square of the noise of r: twice that of what a third low-pass removes.
+    /// Square of the noise of r: twice that of the part removed by a third low-pass.
     pub(super) fn noise(&self) -> f64 {
         2.0 * (self.residual - self.thrice).powi(2)
     }
 }
 
-/// A tick that comes later than this after the one before begins a new stretch, s.
+/// Maximum time between ticks of one stretch, s.
 const GAP: f64 = 0.1;
 
 impl Filtered {
@@ -100,12 +100,12 @@ impl Filtered {
         &self.joints
     }
 
-    /// Begins a new stretch: all filters at 0, so that both sides still belong together.
+    /// Begins a new stretch with all filters at 0, so that both sides remain consistent.
     pub(super) fn restart(&mut self) {
         self.joints.fill(Joint::default());
     }
 
-    /// Takes a tick; the seconds since the one before, or nothing where a number is not finite or a stretch begins.
+    /// Processes a tick; returns the seconds since the last one, or `None` for a number that is not finite or a new stretch.
     pub(super) fn push(
         &mut self,
         tick: Tick,
@@ -128,7 +128,7 @@ impl Filtered {
         moved
     }
 
-    /// Whether everything was finite.
+    /// Whether all values were finite.
     fn advance(
         &mut self,
         h: f64,

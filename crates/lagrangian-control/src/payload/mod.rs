@@ -1,15 +1,15 @@
 //! A payload that is estimated while the robot carries it.
 //!
-//! Of a robot with a load in its hand ten numbers are unknown: mass, first and second moments of the load. They enter the
-//! torque linearly, whatever the model of the robot itself is, so that recursive least squares finds what matters of them in
+//! A load in the hand of a robot has ten unknown numbers: mass, first and second moments. They enter the torque
+//! linearly, whatever the model of the robot itself, so that recursive least squares finds the relevant ones in
 //! hundredths of a second (theory.md, 59a to 59d).
 //!
-//! | file | what it does |
+//! | file | content |
 //! |---|---|
 //! | `config.rs` | the settings |
-//! | `filtered.rs` | what the model leaves of the torques, and the regressor of a load, through the same low-pass |
-//! | `estimator.rs` | the load from these, and when it changes |
-//! | `feed_forward.rs` | the controller that carries it |
+//! | `filtered.rs` | residual torques of the model and regressor of a load, through equal low-passes |
+//! | `estimator.rs` | the load from these, and the detection of changes |
+//! | `feed_forward.rs` | the controller that carries the load |
 
 mod config;
 mod estimator;

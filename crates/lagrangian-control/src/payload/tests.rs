@@ -1,4 +1,4 @@
-//! Loads that are known, on an arm that is known.
+//! Known loads on a known arm.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use super::*;
@@ -19,7 +19,7 @@ fn loaded() -> RigidBodies {
     arm.with_payload("link_7", 2.0, [0.0, 0.0, 0.08]).unwrap()
 }
 
-/// All joints swing about the same place.
+/// A motion in which all joints swing about one configuration.
 fn swing(seconds: f64) -> Reference {
     let t = times(seconds, 0.005).unwrap();
     let rate = |i: usize| 2.0 + 0.3 * i as f64;
@@ -43,7 +43,7 @@ fn gains() -> Gains {
     }
 }
 
-/// The noise of the experiment `tracking`.
+/// Noise of the experiment `tracking`.
 fn noisy() -> LoopConfig {
     LoopConfig {
         sensors: Sensors {
@@ -57,7 +57,7 @@ fn noisy() -> LoopConfig {
     }
 }
 
-/// What the arm without a load follows until `change`, and that with it from then on; the load at the end.
+/// Motion of the arm without a load until `change`, and with it from then on; the load at the end.
 fn run(config: LoopConfig, change: f64, end: f64) -> (Driven, Option<LoadParameters>, u64) {
     let (arm, loaded, reference) = (arm(), loaded(), swing(6.0));
     let mut estimator = PayloadEstimator::new(&arm, "link_7", PayloadConfig::default()).unwrap();
@@ -76,7 +76,7 @@ fn start(reference: &Reference) -> State {
     State::new(samples.q[..7].to_vec(), samples.qd[..7].to_vec())
 }
 
-/// The largest error of a joint from `from` on.
+/// Largest error of a joint from `from` on.
 fn largest_error(driven: &Driven, from: f64) -> f64 {
     let reference = swing(6.0);
     let mut desired = crate::Desired::new(7);
@@ -100,7 +100,7 @@ fn a_load_is_known_to_a_percent_within_half_a_second() {
         let exact = config == LoopConfig::default();
         let (_, load, changes) = run(config, 1.0, 1.5);
         let load = load.unwrap();
-        // Without noise the smallest error of the integration is a surprise.
+        // Without noise, even the smallest integration error indicates a change.
         assert!(changes == 1 || exact, "{changes} changes");
         assert!((load[0] - 2.0).abs() < 0.02, "{load:?}");
         assert!((load[3] - 0.16).abs() < 0.01, "{load:?}");
@@ -126,7 +126,7 @@ fn without_a_load_the_torques_are_those_of_the_feed_forward_alone() {
     assert_eq!(simulation.finish().trajectory, driven.trajectory);
 }
 
-/// Ticks of the arm with a load, under feedback alone: time, state, and the torque since the tick before.
+/// Ticks of the arm with a load, under feedback only: time, state, and the torque since the last tick.
 fn ticks() -> Vec<(f64, State, Vec<f64>)> {
     let (loaded, reference) = (loaded(), swing(2.0));
     let mut pd = Pd::new(gains(), &reference).unwrap();
@@ -168,7 +168,7 @@ fn measurements_that_are_not_finite_are_skipped() {
 
 #[test]
 fn every_estimate_is_a_body_so_that_the_mass_matrix_stays_definite() {
-    // Torques of no load at all: half of them weigh less than nothing.
+    // Torques that do not belong to a load: half of them correspond to a negative mass.
     let arm = arm();
     let mut base = arm.dynamics();
     let mut estimator = PayloadEstimator::new(&arm, "link_7", PayloadConfig::default()).unwrap();
