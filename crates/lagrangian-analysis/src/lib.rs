@@ -2,8 +2,8 @@
 //!
 //! # The problem
 //!
-//! A learned Lagrangian that predicts well is also an object to reason about: which paths make its action stationary, which
-//! quantities it conserves, how long its motions can be predicted at all. And before one is learned there is the question
+//! A learned Lagrangian that predicts well can also be analysed: the paths that make its action stationary, the
+//! quantities that it conserves, the time for which its motions can be predicted. A question before learning is
 //! whether the recorded motions have a Lagrangian.
 //!
 //! | module | question | answer |

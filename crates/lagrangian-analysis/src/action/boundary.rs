@@ -4,14 +4,14 @@ use std::f64::consts::TAU;
 
 use lagrangian::{Coordinates, Error, Result};
 
-/// The two ends of a path: configurations and the time between them.
+/// Both ends of a path: configurations and the time between them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Boundary {
-    /// The configuration q at time 0, `[n]`.
+    /// Configuration q at time 0, `[n]`.
     pub from: Vec<f64>,
-    /// The configuration q at time T, `[n]`; angles are unwrapped, so that it contains the turns of the path.
+    /// Configuration q at time T, `[n]`; angles are unwrapped, so that it contains the turns of the path.
     pub to: Vec<f64>,
-    /// The time T between the ends, s.
+    /// Time T between the ends, s.
     pub duration: f64,
 }
 

@@ -6,44 +6,44 @@ use super::tridiagonal::BlockTridiagonal;
 use lagrangian::Lagrangian;
 use lagrangian::mechanics::{Curvature, Jet, Jets};
 
-/// A path on an even grid of time.
+/// A path on a uniform time grid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Path {
-    /// The number n of degrees of freedom.
+    /// Number n of degrees of freedom.
     pub dof: usize,
-    /// The time from the first node to the last, s.
+    /// Time from the first node to the last, s.
     pub duration: f64,
-    /// The nodes, angles unwrapped, `[N + 1, n]`.
+    /// Nodes with unwrapped angles, `[N + 1, n]`.
     pub q: Vec<f64>,
 }
 
 impl Path {
-    /// The number N of segments.
+    /// Number N of segments.
     #[must_use]
     pub fn segments(&self) -> usize {
         (self.q.len() / self.dof.max(1)).saturating_sub(1)
     }
 
-    /// The time h of a segment, s.
+    /// Duration h of a segment, s.
     #[must_use]
     pub fn step(&self) -> f64 {
         self.duration / self.segments().max(1) as f64
     }
 
-    /// The configuration at node `k`, `[n]`.
+    /// Configuration at node `k`, `[n]`.
     #[must_use]
     pub fn node(&self, k: usize) -> &[f64] {
         &self.q[k * self.dof..(k + 1) * self.dof]
     }
 
-    /// The times of the nodes, s, `[N + 1]`.
+    /// Times of the nodes, s, `[N + 1]`.
     #[must_use]
     pub fn times(&self) -> Vec<f64> {
         let step = self.step();
         (0..=self.segments()).map(|k| k as f64 * step).collect()
     }
 
-    /// The nodes between the ends.
+    /// Nodes between the ends.
     pub(super) fn inner(&self) -> &[f64] {
         &self.q[self.dof..self.q.len() - self.dof]
     }
@@ -60,7 +60,7 @@ impl Path {
         eta
     }
 
-    /// The path refined by a node between every two: cubic inside, quadratic at the ends.
+    /// The path with an additional node between every two: cubic interpolation inside, quadratic at the ends.
     pub(super) fn refined(&self) -> Self {
         let (n, last) = (self.dof, self.segments());
         let mut q = Vec::with_capacity((2 * last + 1) * n);
@@ -69,7 +69,7 @@ impl Path {
             for i in 0..n {
                 let at = |k: usize| self.q[k * n + i];
                 let bend = |k: usize| at(k - 1) - 2.0 * at(k) + at(k + 1);
-                // The ends have no second difference; their segments take that of the other node.
+                // The ends do not have a second difference; their segments use that of the other node.
                 let (a, b) = (k.clamp(1, last - 1), (k + 1).clamp(1, last - 1));
                 q.push(0.5 * (at(k) + at(k + 1)) - 0.0625 * (bend(a) + bend(b)));
             }
@@ -80,7 +80,7 @@ impl Path {
 }
 
 /// Evaluates S = Σ h L((qₖ + qₖ₊₁)/2, (qₖ₊₁ − qₖ)/h) and its derivatives by the nodes (theory.md, equation 73);
-/// owns its memory.
+/// owns its scratch memory.
 pub struct DiscreteAction<'a> {
     jets: Box<dyn Jets + 'a>,
     jet: Jet,
@@ -90,7 +90,7 @@ pub struct DiscreteAction<'a> {
 }
 
 impl<'a> DiscreteAction<'a> {
-    /// The action of this Lagrangian.
+    /// Discrete action of this Lagrangian.
     #[must_use]
     pub fn new(lagrangian: &'a dyn Lagrangian) -> Self {
         Self {
@@ -109,7 +109,7 @@ impl<'a> DiscreteAction<'a> {
         path.step() * self.jet.lagrangian.iter().sum::<f64>()
     }
 
-    /// The changes S(q + ε η) − S(q) of the action along a variation η, `[N + 1, n]`, for each ε; η should vanish at the
+    /// Changes S(q + ε η) − S(q) of the action along a variation η, `[N + 1, n]`, for each ε; η should vanish at the
     /// ends.
     pub fn changes(&mut self, path: &Path, eta: &[f64], epsilon: &[f64]) -> Vec<f64> {
         let still = self.action(path);
@@ -134,7 +134,7 @@ impl<'a> DiscreteAction<'a> {
             .collect()
     }
 
-    /// The momenta at the ends of a stationary path, −∂S/∂q₀ and ∂S/∂q₁ (theory.md, equation 74).
+    /// Momenta at the ends of a stationary path, −∂S/∂q₀ and ∂S/∂q₁ (theory.md, equation 74).
     pub fn end_momenta(&mut self, path: &Path) -> [Vec<f64>; 2] {
         self.evaluate(path);
         let last = path.segments() - 1;
@@ -143,7 +143,7 @@ impl<'a> DiscreteAction<'a> {
         [first.collect(), end.collect()]
     }
 
-    /// H over the inner nodes, and the mass matrices at the middles of the segments, `[N, n, n]`.
+    /// Hessian H over the inner nodes, and the mass matrices at the middles of the segments, `[N, n, n]`.
     pub(super) fn hessian(&mut self, path: &Path) -> (BlockTridiagonal, &[f64]) {
         self.evaluate(path);
         self.jets

@@ -44,7 +44,7 @@ pub(super) fn guess(
             q.push(straight + inner * bulge.sum::<f64>());
         }
     }
-    // The ends themselves, not rounded.
+    // The exact ends, without rounding.
     q[segments * n..].copy_from_slice(&ends.to);
     Path {
         dof: n,

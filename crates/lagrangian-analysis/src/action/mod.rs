@@ -1,4 +1,4 @@
-//! The action of paths, the stationary paths between two ends, and whether they are minima.
+//! The action of paths, the stationary paths between two ends, and their classification as minima.
 //!
 //! | symbol | meaning | shape |
 //! |---|---|---|
@@ -8,7 +8,7 @@
 //! | S | Σ Lᵈ(qₖ, qₖ₊₁) | |
 //! | H | ∂²S/∂q∂q over the inner nodes, block tridiagonal | `[(N − 1) n]²` |
 //!
-//! Hamilton's principle: a motion makes S stationary among all paths with its ends. Stationary, not least: beyond a
+//! Hamilton's principle: a motion makes S stationary among all paths with its ends, but not always least: beyond a
 //! conjugate point some neighbouring paths have less action, and the dimension of their space is the Morse index (theory.md,
 //! equations 73 to 77).
 //!

@@ -3,19 +3,19 @@
 use super::discrete::{DiscreteAction, Path};
 use super::search::Failure;
 
-/// The largest number of iterations.
+/// Maximum number of iterations.
 const MOST: usize = 60;
-/// The shortest damped step.
+/// Minimum damping factor of a step.
 const SHORTEST: f64 = 1e-6;
-/// A step this small against the path, without damping, has converged: quadratic convergence makes the next one
+/// Relative size of an undamped step at which the path has converged: quadratic convergence makes the next one
 /// smaller than rounding.
 const CONVERGED: f64 = 1e-9;
 
-/// Moves the inner nodes to where S is stationary.
+/// Moves the inner nodes to a stationary point of S.
 ///
 /// The length λ of a step d = −H⁻¹ ∂S is chosen by the natural monotonicity test: the simplified correction
 /// −H⁻¹ ∂S(q + λ d) must be shorter than (1 − λ/4) d (Deuflhard, *Newton Methods for Nonlinear Problems*, 2004,
-/// section 3.3). Unlike |∂S|, this measure does not depend on how the equations are scaled.
+/// section 3.3). Unlike |∂S|, this measure is independent of the scaling of the equations.
 ///
 /// # Errors
 /// [`Failure::Undefined`], or [`Failure::NotConverged`] where no step makes the next correction smaller.

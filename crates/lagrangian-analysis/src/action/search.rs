@@ -15,11 +15,11 @@ use lagrangian::{Error, Lagrangian, Result};
 /// Settings of a search for stationary paths.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SearchOptions {
-    /// The number N of segments of a path, even.
+    /// Number N of segments of a path, even.
     pub segments: usize,
-    /// The number of initial paths: the straight one, and others with random bulges.
+    /// Number of initial paths: the straight one, and others with random bulges.
     pub guesses: usize,
-    /// The seed of the bulges.
+    /// Seed of the bulges.
     pub seed: u64,
 }
 
@@ -37,7 +37,7 @@ impl SearchOptions {
     /// Checks the settings.
     ///
     /// # Errors
-    /// [`Error::Argument`] for the first that is outside its domain.
+    /// [`Error::Argument`] for the first setting outside its domain.
     pub fn validate(&self) -> Result<()> {
         let steps = "an even number from 4 to 100000";
         if !(4..=100_000).contains(&self.segments) || !self.segments.is_multiple_of(2) {
@@ -51,11 +51,11 @@ impl SearchOptions {
     }
 }
 
-/// The reason why an initial path led to no stationary path; later ones are nearer to success.
+/// Reason why an initial path did not lead to a stationary path; later variants are nearer to success.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Failure {
-    /// L has no finite value along the initial path.
+    /// L is not finite along the initial path.
     Undefined,
     /// Newton's method did not converge.
     NotConverged,
@@ -79,19 +79,19 @@ impl fmt::Display for Failure {
     }
 }
 
-/// The result of a search.
+/// Result of a search.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Search {
-    /// The distinct stationary paths that were found, the one of least action first. There may be others.
+    /// Distinct stationary paths, the one of least action first. Others may exist.
     pub paths: Vec<StationaryPath>,
-    /// The number of initial paths.
+    /// Number of initial paths.
     pub tried: usize,
-    /// The failures of the other initial paths.
+    /// Failures of the other initial paths.
     pub failures: Vec<Failure>,
 }
 
 impl Search {
-    /// The reason for the failure of the whole search; none where a path was found.
+    /// Reason for the failure of the whole search; `None` if a path was found.
     #[must_use]
     pub fn failure(&self) -> Option<Failure> {
         match self.paths.is_empty() {
@@ -101,8 +101,8 @@ impl Search {
     }
 }
 
-/// Searches the stationary paths between two ends. A search without a path is an outcome, not an error. The same options
-/// give the same paths whatever the number of threads.
+/// Searches the stationary paths between two ends. A search without a path is an outcome, not an error. Equal options
+/// give equal paths for any number of threads.
 ///
 /// # Errors
 /// As [`SearchOptions::validate`]; [`Error::Shape`] where the ends have another number of coordinates than `lagrangian`.

@@ -1,32 +1,32 @@
-//! The second variation of the action, which tells whether a stationary path is a minimum, and its conjugate points.
+//! The second variation of the action, which classifies a stationary path as a minimum or not, and its conjugate points.
 
 use super::discrete::{DiscreteAction, Path};
 use super::tridiagonal::{BlockTridiagonal, Factored};
 use lagrangian::mechanics::{diagonalise, inverse_root, product};
 
-/// Halvings of an interval that holds an eigenvalue.
+/// Number of bisections of an interval that contains an eigenvalue.
 const BISECTIONS: usize = 60;
 
-/// The second variation of the action at a stationary path.
+/// Second variation of the action at a stationary path.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct SecondVariation {
-    /// The Morse index: the dimension of the space of variations that lower the action.
+    /// Morse index: the dimension of the space of variations that lower the action.
     pub morse_index: usize,
-    /// The conjugate times, s, at which neighbouring motions from the same start meet the path again, with multiplicity.
+    /// Conjugate times, s, at which neighbouring motions from the same start meet the path again, with multiplicity.
     /// The Morse index is their number before the end (Morse 1934).
     pub conjugate_times: Vec<f64>,
-    /// Whether M is positive definite along the path (Legendre's condition); otherwise no path is a minimum.
+    /// Whether M is positive definite along the path (Legendre's condition); otherwise a path cannot be a minimum.
     pub convex: bool,
-    /// The least eigenvalue λ of −d/dt(∂²L δq̇…) on variations that vanish at the ends, H v = λ h v; its sign changes
+    /// Least eigenvalue λ of −d/dt(∂²L δq̇…) on variations that vanish at the ends, H v = λ h v; its sign changes
     /// when the end passes the first conjugate point.
     pub least_eigenvalue: f64,
-    /// The eigenvector v of the least eigenvalue at all nodes, with the largest entry 1, `[N + 1, n]`.
+    /// Eigenvector v of the least eigenvalue at all nodes, with the largest entry 1, `[N + 1, n]`.
     #[serde(skip)]
     pub mode: Vec<f64>,
 }
 
 impl DiscreteAction<'_> {
-    /// The second variation at a path of at least two segments.
+    /// Second variation at a path of at least two segments.
     pub fn second_variation(&mut self, path: &Path) -> SecondVariation {
         let (hessian, masses) = self.hessian(path);
         let n = path.dof;
@@ -45,7 +45,7 @@ impl DiscreteAction<'_> {
     }
 }
 
-/// The conjugate times, s. Dₖ = −Uₖ Jₖ₊₁ Jₖ⁻¹ for the Jacobi fields J that vanish at the start: an eigenvalue μ < 0 of (Dₖ, −Uₖ)
+/// Conjugate times, s. Dₖ = −Uₖ Jₖ₊₁ Jₖ⁻¹ for the Jacobi fields J that vanish at the start: an eigenvalue μ < 0 of (Dₖ, −Uₖ)
 /// is the ratio of a field at two neighbouring nodes, with a zero 1/(1 − μ) of the way from one to the other (theory.md, 77).
 fn crossings(hessian: &BlockTridiagonal, factored: &Factored<'_>, step: f64) -> Vec<f64> {
     let mut times = Vec::new();
@@ -64,7 +64,7 @@ fn crossings(hessian: &BlockTridiagonal, factored: &Factored<'_>, step: f64) -> 
     times
 }
 
-/// Eigenvalues μ of D v = μ B v with B the symmetric part of −U; none where B is not positive definite.
+/// Eigenvalues μ of D v = μ B v with B the symmetric part of −U; empty where B is not positive definite.
 fn ratios(d: &[f64], upper: &[f64], n: usize) -> Vec<f64> {
     let b = |i: usize, j: usize| -0.5 * (upper[i * n + j] + upper[j * n + i]);
     let symmetric: Vec<f64> = (0..n * n).map(|ij| b(ij / n, ij % n)).collect();
@@ -77,7 +77,7 @@ fn ratios(d: &[f64], upper: &[f64], n: usize) -> Vec<f64> {
     (0..n).map(|i| scaled[i * n + i]).collect()
 }
 
-/// The least eigenvalue of H by bisection: H − σ has as many negative eigenvalues as H has below σ.
+/// Least eigenvalue of H by bisection: H − σ has as many negative eigenvalues as H has below σ.
 fn least_eigenvalue(hessian: &BlockTridiagonal) -> f64 {
     let bound = hessian.bound();
     if !bound.is_finite() {
@@ -94,13 +94,13 @@ fn least_eigenvalue(hessian: &BlockTridiagonal) -> f64 {
     0.5 * (low + high)
 }
 
-/// Its eigenvector by inverse iteration, with the fixed ends, its largest entry 1.
+/// Eigenvector of the least eigenvalue by inverse iteration, with the fixed ends and its largest entry 1.
 fn mode(hessian: &BlockTridiagonal, least: f64) -> Vec<f64> {
     let n = hessian.n;
     let shifted = hessian.shifted(least);
     let factored = shifted.factor();
     let count = hessian.diagonal.len() / n;
-    // A start that is orthogonal to no mode in particular.
+    // An initial vector that is unlikely to be orthogonal to a mode.
     let mut v: Vec<f64> = (0..count).map(|i| 1.0 + 0.3 * (i as f64).sin()).collect();
     for _ in 0..4 {
         factored.solve(&mut v);

@@ -1,4 +1,4 @@
-//! A stationary path and its properties: action, momenta, energies, and whether it is a minimum.
+//! A stationary path and its properties: action, momenta, energies, and its kind.
 
 use serde::Serialize;
 
@@ -8,7 +8,7 @@ use lagrangian::mechanics::{Jet, Jets, SymmetricSolver, dot};
 use lagrangian::score::{Grade, Judgement, Outside, extrapolation};
 use lagrangian::{Lagrangian, Signals, Trajectory};
 
-/// Whether a stationary path is a minimum of the action.
+/// Kind of a stationary path: whether it is a minimum of the action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PathKind {
@@ -16,42 +16,42 @@ pub enum PathKind {
     Minimum,
     /// The end lies beyond a conjugate point: some neighbouring paths have less action.
     Saddle,
-    /// The end is conjugate to the start within the accuracy of the grid: some neighbouring paths have the same action.
+    /// The end is conjugate to the start within the accuracy of the grid: some neighbouring paths have equal action.
     Conjugate,
-    /// M is not positive definite along the path: no path is a minimum.
+    /// M is not positive definite along the path, which cannot be a minimum.
     Irregular,
 }
 
 /// A path along which the action is stationary.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StationaryPath {
-    /// The nodes of the path.
+    /// Nodes of the path.
     #[serde(skip)]
     pub path: Path,
-    /// The action S, J·s.
+    /// Action S, J·s.
     pub action: f64,
-    /// The error of the action, estimated from a grid half as fine.
+    /// Error of the action, estimated from a grid half as fine.
     pub action_error: f64,
-    /// The error of the nodes, estimated in the same manner, in the units of the coordinates.
+    /// Error of the nodes, estimated likewise, in the units of the coordinates.
     pub path_error: f64,
-    /// The residual force: the largest |∂S/∂q| / h of a node, in the units of the forces.
+    /// Residual force: the largest |∂S/∂q| / h of a node, in the units of the forces.
     pub residual: f64,
-    /// The momenta at both ends, −∂S/∂q₀ and ∂S/∂q₁, `[n]` each.
+    /// Momenta at both ends, −∂S/∂q₀ and ∂S/∂q₁, `[n]` each.
     pub momenta: [Vec<f64>; 2],
-    /// The velocities at both ends, from the momenta, `[n]` each.
+    /// Velocities at both ends, from the momenta, `[n]` each.
     pub velocities: [Vec<f64>; 2],
-    /// The energies at both ends, J; ∂S/∂T = −H.
+    /// Energies at both ends, J; ∂S/∂T = −H.
     pub energies: [f64; 2],
-    /// Whether the path is a minimum of the action.
+    /// Kind of the path: whether it is a minimum of the action.
     #[serde(rename = "verdict")]
     pub kind: PathKind,
-    /// The second variation: Morse index, conjugate times, and the mode of least curvature.
+    /// Second variation: Morse index, conjugate times, and the mode of least curvature.
     pub second_variation: SecondVariation,
 }
 
 impl StationaryPath {
-    /// The grade of the path: by its error of the grid as a part of the way, by whether there is another path of the same
-    /// action, and by whether the states of the path lie where the model was fitted.
+    /// Grade of the path by three criteria: the grid error relative to the extent of the path, other paths of equal
+    /// action, and states of the path outside of those of the model's fit.
     #[must_use]
     pub fn judged(&self, outside: Option<&Outside>) -> Judgement {
         let part = self.path_error / extent(&self.path).max(f64::MIN_POSITIVE);
@@ -77,7 +77,7 @@ impl StationaryPath {
     }
 }
 
-/// The largest distance from the first node in any coordinate.
+/// Largest distance from the first node in any coordinate.
 pub(super) fn extent(path: &Path) -> f64 {
     let first = path.node(0);
     let rows = path.q.chunks_exact(path.dof);
@@ -150,7 +150,7 @@ impl StationaryPath {
         )
     }
 
-    /// Whether both are one path within rounding.
+    /// Whether both are equal within rounding.
     pub(super) fn is_same(&self, other: &Self) -> bool {
         let apart = self.path.q.iter().zip(&other.path.q);
         let far = apart.fold(0.0, |far: f64, (a, b)| far.max((a - b).abs()));
@@ -158,7 +158,7 @@ impl StationaryPath {
     }
 }
 
-/// q̇ with ∂L/∂q̇ = p at q, by Newton's method from `qd`, which also serves where M is indefinite, and the energy there.
+/// Velocity q̇ with ∂L/∂q̇ = p at q, by Newton's method from `qd`, which is also used where M is indefinite, and the energy there.
 fn velocity(jets: &mut dyn Jets, q: &[f64], p: &[f64], mut qd: Vec<f64>) -> (Vec<f64>, f64) {
     let mut jet = Jet::default();
     let mut solver = SymmetricSolver::new(q.len());

@@ -35,7 +35,7 @@ fn ends_of_motion(system: &dyn AnalyticModel, q: &[f64], qd: &[f64], duration: f
     }
 }
 
-/// The path among those found that begins with this velocity.
+/// The path of the search that begins with this velocity.
 fn with_velocity<'a>(search: &'a Search, qd: &[f64]) -> &'a StationaryPath {
     let near = |path: &&StationaryPath| far(&path.velocities[0], qd);
     let paths = search.paths.iter();
@@ -91,7 +91,7 @@ fn after_half_a_period_the_path_of_an_oscillator_is_a_saddle() {
         assert_eq!(second.morse_index, index);
         assert_eq!(second.conjugate_times.len(), index);
         for (k, t) in second.conjugate_times.iter().enumerate() {
-            // The midpoint rule turns by 2 atan(ω h/2) a step: late by (ω h)²/12.
+            // The midpoint rule turns by 2 atan(ω h/2) a step, which delays it by the relative error (ω h)²/12.
             let late = t / ((k + 1) as f64 * half) - 1.0;
             let expected = (2.0 * time / 400.0).powi(2) / 12.0;
             assert!((late / expected - 1.0).abs() < 0.05, "{late} {expected}");
@@ -231,7 +231,7 @@ fn a_pendulum_gets_there_directly_or_over_the_top() {
 
 #[test]
 fn the_same_ends_may_have_several_motions() {
-    // From the bottom to the bottom in a time in which a swing and a rest both arrive.
+    // From the bottom to the bottom in a time that both a swing and a rest can take.
     let pendulum = by_name("pendulum", &[]).unwrap();
     let ends = Boundary::new(pendulum.coordinates(), &[0.0], &[0.0], 1.5).unwrap();
     let found = search(&*pendulum, &ends, 100);
@@ -275,7 +275,7 @@ fn the_conjugate_points_of_a_circular_orbit_are_those_of_hill() {
 
 #[test]
 fn two_directions_that_meet_at_once_count_twice() {
-    // All motions from a point of a uniform magnetic field meet there again after 2π m/(e B).
+    // All motions from a point of a uniform magnetic field meet at it again after 2π m/(e B).
     let system = by_name("charged-particle", &[]).unwrap();
     let ends = ends_of_motion(&*system, &[1.0, 0.0], &[0.5, 0.7], 1.2 * TAU);
     let found = search(&*system, &ends, 400);

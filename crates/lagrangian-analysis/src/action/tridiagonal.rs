@@ -1,14 +1,14 @@
-//! Symmetric block-tridiagonal matrices: H = L D Lᵀ in O(N), its inertia, and systems with it.
+//! Symmetric block-tridiagonal matrices: H = L D Lᵀ in O(N), inertia, and linear systems.
 
 use lagrangian::mechanics::{diagonalise, dot};
 
-/// K blocks of n × n on the diagonal, and blocks between neighbours.
+/// K diagonal blocks of n × n, and blocks between neighbours.
 #[derive(Debug, Clone)]
 pub(super) struct BlockTridiagonal {
     pub(super) n: usize,
-    /// The blocks on the diagonal, `[K, n, n]`.
+    /// Blocks on the diagonal, `[K, n, n]`.
     pub(super) diagonal: Vec<f64>,
-    /// The blocks between k and k + 1, `[K, n, n]`; the last one couples to what follows and is outside of the matrix.
+    /// Blocks between k and k + 1, `[K, n, n]`; the last one couples to the next node and is outside of the matrix.
     pub(super) upper: Vec<f64>,
 }
 
@@ -19,13 +19,13 @@ pub(super) struct Factored<'a> {
     pub(super) pivots: Vec<Pivot>,
 }
 
-/// One Dₖ with its eigenvalues and eigenvectors.
+/// One block Dₖ with its eigenvalues and eigenvectors.
 #[derive(Debug, Clone)]
 pub(super) struct Pivot {
     /// Dₖ, `[n, n]`.
     pub(super) block: Vec<f64>,
     values: Vec<f64>,
-    /// One eigenvector a row, `[n, n]`.
+    /// Eigenvectors as rows, `[n, n]`.
     vectors: Vec<f64>,
 }
 
@@ -38,7 +38,7 @@ impl BlockTridiagonal {
         }
     }
 
-    /// The block between `k` and `k + 1`.
+    /// Block between `k` and `k + 1`.
     pub(super) fn upper(&self, k: usize) -> &[f64] {
         &self.upper[k * self.n * self.n..][..self.n * self.n]
     }
@@ -57,12 +57,12 @@ impl BlockTridiagonal {
         entries.fold(f64::MIN_POSITIVE, |largest, x| largest.max(x.abs()))
     }
 
-    /// A bound of |λ| of all eigenvalues: a row has 3 n entries (Gershgorin).
+    /// Bound of |λ| for all eigenvalues: a row has 3 n entries (Gershgorin).
     pub(super) fn bound(&self) -> f64 {
         3.0 * self.n as f64 * self.largest()
     }
 
-    /// Its factors; a block that is singular to rounding is taken as barely positive.
+    /// Factors H; a block that is singular to rounding is treated as barely positive.
     pub(super) fn factor(&self) -> Factored<'_> {
         let n = self.n;
         let smallest = f64::EPSILON * self.largest();
@@ -90,7 +90,7 @@ impl BlockTridiagonal {
 }
 
 impl Pivot {
-    /// The eigenvalues of a block, none smaller than `smallest`.
+    /// Eigenvalues and eigenvectors of a block; each |eigenvalue| is at least `smallest`.
     fn of(block: Vec<f64>, n: usize, smallest: f64) -> Self {
         let mean = |ij: usize| 0.5 * (block[ij] + block[ij % n * n + ij / n]);
         let mut values: Vec<f64> = (0..n * n).map(mean).collect();
@@ -115,14 +115,14 @@ impl Pivot {
         x
     }
 
-    /// The number of negative eigenvalues.
+    /// Number of negative eigenvalues.
     pub(super) fn negative(&self) -> usize {
         self.values.iter().filter(|x| **x < 0.0).count()
     }
 }
 
 impl Factored<'_> {
-    /// The number of negative eigenvalues of H, that of all Dₖ together (Sylvester).
+    /// Number of negative eigenvalues of H, the sum over all Dₖ (Sylvester).
     pub(super) fn inertia(&self) -> usize {
         self.pivots.iter().map(Pivot::negative).sum()
     }

@@ -6,37 +6,37 @@ use lagrangian::{Error, Evaluator, Model, Result, RolloutOptions, State, rollout
 
 /// Distance of the neighbour in the state space, in SI units.
 const SEPARATION: f64 = 1e-8;
-/// The number of times that the neighbour is brought back in a run.
+/// Number of times that the neighbour is brought back in a run.
 const RESTARTS: usize = 400;
-/// A neighbour that moves away e³ = 20 times in the second half of a run shows chaos: in regular motion the
-/// distance grows like t, twice.
+/// Logarithm of the growth in the second half of a run that shows chaos, e³ = 20 times: in regular motion the
+/// distance grows like t, so that it doubles.
 const CHAOTIC_GROWTH: f64 = 3.0;
 
-/// The largest Lyapunov exponent of one motion, as far as a run of finite length shows it.
+/// Largest Lyapunov exponent of one motion, estimated from a run of finite length.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lyapunov {
-    /// The mean rate λ at which a neighbour moves away, 1/s.
+    /// Mean rate λ at which a neighbour moves away, 1/s.
     pub exponent: f64,
-    /// Whether neighbours move apart exponentially, judged by the growth in the second half of the run; those of a regular
-    /// motion move apart linearly in time.
+    /// Whether neighbours separate exponentially, judged by the growth in the second half of the run; neighbours in regular
+    /// motion separate linearly in time.
     pub chaotic: bool,
 }
 
 impl Lyapunov {
-    /// The Lyapunov time 1/λ, s, of a chaotic motion.
+    /// Lyapunov time 1/λ, s, of a chaotic motion.
     #[must_use]
     pub fn time(&self) -> Option<f64> {
         self.chaotic.then(|| 1.0 / self.exponent)
     }
 }
 
-/// The largest Lyapunov exponent of the free motion from `start`, by Benettin's method: a neighbour 10⁻⁸ away
-/// runs along and is brought back to that distance along its direction 400 times,
+/// Largest Lyapunov exponent of the free motion from `start`, by Benettin's method: a neighbour 10⁻⁸ away
+/// is simulated in parallel and is brought back to that distance along its direction 400 times,
 ///
 ///   λ = 1/T Σ ln(dₖ/d₀)
 ///
-/// (Benettin, Galgani, Giorgilli, Strelcyn, Meccanica 15, 1980). Both run as one system, so that both take the
-/// same steps; `options` gives the tolerances of the 8th-order method.
+/// (Benettin, Galgani, Giorgilli, Strelcyn, Meccanica 15, 1980). Both are integrated as one system, so that both take
+/// equal steps; `options` gives the tolerances of the 8th-order method.
 ///
 /// # Errors
 /// As [`rollout()`]; [`Error::Argument`] where the duration is not positive.
@@ -50,7 +50,7 @@ pub fn largest_lyapunov_exponent(
         let must = "a finite number of seconds above 0";
         return Err(Error::argument("duration", duration, must));
     }
-    // Its checks are those needed here.
+    // Runs the checks of a rollout, which are those needed here.
     rollout(model, &start.q, &start.qd, &[0.0], &free, options)?;
     let mut pair = Pair::new(model, start, options.control());
     let interval = duration / RESTARTS as f64;
@@ -96,7 +96,7 @@ impl<'a> Pair<'a> {
         }
     }
 
-    /// Runs both over an interval; their distance at its end, or `None` where a motion ends early.
+    /// Runs both over an interval; returns their distance at its end, or `None` where a motion ends early.
     fn run(&mut self, interval: f64) -> Option<f64> {
         let both = 2 * self.n;
         let still = vec![0.0; both];
@@ -114,7 +114,7 @@ impl<'a> Pair<'a> {
         };
         let times = [0.0, interval];
         let solution = adaptive::solve::<Dop853>(&mut f, &x0, &times, &control, &mut sink);
-        // The step limit is for the whole run.
+        // The step limit is that of the whole run.
         self.control.max_steps -= solution.steps + solution.rejected;
         let distance = self
             .differences()
@@ -130,7 +130,7 @@ impl<'a> Pair<'a> {
         }
     }
 
-    /// Indices of each component and of the neighbour's.
+    /// Indices of each component and of the neighbour's component.
     fn differences(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
         let n = self.n;
         (0..n).chain(2 * n..3 * n).map(move |i| (i, i + n))

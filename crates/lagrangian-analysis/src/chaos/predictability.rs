@@ -8,8 +8,8 @@ use serde::Serialize;
 
 use super::largest_lyapunov_exponent;
 
-/// The time over which errors of the true motion from each start grow e-fold, s, measured over `duration`; none where the
-/// motion is regular.
+/// Time over which errors of the true motion from each start grow e-fold, s, measured over `duration`; `None` for a
+/// regular motion.
 ///
 /// # Errors
 /// As [`largest_lyapunov_exponent`].
@@ -23,7 +23,7 @@ pub fn lyapunov_times(
     starts.par_iter().map(time).collect()
 }
 
-/// The true motions from starts that are moved by `distance`: the limit of what any model can predict.
+/// True motions from starts that are displaced by `distance`: the limit of any model's predictions.
 ///
 /// # Errors
 /// As [`rollout_many`].
@@ -40,22 +40,22 @@ pub fn restarted(
     rollout_many(truth, &moved, times, &free, options)
 }
 
-/// Valid times of predictions, chaotic and regular motions apart.
+/// Valid times of predictions, separately for chaotic and regular motions.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ValidTimes {
-    /// The number of chaotic starts.
+    /// Number of chaotic starts.
     pub chaotic: usize,
-    /// The median valid time of chaotic starts, s; at most the duration.
+    /// Median valid time of chaotic starts, s; at most the duration.
     pub chaotic_seconds: f64,
-    /// The median valid time of chaotic starts in Lyapunov times.
+    /// Median valid time of chaotic starts in Lyapunov times.
     pub chaotic_lyapunov_times: f64,
-    /// The number of regular starts.
+    /// Number of regular starts.
     pub regular: usize,
-    /// The median valid time of regular starts, s; at most the duration.
+    /// Median valid time of regular starts, s; at most the duration.
     pub regular_seconds: f64,
 }
 
-/// Valid prediction times of `predictions` against `truth`, start by start, beside the [`lyapunov_times`] of the starts.
+/// Valid prediction times of `predictions` against `truth`, start by start, with the [`lyapunov_times`] of the starts.
 ///
 /// # Errors
 /// As [`valid_prediction_time`].

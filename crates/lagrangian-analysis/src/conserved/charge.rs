@@ -1,4 +1,4 @@
-//! A charge: how far its direction is from a symmetry, and the total derivative that it needs.
+//! A charge: the distance of its direction from a symmetry, and the total derivative that it needs.
 
 use faer::Mat;
 use serde::Serialize;
@@ -8,27 +8,27 @@ use super::symmetry::Symmetry;
 use lagrangian::Coordinates;
 use lagrangian::mechanics::{Jet, dot};
 
-/// The part F of a charge Q = ξ·p − F (theory.md, equation 79).
+/// Part F of a charge Q = ξ·p − F (theory.md, equation 79).
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Gauge {
     /// Whether F contains ξ·p(q, 0), the gauge of the model.
     pub at_rest: bool,
-    /// The other terms of F by name, with their factors, for example 1.0 `y` for a magnetic field.
+    /// Other terms of F by name, with their factors, for example 1.0 `y` for a magnetic field.
     pub terms: Vec<(String, f64)>,
 }
 
-/// ξ·p − F, or the energy where there is no ξ.
+/// The charge ξ·p − F, or the energy if ξ is absent.
 pub(super) struct Charge {
     pub(super) name: String,
     pub(super) violation: f64,
     pub(super) gauge: Gauge,
     pub(super) scale: f64,
     pub(super) symmetry: Option<Symmetry>,
-    /// f of all functions of [`functions`]; empty for 0.
+    /// Factors f of all functions of [`functions`]; empty for 0.
     pub(super) fitted: Vec<f64>,
 }
 
-/// Terms of F below this part of the largest are omitted.
+/// Relative size below which terms of F are omitted.
 const NEGLIGIBLE: f64 = 1e-3;
 
 impl Charge {
@@ -43,7 +43,7 @@ impl Charge {
         }
     }
 
-    /// The charge with the simplest F that makes the direction a symmetry, else with the F that leaves the smallest
+    /// Charge with the simplest F that makes the direction a symmetry, else with the F of the smallest
     /// violation.
     pub(super) fn of(symmetry: &Symmetry, states: &States, tolerance: f64) -> Self {
         let along = |k: usize| states.norm(k, &symmetry.at(states.position(k)));
@@ -58,7 +58,7 @@ impl Charge {
             fitted: Vec::new(),
         };
         let gauges = [(false, false), (true, false), (false, true), (true, true)];
-        // Without a magnetic part F is at most the gauge at rest.
+        // Without a magnetic part F contains at most the gauge at rest.
         for (at_rest, fit) in gauges.into_iter().take(if states.magnetic { 4 } else { 2 }) {
             let rate: Vec<f64> = (0..states.len())
                 .map(|k| rate(symmetry, states, k, at_rest))
@@ -84,7 +84,7 @@ impl Charge {
         best
     }
 
-    /// The value at the states of a jet, `[m]`; `rest` is p(q, 0) there.
+    /// Values at the states of a jet, `[m]`; `rest` is p(q, 0) there.
     pub(super) fn values(
         &self,
         (q, qd): (&[f64], &[f64]),
@@ -127,7 +127,7 @@ impl Gauge {
     }
 }
 
-/// δL, less the rate of ξ·a where that is in F, at state `k`.
+/// δL, less the rate of ξ·a if F contains that, at state `k`.
 pub(super) fn rate(symmetry: &Symmetry, states: &States, k: usize, at_rest: bool) -> f64 {
     let (n, jet) = (states.n(), &states.jet);
     let along = |x: &[f64], signal: &[f64]| dot(x, &signal[k * n..(k + 1) * n]);
@@ -190,8 +190,8 @@ fn over_functions<T>(
     all
 }
 
-/// f that makes `rate` − f·φ′ least, from every other state, and the root mean square that is left at the others; empty where
-/// the states are too few.
+/// Least-squares fit f of `rate` − f·φ′ on every other state, and the root mean square residual on the remaining ones; empty for
+/// too few states.
 fn fit_functions(states: &States, rate: &[f64]) -> (Vec<f64>, f64) {
     let rows = rates_of_functions(states);
     let width = rows.first().map_or(0, Vec::len);
@@ -207,7 +207,7 @@ fn fit_functions(states: &States, rate: &[f64]) -> (Vec<f64>, f64) {
     (f, rms(&left))
 }
 
-/// The rates of the functions φ, a row a state.
+/// Rates of the functions φ, one row for each state.
 pub(super) fn rates_of_functions(states: &States) -> Vec<Vec<f64>> {
     let of = |k: usize| function_rates(&states.coordinates, states.position(k), states.speed(k));
     (0..states.len()).map(of).collect()

@@ -1,4 +1,4 @@
-//! The drift of charges along motions, the work of forces and friction taken off.
+//! The drift of charges along motions, less the work of forces and friction.
 
 use serde::Serialize;
 
@@ -7,37 +7,37 @@ use super::charge::Charge;
 use lagrangian::mechanics::{Jet, dot};
 use lagrangian::{Result, Signal, Trajectory};
 
-/// The change of a quantity along motions.
+/// Change of a quantity along motions.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Drift {
-    /// The value at the start of each motion, in the unit of the quantity.
+    /// Value at the start of each motion, in the unit of the quantity.
     pub start: Vec<f64>,
-    /// The largest change from the start over all motions.
+    /// Largest change from the start over all motions.
     pub largest: f64,
-    /// The root mean square of the change at the end of a motion.
+    /// Root mean square of the change at the end of a motion.
     pub at_end: f64,
-    /// The largest change relative to the scale of the quantity.
+    /// Largest change relative to the scale of the quantity.
     pub relative: f64,
-    /// The length of the longest motion, s.
+    /// Length of the longest motion, s.
     pub seconds: f64,
-    /// The change over time along the first motions.
+    /// Change over time along the first motions.
     #[serde(skip)]
     pub changes: Vec<Change>,
 }
 
-/// The change of a quantity along one motion, the work of forces and friction taken off.
+/// Change of a quantity along one motion, less the work of forces and friction.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Change {
     /// Times, s, `[len]`.
     pub t: Vec<f64>,
-    /// The value less that at the start, relative to the scale of the quantity, `[len]`.
+    /// Value less that at the start, relative to the scale of the quantity, `[len]`.
     pub relative: Vec<f64>,
 }
 
-/// The most motions of which the change over time is kept.
+/// Maximum number of motions whose change over time is kept.
 const KEPT: usize = 10;
 
-/// The drift of each charge along motions under their recorded forces.
+/// Drift of each charge along motions under their recorded forces.
 pub(super) fn along(
     physics: &Physics<'_>,
     charges: &[Charge],
@@ -64,7 +64,7 @@ pub(super) fn along(
     Ok(drifts)
 }
 
-/// τ − d at every sample, `[len, n]`.
+/// Forces τ − d at every sample, `[len, n]`.
 fn forces(physics: &Physics<'_>, motion: &Trajectory) -> Vec<f64> {
     let zeros = vec![0.0; motion.q.len()];
     let mut force = zeros.clone();

@@ -12,27 +12,27 @@ use lagrangian::mechanics::{diagonalise, dot, inverse_root, product};
 /// A linear direction that is a symmetry.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Generator {
-    /// The direction, an element of a reduced basis of all such directions.
+    /// Direction, an element of a reduced basis of all such directions.
     pub symmetry: Symmetry,
-    /// The entries that are not negligible, as text: `δx = -1.00 y`.
+    /// Significant entries as text: `δx = -1.00 y`.
     pub text: String,
 }
 
-/// The largest number of directions of a search.
+/// Maximum number of directions of a search.
 const MOST: usize = 90;
-/// Entries below this part of the largest are omitted.
+/// Relative size below which entries are omitted.
 const NEGLIGIBLE: f64 = 0.02;
 
-/// The states must distinguish the directions, each of unit size: the least eigenvalue of their products relative to the
-/// largest. Directions that are closer differ by a motion that the states hardly contain.
+/// Minimum ratio of the least to the largest eigenvalue of the products of the directions, each of unit size, at which the states
+/// distinguish them. Directions that are closer differ by a motion that the states hardly contain.
 const APART: f64 = 1e-2;
 
-/// A basis of all directions with r ≤ `tolerance`; `None` where there are too many coordinates, or the states are too
-/// few or too much alike.
+/// A basis of all directions with r ≤ `tolerance`; `None` for too many coordinates, or for states that are too
+/// few or too similar.
 ///
 /// R is linear in (A, b), so that r² of theory.md (80), with the functions φ projected out, is a quotient of two
-/// quadratic forms: the directions are the eigenvectors of small eigenvalue. A turns coordinates on the line only: the
-/// product A q means nothing for an angle. Where the model has a magnetic part, F may be up to quadratic.
+/// quadratic forms: the directions are the eigenvectors of small eigenvalue. A applies to coordinates on the line only: the
+/// product A q is meaningless for an angle. If the model has a magnetic part, F may be up to quadratic.
 pub(super) fn search(states: &States, tolerance: f64) -> Option<Vec<Generator>> {
     let directions = directions(states);
     let count = directions.len();
@@ -81,7 +81,7 @@ fn sizes(directions: &[Symmetry], states: &States) -> Vec<f64> {
     sizes
 }
 
-/// mean Rᵢ Rⱼ, the functions projected out, `[count, count]`.
+/// mean Rᵢ Rⱼ, with the functions projected out, `[count, count]`.
 fn forces(directions: &[Symmetry], functions: &Mat<f64>, states: &States) -> Vec<f64> {
     let count = directions.len();
     let rates = Mat::from_fn(states.len(), count, |k, a| {
@@ -110,7 +110,7 @@ fn directions(states: &States) -> Vec<Symmetry> {
     all
 }
 
-/// An orthonormal basis of the rates of the functions φ over the states, a column each.
+/// An orthonormal basis of the rates of the functions φ over the states, one column each.
 fn functions(states: &States) -> Mat<f64> {
     let rows = rates_of_functions(states);
     let width = rows.first().map_or(0, Vec::len);

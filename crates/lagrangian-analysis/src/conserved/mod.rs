@@ -27,11 +27,11 @@ use states::States;
 /// A model, its Lagrangian and its forces.
 #[derive(Clone, Copy)]
 pub struct Physics<'a> {
-    /// The model, which predicts motions.
+    /// Model that predicts motions.
     pub model: &'a dyn Model,
-    /// The Lagrangian of the model.
+    /// Lagrangian of the model.
     pub lagrangian: &'a dyn Lagrangian,
-    /// The friction of the model, and the map from recorded inputs to forces where the recordings do not hold the forces
+    /// Friction of the model, and the map from recorded inputs to forces if the recordings do not contain the forces
     /// themselves.
     pub applied: Applied<'a>,
 }
@@ -39,9 +39,9 @@ pub struct Physics<'a> {
 /// Settings of the search for conserved quantities.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ConservedOptions {
-    /// The largest violation of a symmetry: the force along its direction relative to inertial forces, r of theory.md (80).
+    /// Largest violation of a symmetry: the force along its direction relative to inertial forces, r of theory.md (80).
     pub tolerance: f64,
-    /// The number of rollouts of the model, each from the first state of a motion; 0 for none.
+    /// Number of rollouts of the model, each from the first state of a motion; 0 for none.
     pub rollouts: usize,
 }
 
@@ -54,28 +54,28 @@ impl Default for ConservedOptions {
     }
 }
 
-/// One quantity that may be conserved.
+/// A quantity that may be conserved.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Quantity {
-    /// The name: `energy`, `momentum of x`, `angular momentum` ….
+    /// Name: `energy`, `momentum of x`, `angular momentum` ….
     pub name: String,
-    /// The force along the direction relative to inertial forces, theory.md (80): 0 for a symmetry. It is 0 for the
+    /// Force along the direction relative to inertial forces, theory.md (80): 0 for a symmetry. It is 0 for the
     /// energy, because L does not depend on time.
     pub violation: f64,
     /// Whether the violation is within the tolerance, so that the model conserves the quantity.
     pub symmetric: bool,
-    /// The total derivative that the symmetry needs.
+    /// Total derivative that the symmetry needs.
     pub gauge: Gauge,
-    /// The scale of the quantity, in its unit: the root mean square of `|ξ|_M |q̇|_M`. Changes are compared with it.
+    /// Scale of the quantity, in its unit: the root mean square of `|ξ|_M |q̇|_M`. Changes are compared with it.
     pub scale: f64,
-    /// The drift along the given motions, less the work of forces and friction.
+    /// Drift along the given motions, less the work of forces and friction.
     pub data: Drift,
-    /// The drift along rollouts of the model without forces, less the work of its friction.
+    /// Drift along rollouts of the model without forces, less the work of its friction.
     pub own: Option<Drift>,
 }
 
 impl Quantity {
-    /// The agreement of the motions with the claim of the model that the quantity is conserved; none where both let it change.
+    /// Agreement of the motions with the model on whether the quantity is conserved; `None` if both let it change.
     #[must_use]
     pub fn judged(&self) -> Option<Judgement> {
         let of = |drift: &Drift, along: &str| {
@@ -98,28 +98,28 @@ impl Quantity {
     }
 }
 
-/// The conserved quantities of a model.
+/// Conserved quantities of a model.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Conserved {
-    /// The quantities: first the energy, then the candidates in their order.
+    /// Quantities: first the energy, then the candidates in their order.
     pub quantities: Vec<Quantity>,
-    /// A reduced basis of all linear symmetries; none where the states are too few or too much alike to tell.
+    /// A reduced basis of all linear symmetries; `None` if the states are too few or too similar to determine it.
     pub generators: Option<Vec<Generator>>,
-    /// The number of states at which the symmetries were measured.
+    /// Number of states at which the symmetries were measured.
     pub states: usize,
 }
 
-/// The largest number of states at which symmetries are measured.
+/// Maximum number of states at which symmetries are measured.
 const MOST_STATES: usize = 2000;
 
 /// Measures the energy and the charges of `symmetries` along `motions`.
 ///
-/// Symmetries are measured at the states of the motions, so these must differ: on one circular orbit a force along x is
+/// Symmetries are measured at the states of the motions, so these must vary: on one circular orbit a force along x is
 /// indistinguishable from a magnetic one.
 ///
 /// # Errors
-/// [`Error::Argument`] without motions or for options outside their domain; [`Error::Shape`] where motions or symmetries
-/// have other coordinates than the model; as [`Trajectory::validate`]; [`Error::NotFinite`] where L is not finite at a
+/// [`Error::Argument`] without motions or for options outside their domain; [`Error::Shape`] for motions or symmetries
+/// with other coordinates than the model; as [`Trajectory::validate`]; [`Error::NotFinite`] where L is not finite at a
 /// state of a motion.
 pub fn conserved(
     physics: &Physics<'_>,

@@ -1,9 +1,9 @@
-//! The states that symmetries are measured at, with the derivatives of L there.
+//! The states at which symmetries are measured, with the derivatives of L there.
 
 use lagrangian::mechanics::{Curvature, Jet, SymmetricSolver, dot};
 use lagrangian::{Coordinates, Error, Lagrangian, Result, Trajectory, mechanics as dynamics};
 
-/// States of motions, thinned, with what theory.md (78) to (80) need there; arrays are `[m, n]` or `[m, n, n]`.
+/// Thinned states of motions, with the quantities of theory.md (78) to (80); arrays are `[m, n]` or `[m, n, n]`.
 pub(super) struct States {
     pub(super) coordinates: Coordinates,
     pub(super) q: Vec<f64>,
@@ -15,17 +15,17 @@ pub(super) struct States {
     pub(super) rest_rate: Vec<f64>,
     /// max(rms |q̈|_M, rms |q̇|_M / T), the size of inertial forces.
     pub(super) inertial: f64,
-    /// Whether a(q) is more than a gauge: it exerts forces.
+    /// Whether a(q) is more than a gauge and exerts forces.
     pub(super) magnetic: bool,
 }
 
-/// Magnetic forces below this part of the inertial ones are those of an imperfect model.
+/// Ratio of magnetic to inertial forces below which the magnetic ones are attributed to an imperfect model.
 const MAGNETIC: f64 = 1e-3;
 
 impl States {
-    /// At most `most` states of the motions, evenly chosen; where the model has a magnetic part, also the reverse of each.
+    /// At most `most` states of the motions, evenly chosen; if the model has a magnetic part, also the reverse of each.
     ///
-    /// On few orbits a force may pass for a total derivative. Reversed, the one stays and the other changes its sign.
+    /// On few orbits a force may look like a total derivative. In reversed motion, one stays and the other changes its sign.
     pub(super) fn of(
         lagrangian: &dyn Lagrangian,
         motions: &[Trajectory],

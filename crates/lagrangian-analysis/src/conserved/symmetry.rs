@@ -7,16 +7,16 @@ use lagrangian::{Coordinates, Error, Result, Topology};
 /// A direction ξ(q) = A q + b in the space of configurations.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Symmetry {
-    /// The name of the charge, for example `angular momentum`.
+    /// Name of the charge, for example `angular momentum`.
     pub name: String,
-    /// The matrix A, row-major `[n, n]`.
+    /// Matrix A, row-major `[n, n]`.
     pub matrix: Vec<f64>,
-    /// The translation b, `[n]`.
+    /// Translation b, `[n]`.
     pub shift: Vec<f64>,
 }
 
 impl Symmetry {
-    /// The translation of these coordinates by the same amount.
+    /// Translation of these coordinates by an equal amount.
     #[must_use]
     pub fn translation(name: &str, n: usize, of: &[usize]) -> Self {
         let shift = (0..n).map(|i| f64::from(u8::from(of.contains(&i))));
@@ -27,7 +27,7 @@ impl Symmetry {
         }
     }
 
-    /// The rotation of these pairs (x, y) of coordinates about the origin: δx = −y, δy = x.
+    /// Rotation of these pairs (x, y) of coordinates about the origin: δx = −y, δy = x.
     #[must_use]
     pub fn rotation(name: &str, n: usize, of: &[(usize, usize)]) -> Self {
         let mut matrix = vec![0.0; n * n];
@@ -128,7 +128,7 @@ fn check(coordinates: &Coordinates, points: &[Vec<usize>]) -> Result<()> {
     Ok(())
 }
 
-/// The points by the names of their coordinates: `x1, y1, x2, y2` or `x, y, z`. Empty where the names do not form points
+/// Points by the names of their coordinates: `x1, y1, x2, y2` or `x, y, z`. Empty if the names do not form points
 /// of two or three coordinates.
 #[must_use]
 pub fn points_by_name(coordinates: &Coordinates) -> Vec<Vec<usize>> {

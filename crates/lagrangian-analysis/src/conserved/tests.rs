@@ -38,7 +38,7 @@ fn found(name: &str, parameters: &[(&str, f64)], points: &[Vec<usize>], seconds:
     .unwrap()
 }
 
-/// Names of those that are conserved, after a look at their drift: what the symmetry says, the motion must show.
+/// Names of the conserved quantities, with a check of their drift: the motions must confirm each symmetry.
 fn names(found: &Conserved) -> Vec<&str> {
     for quantity in &found.quantities {
         let drifts = [Some(&quantity.data), quantity.own.as_ref()];
@@ -58,7 +58,7 @@ fn a_planet_keeps_energy_and_angular_momentum() {
     assert_eq!(names(&found), ["energy", "angular momentum"]);
     let generators = found.generators.unwrap();
     assert_eq!(generators.len(), 1);
-    // Either way about.
+    // In both directions of rotation.
     let turns = [
         "δq1 = -1.00 q2, δq2 = +1.00 q1",
         "δq1 = +1.00 q2, δq2 = -1.00 q1",
@@ -81,7 +81,7 @@ fn three_bodies_keep_their_total_momenta_and_their_angular_momentum() {
         "angular momentum",
     ];
     assert_eq!(names(&found), expected);
-    // Bodies that all but keep a triangle tell of no other direction.
+    // Bodies that nearly keep a triangle do not determine other directions.
     assert!(found.generators.is_none());
 }
 
@@ -91,7 +91,7 @@ fn two_bodies_in_space_keep_energy_and_two_vectors() {
     let points = points_by_name(system.coordinates());
     assert_eq!(points, [[0, 1, 2], [3, 4, 5]]);
     let mut all = motions(&*system, 1.0);
-    // The states of the table move in a plane: out of it.
+    // The states of the table lie in a plane; these leave it.
     let mut rng = ChaCha8Rng::seed_from_u64(2);
     let starts: Vec<_> = (0..10)
         .map(|_| {
@@ -138,8 +138,8 @@ fn cyclic_coordinates_keep_their_momenta() {
 
 #[test]
 fn a_charged_particle_keeps_its_canonical_momenta_up_to_a_gauge() {
-    // L changes by d/dt(½ e B y) under a shift along x, so that m ẋ − e B y is conserved, and p alone is not; of a turn
-    // it takes no notice.
+    // L changes by d/dt(½ e B y) under a shift along x, so that m ẋ − e B y is conserved, and p alone is not; it is
+    // invariant under a rotation.
     let system = by_name("charged-particle", &[("charge", 2.0)]).unwrap();
     let found = found("charged-particle", &[("charge", 2.0)], &[vec![0, 1]], 3.0);
     let expected = [
@@ -219,7 +219,7 @@ fn the_work_of_forces_and_friction_is_taken_off() {
 
 #[test]
 fn another_gauge_changes_nothing() {
-    // L + dG/dt with G = sin(x) y has p and δL of its own.
+    // L + dG/dt with G = sin(x) y has other values of p and δL.
     use lagrangian::analytic::{Analytic, Domain, Kepler, Parameter, Rng, System};
     use lagrangian::{Coordinates, State};
     #[derive(Clone)]

@@ -11,27 +11,27 @@ use super::field::{Field, FieldScale, QD, States, TAU};
 use super::verdict::TIMES_CHANCE;
 use lagrangian::Model;
 
-/// The damping D = −ġ − ½ (Bᵀg + gB) of a learned field: root mean squares over states, in units of ½ (Bᵀg + gB) and with each
+/// Damping D = −ġ − ½ (Bᵀg + gB) of a learned field: root mean squares over states, in units of ½ (Bᵀg + gB) and with each
 /// coordinate in units of its velocity.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Damping {
-    /// The size of D, 0 for a Lagrangian.
+    /// Size of D, 0 for a Lagrangian.
     pub whole: f64,
-    /// The size of D off its diagonal, 0 for a Lagrangian with friction of its coordinates.
+    /// Size of D off its diagonal, 0 for a Lagrangian with friction of its coordinates.
     pub coupled: f64,
-    /// The part of `coupled` that errors of learning can explain: the difference, off the diagonal, to the D of a field that
-    /// was learned in the same manner from recordings drawn with replacement, over √2.
+    /// Part of `coupled` that errors of learning can explain: the off-diagonal difference to the D of a field that
+    /// was learned likewise from recordings drawn with replacement, over √2.
     pub chance: f64,
 }
 
 impl Damping {
-    /// Whether damping couples coordinates, as no friction of single ones does.
+    /// Whether damping couples coordinates, unlike friction of single coordinates.
     pub(super) fn is_significant(&self) -> bool {
         self.coupled > TIMES_CHANCE * self.chance
     }
 }
 
-/// The damping of the first of two models at these states, and its difference to the other's; `None` where M is singular.
+/// Damping of the first of two models at these states, and its difference to the other's; `None` where M is singular.
 pub(super) fn damping(
     models: [&dyn Model; 2],
     states: &States,
@@ -50,7 +50,7 @@ pub(super) fn damping(
     })
 }
 
-/// The sum of the squares of the entries off the diagonal.
+/// Sum of the squares of the off-diagonal entries.
 fn off_diagonal(x: &Mat<f64>) -> f64 {
     let n = x.nrows();
     let pairs = (0..n * n)

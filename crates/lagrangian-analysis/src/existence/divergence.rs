@@ -1,7 +1,7 @@
 //! The mean divergence of a field along motions that return (theory.md, 84).
 //!
-//! A regular Lagrangian keeps the measure det M dq dq̇: d/dt ln |det M| = −tr ∂f/∂q̇. Between two passes of the same state
-//! ln |det M| is the same, so that the mean of the divergence vanishes, whatever M is.
+//! A regular Lagrangian preserves the measure det M dq dq̇: d/dt ln |det M| = −tr ∂f/∂q̇. At two passes of one state
+//! ln |det M| is equal, so that the mean of the divergence vanishes, whatever M is.
 
 use faer::Mat;
 use serde::Serialize;
@@ -9,26 +9,26 @@ use serde::Serialize;
 use super::field::{Field, FieldScale, Q, QD, states};
 use lagrangian::{Coordinates, Model, Trajectory};
 
-/// A motion returns where the state differs by less than this part of its scale, root mean square.
+/// Maximum root mean square difference of the state, relative to its scale, at which a motion has returned.
 const RETURNED: f64 = 0.3;
-/// The shortest return, in units of the time of [`FieldScale`].
+/// Shortest return, in units of the time of [`FieldScale`].
 const SHORTEST: f64 = 3.0;
-/// The number of states of a recording between which returns are searched.
+/// Number of states of a recording between which returns are searched.
 const STATES: usize = 300;
-/// The smallest number of motions that return.
+/// Minimum number of motions that return.
 const FEWEST: usize = 3;
-/// A divergence is significant beyond this many times its error.
+/// Multiple of its error beyond which a divergence is significant.
 const TIMES_ERROR: f64 = 4.0;
 
-/// The mean divergence of the learned field, positive where the volume of neighbouring motions grows.
+/// Mean divergence of the learned field, positive where the volume of neighbouring motions grows.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Divergence {
-    /// The mean of tr ∂f/∂q̇, 1/s.
+    /// Mean of tr ∂f/∂q̇, 1/s.
     pub rate: f64,
-    /// The error of the mean, 1/s: the standard error over the motions, the error of learning, and the divergence of an
+    /// Error of the mean, 1/s: the standard error over the motions, the error of learning, and the divergence of an
     /// error of q̈ that is proportional to q̇ and as large as that of the unrestricted fit.
     pub error: f64,
-    /// The number of motions that return.
+    /// Number of motions that return.
     pub motions: usize,
 }
 
@@ -39,9 +39,9 @@ impl Divergence {
     }
 }
 
-/// The mean divergence of the first of two models that learned the same law along the returns of these recordings, under
-/// their forces; none where too few return, because the divergence along a motion that goes elsewhere need not vanish.
-/// `missed` is the relative error of the first on held-out recordings.
+/// Mean divergence of the first of two models that learned the same law along the returns of these recordings, under
+/// their forces; `None` if too few return, because the divergence along a motion without a return need not vanish.
+/// `missed` is the relative error of the first model on held-out recordings.
 pub(super) fn divergence(
     models: [&dyn Model; 2],
     recordings: &[Trajectory],
@@ -61,7 +61,7 @@ pub(super) fn divergence(
     })
 }
 
-/// The mean by time and its standard error over the motions.
+/// Mean by time and its standard error over the motions.
 fn mean(model: &dyn Model, returns: &[Trajectory], scale: &FieldScale) -> Option<Divergence> {
     let mut field = Field::new(model, scale);
     let lasting = |motion: &Trajectory| motion.t[motion.len() - 1] - motion.t[0];
@@ -80,7 +80,7 @@ fn mean(model: &dyn Model, returns: &[Trajectory], scale: &FieldScale) -> Option
     })
 }
 
-/// The part of a recording between the two samples farthest apart in time between which the state returns.
+/// Part of a recording between the two samples farthest apart in time between which the state returns.
 fn longest_return(
     coordinates: &Coordinates,
     recording: &Trajectory,
@@ -92,7 +92,7 @@ fn longest_return(
     let pairs = samples().flat_map(|a| samples().map(move |b| (a, b)));
     let long = pairs.filter(|pair| lasts(*pair) > SHORTEST * scale.time);
     let returns = long.filter(|pair| distance(coordinates, recording, scale, *pair) < RETURNED);
-    // The last of equal ones, which is the first in time.
+    // The last of equal pairs, which is the first in time.
     let (from, to) = returns.max_by(|x, y| lasts(*x).total_cmp(&lasts(*y)))?;
     Some(recording.part(from..to + 1))
 }

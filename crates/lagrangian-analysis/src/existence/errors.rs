@@ -7,26 +7,26 @@ use serde::Serialize;
 use super::field::{accelerations, states};
 use lagrangian::{Model, Trajectory};
 
-/// Fewer recordings than this are cut into pieces, so that there is something to resample.
+/// Number of recordings below which they are cut into pieces, so that resampling is possible.
 const FEWEST: usize = 8;
-/// Errors are limited to this many times the size of the accelerations.
+/// Limit of errors, as a multiple of the size of the accelerations.
 const WORST: f64 = 1e3;
-/// The number of resamplings.
+/// Number of resamplings.
 const RESAMPLED: usize = 2000;
 
-/// The errors of one fit on held-out recordings.
+/// Errors of one fit on held-out recordings.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct HeldOutErrors {
-    /// The root mean square error of q̈ over held-out samples and coordinates, each coordinate relative to its root mean
+    /// Root mean square error of q̈ over held-out samples and coordinates, each coordinate relative to its root mean
     /// square.
     pub relative: f64,
-    /// The mean square of the relative error of each piece, in the order of the held-out recordings.
+    /// Mean square of the relative error of each piece, in the order of the held-out recordings.
     pub squares: Vec<f64>,
-    /// The error of each coordinate, m/s² or rad/s², `[n]`.
+    /// Error of each coordinate, m/s² or rad/s², `[n]`.
     pub accelerations: Vec<f64>,
 }
 
-/// Held-out recordings as pieces: whole, or where there are few, equal parts of each.
+/// Held-out recordings as pieces: whole, or if there are few, equal parts of each.
 pub(super) fn pieces(recordings: &[Trajectory]) -> Vec<Trajectory> {
     let parts = FEWEST.div_ceil(recordings.len().max(1));
     let cut = |r: &Trajectory| -> Vec<Trajectory> {
@@ -38,7 +38,7 @@ pub(super) fn pieces(recordings: &[Trajectory]) -> Vec<Trajectory> {
 }
 
 impl HeldOutErrors {
-    /// The errors of `model` on these pieces; `scale` is the root mean square of each acceleration, `[n]`.
+    /// Errors of `model` on these pieces; `scale` is the root mean square of each acceleration, `[n]`.
     pub(super) fn of(model: &dyn Model, pieces: &[Trajectory], scale: &[f64]) -> Self {
         let n = scale.len();
         let mut evaluator = model.evaluator();
@@ -65,8 +65,8 @@ impl HeldOutErrors {
     }
 }
 
-/// The part of resamplings of the pieces, with replacement (Efron 1979), for which `holds`; it is given the relative error
-/// of each fit over the same pieces, so that what makes a piece hard is in all of them.
+/// Fraction of resamplings of the pieces, with replacement (Efron 1979), for which `holds` is true of the relative errors
+/// of the fits, all over the same pieces, so that a difficult piece affects all of them.
 pub(super) fn frequency<const FITS: usize>(
     fits: [&HeldOutErrors; FITS],
     holds: impl Fn([f64; FITS]) -> bool,

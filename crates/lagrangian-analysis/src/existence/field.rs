@@ -3,24 +3,24 @@
 use faer::{Mat, Scale};
 use lagrangian::{Evaluator, Model, Signal, Trajectory};
 
-/// The step of finite differences relative to the scale of a signal, and along the motion relative to the time.
+/// Step of finite differences relative to the scale of a signal, and along the motion relative to the time.
 const STEP: f64 = 1e-4;
 const STEP_ALONG: f64 = 2e-4;
 
-/// The values of q, q̇ and τ at m states, `[m, n]` each.
+/// Values of q, q̇ and τ at m states, `[m, n]` each.
 pub(super) type States = [Vec<f64>; 3];
 
-/// The places of the signals in [`States`].
+/// Indices of the signals in [`States`].
 pub(super) const Q: usize = 0;
 pub(super) const QD: usize = 1;
 pub(super) const TAU: usize = 2;
 
-/// The scales over which a field of accelerations changes: the deviations of its data.
+/// Scales over which a field of accelerations changes: the deviations of its data.
 #[derive(Debug, Clone)]
 pub(super) struct FieldScale {
-    /// The scales of q, q̇ and τ, `[n]` each.
+    /// Scales of q, q̇ and τ, `[n]` each.
     pub(super) signals: [Vec<f64>; 3],
-    /// The time over which the velocity changes, s.
+    /// Time over which the velocity changes, s.
     pub(super) time: f64,
 }
 
@@ -42,7 +42,7 @@ pub(super) fn accelerations(evaluator: &mut dyn Evaluator, at: &States) -> Vec<f
     qdd
 }
 
-/// The derivatives of a model's accelerations by central differences, since the model may be of any family.
+/// Derivatives of a model's accelerations by central differences, since the model may be of any family.
 pub(super) struct Field<'a> {
     evaluator: Box<dyn Evaluator + 'a>,
     pub(super) scale: &'a FieldScale,
@@ -77,7 +77,7 @@ impl<'a> Field<'a> {
         all
     }
 
-    /// The rates of matrices along the motions through these states, under constant forces.
+    /// Rates of matrices along the motions through these states, under constant forces.
     pub(super) fn rates(
         &mut self,
         at: &States,

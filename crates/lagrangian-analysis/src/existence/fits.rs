@@ -1,4 +1,4 @@
-//! The fits of a survey: all of the same size, optimiser and budget.
+//! The fits of a survey, with equal size, optimiser and budget.
 
 use std::ops::ControlFlow;
 
@@ -12,9 +12,9 @@ use lagrangian::{
     Model, Observer, Progress, Result, fit,
 };
 
-/// The most fits of a survey.
+/// Maximum number of fits of a survey.
 const MOST: usize = 9;
-/// Width of both networks, and samples of a step.
+/// Width of both networks, and number of samples of a step.
 const WIDTH: usize = 32;
 const BATCH: usize = 128;
 
@@ -39,12 +39,12 @@ impl<'a> Fits<'a> {
         }
     }
 
-    /// A Lagrangian alone, and with friction.
+    /// Fits of a Lagrangian alone, and with friction.
     pub(super) fn lagrangians(&mut self) -> Result<[Fit; 2]> {
         self.both(Form::Free, self.config.seed)
     }
 
-    /// Each of these, or the better one on the validation samples of two more tries: with other initial weights, and with a
+    /// Each of these fits, or the better one on the validation samples of two more: with other initial weights, and with a
     /// network that is convex in q̇. A free network does not learn every Lagrangian, and not every Lagrangian is convex.
     pub(super) fn otherwise(&mut self, first: [Fit; 2]) -> Result<[Fit; 2]> {
         let seed = self.config.seed;
@@ -57,8 +57,8 @@ impl<'a> Fits<'a> {
         Ok(best)
     }
 
-    /// Both fits. Where the second less its friction is the better conservative one on the validation samples, it is taken:
-    /// then what friction brought was the luck of training.
+    /// Both fits. If the second less its friction is the better conservative one on the validation samples, it replaces the first:
+    /// the advantage of friction was then due to chance in training.
     fn both(&mut self, form: Form, seed: u64) -> Result<[Fit; 2]> {
         let parts = self.parts;
         let network = LnnConfig {
@@ -82,7 +82,7 @@ impl<'a> Fits<'a> {
         Ok([conservative, friction])
     }
 
-    /// A plain network, which fits any force.
+    /// Fit of a plain network, which fits any force.
     pub(super) fn plain(&mut self, dataset: &Dataset) -> Result<Learned> {
         let network = LnnConfig::default();
         let mlp = MlpConfig {

@@ -1,10 +1,10 @@
-//! The conditions of Helmholtz on a field q̈ = f(q, q̇), along its motions (theory.md, section 26).
+//! The Helmholtz conditions on a field q̈ = f(q, q̇), along its motions (theory.md, section 26).
 //!
 //! A Lagrangian is a multiplier g(q, q̇), symmetric and regular, that makes g (q̈ − f) an Euler–Lagrange expression.
 //! Along a motion ġ = −½ (Bᵀg + g B): g is known there from its value g₀ at the start, in a frame Ψ with Ψ̇ = ½ B Ψ.
 //! What remains is algebra: a constant symmetric g₀ for which g₀ P(t) is symmetric at all times, P = Ψ⁻¹ Φ Ψ.
 //!
-//! The conditions are necessary for a Lagrangian, not sufficient: nothing connects the multipliers of different motions.
+//! The conditions are necessary for a Lagrangian, not sufficient: the multipliers of different motions are independent.
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Scale};
@@ -15,33 +15,33 @@ use super::verdict::TIMES_CHANCE;
 use lagrangian::rollout::{free, times};
 use lagrangian::{Method, Model, Result, RolloutOptions, rollout};
 
-/// The length of a motion in times of [`FieldScale`], and steps of the frame along it; Φ is taken at twice as many.
+/// Length of a motion in times of [`FieldScale`], and number of steps of the frame along it; Φ is evaluated at twice as many.
 const LENGTH: f64 = 6.0;
 const STEPS: usize = 90;
 
-/// The violation of the conditions of Helmholtz by the learned field, a median over motions.
+/// Violation of the Helmholtz conditions by the learned field, a median over motions.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Asymmetry {
-    /// The part of the field's derivatives that the best multiplier leaves asymmetric (83): 0 where a multiplier exists, of
-    /// order one where none does.
+    /// Part of the field's derivatives that the best multiplier leaves asymmetric (83): 0 where a multiplier exists, of
+    /// order one where it does not.
     pub median: f64,
-    /// The asymmetry that errors of learning and noise can explain, the smaller of two medians: that of a field that was
-    /// learned in the same manner from the accelerations of the Lagrangian fit, and that of the difference of Φ to a field
+    /// Asymmetry that errors of learning and noise can explain, the smaller of two medians: that of a field that was
+    /// learned likewise from the accelerations of the Lagrangian fit, and that of the difference of Φ to a field
     /// that was learned from recordings drawn with replacement.
     pub chance: f64,
-    /// The number of motions that did not end early.
+    /// Number of motions that did not end early.
     pub motions: usize,
 }
 
 impl Asymmetry {
-    /// Whether no multiplier makes the field that of a Lagrangian.
+    /// Whether a multiplier that makes the field that of a Lagrangian is excluded.
     pub(super) fn is_significant(&self) -> bool {
         self.median > TIMES_CHANCE * self.chance
     }
 }
 
-/// The asymmetry of the first of two models that learned the same law, along its motions from `starts`, beside that of the
-/// field `null` of a Lagrangian; none for one coordinate (Darboux 1894), and where all motions end early.
+/// Asymmetry of the first of two models that learned the same law, along its motions from `starts`, compared with that of the
+/// field `null` of a Lagrangian; `None` for one coordinate (Darboux 1894), and if all motions end early.
 pub(super) fn asymmetry(
     [own, second]: [&dyn Model; 2],
     null: &dyn Model,
@@ -63,7 +63,7 @@ pub(super) fn asymmetry(
     let mut field = Field::new(null, scale);
     let of_null = motions(null, starts, scale)?.into_iter();
     let of_null = of_null.filter_map(|motion| Some(violation(&transported(&mut field, &motion)?)));
-    // Both are more rather than less than what errors do: the one is a bound, the other that of a field that may be harder.
+    // Both overestimate the effect of errors: one is a bound, the other that of a field that may be harder to learn.
     let of_null = median(of_null.collect()).unwrap_or(f64::INFINITY);
     let (motions, medians) = (all.len(), (median(all), median(bounds)));
     Ok(match medians {
@@ -82,7 +82,7 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
     values.get(values.len() / 2).copied()
 }
 
-/// The free motions from these states, in two samples for each step of the frame; those that end early are omitted.
+/// Free motions from these states, with two samples for each step of the frame; those that end early are omitted.
 fn motions(model: &dyn Model, starts: &States, scale: &FieldScale) -> Result<Vec<States>> {
     let options = RolloutOptions {
         method: Method::Dop853,
@@ -103,7 +103,7 @@ fn motions(model: &dyn Model, starts: &States, scale: &FieldScale) -> Result<Vec
     Ok(all)
 }
 
-/// P = Ψ⁻¹ Φ Ψ at every second sample of a motion, in units of the scales, so that no coordinate outweighs another. Ψ by the
+/// P = Ψ⁻¹ Φ Ψ at every second sample of a motion, in units of the scales, so that all coordinates have equal weight. Ψ by the
 /// classical Runge–Kutta method over steps of two samples.
 fn transported(field: &mut Field, motion: &States) -> Option<Vec<Mat<f64>>> {
     let unit = &field.scale.signals[QD];
@@ -135,8 +135,8 @@ fn norm(p: &[Mat<f64>]) -> f64 {
     squares.sum::<f64>().sqrt().max(f64::MIN_POSITIVE)
 }
 
-/// ‖P − P′‖ / ‖P‖: where both fields learned the same law, what their errors can do to the asymmetry (Weyl 1912: a singular
-/// value moves by no more than its matrix).
+/// ‖P − P′‖ / ‖P‖: if both fields learned the same law, the largest effect of their errors on the asymmetry (Weyl 1912: a
+/// singular value moves by no more than its matrix).
 fn distance(p: &[Mat<f64>], other: &[Mat<f64>]) -> f64 {
     let apart: Vec<Mat<f64>> = p.iter().zip(other).map(|(a, b)| a - b).collect();
     norm(&apart) / norm(p)
@@ -172,7 +172,7 @@ mod tests {
     use lagrangian::analytic::by_name;
     use lagrangian::{Dissipation, Mechanical};
 
-    /// The violation along the free motion from each of these states.
+    /// Violation along the free motion from each of these states.
     fn violations(model: &dyn Model, starts: &[[&[f64]; 2]], time: f64) -> Vec<f64> {
         let scale = unit(starts[0][0].len(), time);
         let mut field = Field::new(model, &scale);

@@ -1,7 +1,7 @@
-//! Does any Lagrangian exist for recorded motions (the inverse problem of the calculus of variations: Helmholtz 1887,
-//! Darboux 1894, Douglas 1941)?
+//! The existence of a Lagrangian for recorded motions (the inverse problem of the calculus of variations: Helmholtz 1887,
+//! Darboux 1894, Douglas 1941).
 //!
-//! [`survey()`] compares fits with and without the restriction to a Lagrangian, tests the conditions of Helmholtz on the
+//! [`survey()`] compares fits with and without the restriction to a Lagrangian, tests the Helmholtz conditions on the
 //! learned field, and measures its divergence along motions that return. From these it derives a verdict, a confidence and
 //! reasons.
 

@@ -1,4 +1,4 @@
-//! The recordings of a survey, divided into those to fit, to validate and to test.
+//! The recordings of a survey, divided into those for fitting, validation and testing.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -8,10 +8,10 @@ use super::field::{FieldScale, States, accelerations};
 use lagrangian::analytic::normal;
 use lagrangian::{Coordinates, Dataset, Error, Model, Result, Trajectory, split};
 
-/// The parts of the recordings that are held out of all fits, and that validate the weights.
+/// Fractions of the recordings that are held out of all fits, and that validate the weights.
 const HELD_OUT: f64 = 0.25;
 const VALIDATION: f64 = 0.15;
-/// Fewer samples than this cannot be divided into three.
+/// Minimum number of samples that can be divided into three parts.
 const FEWEST_SAMPLES: usize = 100;
 
 pub(super) struct Parts {
@@ -20,7 +20,7 @@ pub(super) struct Parts {
     pub(super) validation: Vec<Trajectory>,
     /// Held-out recordings in pieces.
     pub(super) test: Vec<Trajectory>,
-    /// The number of held-out recordings.
+    /// Number of held-out recordings.
     pub(super) recordings: usize,
 }
 
@@ -38,7 +38,7 @@ impl Parts {
         let (rest, test) = split(recordings.to_vec(), HELD_OUT, seed)?;
         let (train, validation) = split(rest, VALIDATION, seed)?;
         let dataset = Dataset::new(coordinates.clone(), &train, &validation)?;
-        // For its errors: they are those of recordings that cannot be used.
+        // Constructed only for its errors, those of recordings that cannot be used.
         Dataset::new(coordinates.clone(), &test, &[])?;
         Ok(Self {
             dataset,
@@ -49,7 +49,7 @@ impl Parts {
         })
     }
 
-    /// The training data with their pieces drawn with replacement, as many as there are (Efron 1979).
+    /// Training data with pieces drawn with replacement, in equal number (Efron 1979).
     pub(super) fn drawn(&self, seed: u64) -> Result<Dataset> {
         let (mut rng, from) = (ChaCha8Rng::seed_from_u64(seed), pieces(&self.train));
         let one = |_| from[rng.random_range(0..from.len())].clone();
@@ -57,7 +57,7 @@ impl Parts {
         Dataset::new(self.dataset.coordinates.clone(), &drawn, &self.validation)
     }
 
-    /// The data as `model` would have made them: its accelerations at the same states, with noise of the size `noise`, `[n]`,
+    /// Training data that follow `model`: its accelerations at the same states, with noise of the size `noise`, `[n]`,
     /// that no fit explains.
     pub(super) fn imitated(&self, model: &dyn Model, noise: &[f64], seed: u64) -> Dataset {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -68,7 +68,7 @@ impl Parts {
             let own = accelerations(&mut *evaluator, &states);
             for (at, (qdd, own)) in samples.qdd.iter_mut().zip(own).enumerate() {
                 let deviation = noise[at % noise.len()] * normal(&mut rng);
-                // Accelerations at which the model fails are not worth imitating.
+                // Accelerations at which the model fails are not imitated.
                 if own.abs() <= 100.0 * qdd.abs().max(1.0) {
                     *qdd = own + deviation;
                 }
@@ -77,7 +77,7 @@ impl Parts {
         made
     }
 
-    /// The scales of the data; the time is that in which the velocity turns, the root mean square of q̇ over that of q̈.
+    /// Scales of the data; the time is that in which the velocity turns, the root mean square of q̇ over that of q̈.
     ///
     /// # Errors
     /// [`Error::Argument`] for data at rest, or without accelerations.
@@ -100,7 +100,7 @@ impl Parts {
     }
 }
 
-/// Evenly chosen states of recordings, some `most` of them; forces that were not recorded are 0.
+/// About `most` evenly chosen states of recordings; forces that were not recorded are 0.
 pub(super) fn thinned(recordings: &[Trajectory], most: usize) -> States {
     let samples: usize = recordings.iter().map(Trajectory::len).sum();
     let rows = recordings.iter();

@@ -4,7 +4,7 @@ use lagrangian::Item;
 
 use super::{Existence, Survey};
 
-/// A sentence for each kind of evidence on `n` coordinates.
+/// Sentences with the evidence on `n` coordinates, one for each kind.
 pub(super) fn reasons(found: &Survey, existence: Existence, n: usize) -> Vec<String> {
     let more = "Record more: longer, more motions, less noise; or fit for longer.";
     let reasons = [
@@ -79,7 +79,7 @@ fn by_divergence(found: &Survey) -> Option<String> {
     ))
 }
 
-/// A part of the whole, as per cent with two digits.
+/// A fraction in per cent with two digits.
 fn percent(part: f64) -> String {
     let x = 100.0 * part;
     match x {
@@ -90,9 +90,9 @@ fn percent(part: f64) -> String {
     }
 }
 
-/// The result of a [`survey`](super::survey()) as an item beside those of [`check`](lagrangian::check()).
+/// Result of a [`survey`](super::survey()) as an item beside those of [`check`](lagrangian::check()).
 ///
-/// Recordings without a Lagrangian can be fitted all the same, so it warns and does not fail.
+/// Recordings without a Lagrangian can still be fitted, so the item warns and does not fail.
 #[must_use]
 pub fn check_item(survey: &Survey) -> Item {
     let verdict = &survey.verdict;

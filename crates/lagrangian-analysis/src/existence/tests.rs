@@ -41,14 +41,14 @@ impl Evaluator for Law {
     }
 }
 
-/// All its motions end in one cycle, on which no Lagrangian exists.
+/// A law whose motions all end in one cycle, on which a Lagrangian does not exist.
 pub(super) fn van_der_pol() -> Law {
     Law(Coordinates::lines(1), |q, qd, qdd| {
         qdd[0] = 2.0 * (1.0 - q[0] * q[0]) * qd[0] - q[0];
     })
 }
 
-/// A particle that drives itself to the speed 1.
+/// A particle with an internal drive to the speed 1.
 pub(super) fn active_particle() -> Law {
     Law(Coordinates::lines(2), |q, qd, qdd| {
         let drive = 1.0 - (qd[0] * qd[0] + qd[1] * qd[1]);
@@ -72,13 +72,13 @@ pub(super) fn unit(n: usize, time: f64) -> FieldScale {
     }
 }
 
-/// Where recordings of a system begin, and how long they last.
+/// Initial states of recordings of a system, and their duration.
 pub(super) struct Starts {
-    /// The length of a recording, s.
+    /// Length of a recording, s.
     pub(super) duration: f64,
-    /// |q| at the start is at most this.
+    /// Largest |q| at the start.
     pub(super) q: f64,
-    /// |q̇| at the start is at most this.
+    /// Largest |q̇| at the start.
     pub(super) qd: f64,
 }
 
@@ -151,7 +151,7 @@ fn a_pendulum_needs_no_friction_and_one_with_dry_friction_does() {
     for (coulomb, truth) in [(0.0, Existence::Lagrangian), (0.3, Existence::WithFriction)] {
         let found = surveyed(&pendulums(coulomb, 16));
         assert_eq!(found.verdict.existence, truth, "{:?}", found.verdict);
-        // Four recordings are held out of the sixteen.
+        // Four of the sixteen recordings are held out.
         assert!(
             (0.9..=0.9375).contains(&found.verdict.confidence),
             "{:?}",

@@ -1,4 +1,4 @@
-//! The verdict that follows from the measurements of a survey, and its confidence.
+//! The verdict from the measurements of a survey, and its confidence.
 
 use std::fmt::{Display, Formatter};
 
@@ -8,18 +8,18 @@ use super::errors::frequency;
 use super::report::reasons;
 use super::survey::Survey;
 
-/// Errors within this factor count as equal, because training depends on its initial weights.
+/// Factor within which errors count as equal, because training depends on its initial weights.
 const EQUAL: f64 = 2.0;
-/// Initial weights alone have made errors of the same fit differ tenfold; this factor has a margin.
+/// Largest factor between errors of one fit due to initial weights: tenfold was observed, and this has a margin.
 const INITIAL_WEIGHTS: f64 = 30.0;
-/// A fit whose error is below this part of the accelerations is exact enough.
+/// Relative error of the accelerations below which a fit is exact enough.
 const NEGLIGIBLE: f64 = 0.01;
-/// A fit whose error exceeds this part of the accelerations has failed.
+/// Relative error of the accelerations above which a fit has failed.
 const FAILED: f64 = 0.5;
-/// Where only the fits contradict a Lagrangian, their error must exceed this part of the accelerations.
+/// Relative error of the accelerations that must be exceeded if only the fits contradict a Lagrangian.
 const MUCH: f64 = 0.1;
-/// An asymmetry or a coupling is significant beyond this many times what errors of learning explain (of 18 learned fields of
-/// Lagrangian systems, clean and noisy, none exceeded 1.0 times that; ADR 0046).
+/// Multiple of the effect of errors of learning beyond which an asymmetry or a coupling is significant (18 learned fields of
+/// Lagrangian systems, clean and noisy, did not exceed 1.0 times that effect; ADR 0046).
 pub(super) const TIMES_CHANCE: f64 = 1.5;
 
 /// Whether a Lagrangian exists for recorded motions.
@@ -30,7 +30,7 @@ pub enum Existence {
     Lagrangian,
     /// A Lagrangian with friction of its coordinates exists.
     WithFriction,
-    /// The motions follow a law, but no Lagrangian of it was found, with or without friction.
+    /// The motions follow a law, but a Lagrangian of it was not found, with or without friction.
     NoneFound,
     /// The recordings do not decide it.
     #[default]
@@ -48,18 +48,18 @@ impl Display for Existence {
     }
 }
 
-/// The verdict of a survey, with its confidence and reasons.
+/// Verdict of a survey, with its confidence and reasons.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Conclusion {
     /// Whether a Lagrangian exists.
     pub existence: Existence,
-    /// The confidence from 0 to 1; see [`survey`](super::survey()).
+    /// Confidence from 0 to 1; see [`survey`](super::survey()).
     pub confidence: f64,
-    /// The reasons, one sentence each.
+    /// Reasons, one sentence each.
     pub reasons: Vec<String>,
 }
 
-/// The verdict on a survey of `n` coordinates.
+/// Verdict on a survey of `n` coordinates.
 pub(super) fn conclude(found: &Survey, n: usize, seed: u64) -> Conclusion {
     let fits = [&found.conservative, &found.friction, &found.unrestricted];
     let existence = by_errors(fits.map(|f| f.relative));
@@ -72,7 +72,7 @@ pub(super) fn conclude(found: &Survey, n: usize, seed: u64) -> Conclusion {
     }
 }
 
-/// The verdict of the errors of the conservative fit, the fit with friction and the unrestricted fit alone.
+/// Verdict from the errors of the conservative fit, the fit with friction and the unrestricted fit alone.
 fn by_errors([conservative, friction, unrestricted]: [f64; 3]) -> Existence {
     let best = conservative.min(friction).min(unrestricted);
     let enough = |e: f64| e <= f64::max(EQUAL * best, NEGLIGIBLE);
@@ -92,13 +92,13 @@ pub(super) fn unsupported(found: &Survey) -> bool {
     let fits = [&found.conservative, &found.friction, &found.unrestricted];
     match by_errors(fits.map(|f| f.relative)) {
         Existence::WithFriction => !contracts(found),
-        // Friction draws motions together and leaves no multiplier either.
+        // Friction draws motions together and excludes a multiplier, too.
         Existence::NoneFound => !excluded(found) || least(found) < MUCH,
         Existence::Lagrangian | Existence::Undecided => false,
     }
 }
 
-/// The verdict and its confidence after the other tests, which do not depend on how well a Lagrangian network learns.
+/// Verdict and confidence after the other tests, which do not depend on how well a Lagrangian network learns.
 fn weighed(found: &Survey, existence: Existence, frequency: f64) -> (Existence, f64) {
     // Without a divergence or a damping, the fit with friction may be better by its initial weights alone.
     let lucky = found.damping.is_none()
@@ -114,7 +114,7 @@ fn weighed(found: &Survey, existence: Existence, frequency: f64) -> (Existence, 
     }
 }
 
-/// The error of the better one of the two Lagrangian fits.
+/// Error of the better one of the two Lagrangian fits.
 fn least(found: &Survey) -> f64 {
     found.conservative.relative.min(found.friction.relative)
 }
@@ -131,7 +131,7 @@ fn excluded(found: &Survey) -> bool {
         || found.damping.is_some_and(|d| d.is_significant())
 }
 
-/// k recordings that all agree do so by chance once in 2ᵏ; pieces of fewer than four count as one recording more.
+/// k recordings agree by chance once in 2ᵏ; pieces of fewer than four recordings count as one recording more.
 fn most_certain(recordings: usize) -> f64 {
     let k = recordings + usize::from(recordings < 4);
     1.0 - 0.5_f64.powi(i32::try_from(k).unwrap_or(i32::MAX))
@@ -145,7 +145,7 @@ mod tests {
     fn a_restriction_that_costs_nothing_holds() {
         assert_eq!(by_errors([1e-3, 1e-3, 2e-3]), Existence::Lagrangian);
         assert_eq!(by_errors([0.03, 0.01, 0.01]), Existence::WithFriction);
-        // Friction of a thousandth of the forces is seen where the fits are better than that.
+        // Friction of a thousandth of the forces is detected if the fits are more exact than that.
         assert_eq!(by_errors([1e-3, 1e-5, 1e-4]), Existence::WithFriction);
         assert_eq!(by_errors([0.2, 0.2, 0.01]), Existence::NoneFound);
         assert_eq!(by_errors([0.9, 0.9, 0.8]), Existence::Undecided);
