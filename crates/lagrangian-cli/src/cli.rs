@@ -57,21 +57,21 @@ pub(crate) enum Command {
     Demo(DemoArgs),
     /// Roll out a system whose Lagrangian is known: trajectories to learn from
     Simulate(SimulateArgs),
-    /// Write recordings of any format in another one, several as one file
+    /// Convert recordings to another format, several to one file
     Convert(ConvertArgs),
     /// Check recordings before fitting: rate, gaps, noise, units, coverage
     Check(CheckArgs),
-    /// Learn a model from recordings, and leave a run folder with model, metrics and report
+    /// Learn a model from recordings, and write a run folder with model, metrics and report
     Fit(Box<FitArgs>),
     /// Plan a motion from which a robot can be identified
     Excite(Box<ExciteArgs>),
-    /// Identify a robot from its logs, and write what was found into its URDF
+    /// Identify a robot from its logs, and write its parameters to its URDF
     Identify(Box<IdentifyArgs>),
     /// Write a model as C, for controllers, CasADi, FMI and Rust without std
     Export(ExportArgs),
     /// Measure a model on recordings that it has not seen
     Score(ScoreArgs),
-    /// Set runs side by side on the same motions: differences with their spread, settings, data
+    /// Compare runs on the same motions: differences with their spread, settings, data
     Compare(Box<CompareArgs>),
     /// Predict a motion from an initial state
     Rollout(RolloutArgs),
@@ -88,20 +88,20 @@ pub(crate) enum Command {
     /// Name the command that runs sweeps
     #[command(hide = true)]
     Sweep {
-        /// Plan and flags that this command had
+        /// Plan and flags of the former command
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         plan: Vec<String>,
     },
     /// Name the command that serves the laboratory in the browser
     #[command(hide = true)]
     Lab {
-        /// Flags of the server that this command had
+        /// Flags of the former server
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         flags: Vec<String>,
     },
 }
 
-/// How the columns of a file are read; a TOML file beside it may say the same.
+/// The columns of a file; a TOML file beside it may declare them too.
 #[derive(Debug, Clone, Default, Args, serde::Serialize, serde::Deserialize)]
 #[command(next_help_heading = "Columns of the data")]
 pub(crate) struct FileArgs {
@@ -109,12 +109,12 @@ pub(crate) struct FileArgs {
     #[serde(flatten)]
     pub(crate) columns: ColumnArgs,
 
-    /// Column of time, s or in the unit that its name states; or a number, the seconds between rows, where there is none [default: t, or
+    /// Column of time, s or in the unit that its name states; without one, a number: the seconds between rows [default: t, or
     /// the only one that states a unit of time]
     #[arg(long, value_name = "NAME", value_parser = name)]
     pub(crate) time: Option<String>,
 
-    /// Column that tells several trajectories of one file apart [default: trajectory, if there is one]
+    /// Column that separates several trajectories of one file [default: trajectory, if it exists]
     #[arg(long, value_name = "NAME", value_parser = name)]
     pub(crate) trajectory: Option<String>,
 
@@ -122,7 +122,7 @@ pub(crate) struct FileArgs {
     #[arg(long, value_name = "NAME", value_parser = name)]
     pub(crate) topic: Option<String>,
 
-    /// Coordinates that are angles, so that q and q + 2π are the same; `all` for all of them
+    /// Coordinates that are angles, for which q and q + 2π are equal; `all` for all of them
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = name)]
     pub(crate) angle: Vec<String>,
 
@@ -132,7 +132,7 @@ pub(crate) struct FileArgs {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) polar: Vec<String>,
 
-    /// Angles are in degrees (never guessed; what the name of a column states, as `Angle (deg)`, is converted without it)
+    /// Angles are in degrees (never guessed; a unit in the name of a column, such as `Angle (deg)`, is converted without this flag)
     #[arg(long)]
     pub(crate) degrees: bool,
 
@@ -145,12 +145,12 @@ pub(crate) struct FileArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) every: Option<u32>,
 
-    /// TOML file with the above [default: the data file's name with .toml, else lagrangian.toml beside it]
+    /// TOML file with these declarations [default: the data file's name with .toml, else lagrangian.toml beside it]
     #[arg(long, value_name = "FILE")]
     pub(crate) layout: Option<PathBuf>,
 }
 
-/// How recordings are read.
+/// Options for reading recordings.
 #[derive(Debug, Clone, Default, Args, serde::Serialize, serde::Deserialize)]
 #[command(next_help_heading = "Columns of the data")]
 pub(crate) struct DataArgs {
@@ -164,7 +164,7 @@ pub(crate) struct DataArgs {
     #[serde(default)]
     pub(crate) actuated: Vec<String>,
 
-    /// The motion answers the recorded forces so many ms later: shift them; one value, or one for each coordinate
+    /// Delay from the forces to the motion, ms, by which the forces are shifted; one value, or one for each coordinate
     /// (`lagrangian check` measures it)
     #[arg(long, value_name = "MS", value_delimiter = ',', allow_negative_numbers = true, value_parser = finite)]
     #[serde(default)]
@@ -176,12 +176,12 @@ pub(crate) struct DataArgs {
     #[serde(default)]
     pub(crate) parameters: Vec<String>,
 
-    /// The delays of the forces of the data that the model was fitted to, s, where none are given here.
+    /// The delays of the forces of the data that the model was fitted to, s, used where the command line gives none.
     #[arg(skip)]
     #[serde(skip)]
     pub(crate) fitted_delay: Vec<f64>,
 
-    /// The layout of the data that the model was fitted to, for what is not given here or beside the data.
+    /// The layout of the data that the model was fitted to, for columns that neither the command line nor a file beside the data declares.
     #[arg(skip)]
     #[serde(skip)]
     pub(crate) fitted: Option<Layout>,
@@ -192,10 +192,10 @@ pub(crate) struct DataArgs {
     pub(crate) model: Option<Coordinates>,
 }
 
-/// The most rows that are used by default: a sample of a longer log is enough and bounds memory (ADR 0049).
+/// The default largest number of rows: a sample of a longer log is enough and bounds memory (ADR 0049).
 const ROWS: usize = 1 << 20;
 
-/// Flags that change nothing where no recording is read.
+/// Flags that have no effect where no recording is read.
 pub(crate) const OF_RECORDINGS: [&str; 6] = [
     "smooth",
     "low_pass",
@@ -205,10 +205,10 @@ pub(crate) const OF_RECORDINGS: [&str; 6] = [
     "trajectory",
 ];
 
-/// How much of long recordings is used.
+/// The used part of long recordings.
 #[derive(Debug, Clone, Default, Args, serde::Serialize, serde::Deserialize)]
 pub(crate) struct SampleArgs {
-    /// Rows that are used, at most; of longer logs a sample is taken, stretches chosen by the seed, in one pass and with
+    /// Largest number of rows that are used; of longer logs a sample is taken, stretches chosen by the seed, in one pass and with
     /// memory for these rows alone; `all` for all [default: 1048576]
     #[arg(long, value_name = "N", help_heading = "Data", value_parser = rows)]
     #[serde(default)]
@@ -216,7 +216,7 @@ pub(crate) struct SampleArgs {
 }
 
 impl SampleArgs {
-    /// As the library takes it.
+    /// The sampling in the form of the library.
     pub(crate) fn sampling(&self, seed: u64, stretch: usize) -> Option<Sampling> {
         Some(Sampling {
             rows: self.rows.map_or(Some(ROWS), |Rows(rows)| rows)?,
@@ -226,7 +226,7 @@ impl SampleArgs {
     }
 }
 
-/// How noisy recordings are prepared.
+/// Options for the preparation of noisy recordings.
 #[derive(Debug, Clone, Default, Args, serde::Serialize, serde::Deserialize)]
 #[command(next_help_heading = "Noisy data")]
 pub(crate) struct EstimateArgs {
@@ -234,8 +234,8 @@ pub(crate) struct EstimateArgs {
     #[arg(long, conflicts_with = "low_pass")]
     pub(crate) smooth: bool,
 
-    /// Pass q and τ through the same low-pass without delay, with this cut-off, and take q̇ and q̈ from q: for machines with
-    /// noise, play or vibrations; 0 for none [default: for `fit` and `identify`, what `check` finds where noise spoils the accelerations]
+    /// Pass q and τ through one low-pass without delay, with this cut-off, and take q̇ and q̈ from q: for machines with
+    /// noise, play or vibrations; 0 for none [default: for `fit` and `identify`, the one of `check` where noise spoils the accelerations]
     #[arg(long, value_name = "HZ", value_parser = non_negative)]
     pub(crate) low_pass: Option<f64>,
 }
@@ -262,7 +262,7 @@ pub(crate) struct DemoArgs {
     #[arg(long, default_value_t = 40, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub(crate) starts: u32,
 
-    /// Seed of everything random
+    /// Seed of all random numbers
     #[arg(long, default_value_t = 0, value_parser = seed)]
     pub(crate) seed: u64,
 
@@ -299,7 +299,7 @@ pub(crate) struct SimulateArgs {
     #[arg(long, value_name = "TORQUE", value_parser = positive)]
     pub(crate) drive: Option<f64>,
 
-    /// Viscous friction on every coordinate, N·m·s/rad or N·s/m; it is no part of the recorded forces
+    /// Viscous friction on every coordinate, N·m·s/rad or N·s/m; it is not part of the recorded forces
     #[arg(long, value_name = "COEFFICIENT", default_value_t = 0.0, value_parser = non_negative)]
     pub(crate) friction: f64,
 
@@ -314,7 +314,7 @@ pub(crate) struct SimulateArgs {
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(crate) trajectories: u32,
 
-    /// Where random initial states come from
+    /// Distribution of the random initial states
     #[arg(long, value_enum, default_value_t, conflicts_with = "q0")]
     pub(crate) starts: Starts,
 
@@ -322,7 +322,7 @@ pub(crate) struct SimulateArgs {
     #[arg(long, value_parser = seed)]
     pub(crate) seed: Option<u64>,
 
-    /// Write the momenta p = ∂L/∂q̇ too
+    /// Also write the momenta p = ∂L/∂q̇
     #[arg(long)]
     pub(crate) momenta: bool,
 
@@ -362,10 +362,10 @@ pub(crate) struct ConvertArgs {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Starts {
-    /// The one that models are trained on (fast motions)
+    /// The states that models are trained on (fast motions)
     #[default]
     Training,
-    /// The one that rollouts are tested from (e.g. nearly at rest)
+    /// The states that rollouts are tested from (e.g. nearly at rest)
     Test,
 }
 
@@ -384,7 +384,7 @@ pub(crate) struct MotionArgs {
     )]
     pub(crate) q0: Vec<f64>,
 
-    /// Initial velocities, alike
+    /// Initial velocities, in the same units
     #[arg(
         long,
         value_name = "VALUES",
@@ -395,7 +395,7 @@ pub(crate) struct MotionArgs {
     )]
     pub(crate) qd0: Vec<f64>,
 
-    /// How long, s
+    /// Duration, s
     #[arg(long, default_value_t = 10.0, allow_hyphen_values = true, value_parser = positive)]
     pub(crate) duration: f64,
 
@@ -433,11 +433,11 @@ pub(crate) struct CheckArgs {
     #[arg(long, value_name = "HZ", value_parser = positive)]
     pub(crate) low_pass: Option<f64>,
 
-    /// Also: does any Lagrangian exist for these motions? It compares fits with and without one, so it takes time
+    /// Also test whether any Lagrangian exists for these motions. It compares fits with and without one, so it takes time
     #[arg(long)]
     pub(crate) lagrangian: bool,
 
-    /// Time for each of its five to nine fits, s
+    /// Time for each of the five to nine fits of that test, s
     #[arg(long, value_name = "SECONDS", value_parser = positive, default_value_t = 3.0, requires = "lagrangian")]
     pub(crate) seconds: f64,
 
@@ -454,7 +454,7 @@ Examples:
   lagrangian score run/model.safetensors test.csv
   lagrangian score run/model.safetensors test1.csv test2.csv --json --out scores.json")]
 pub(crate) struct ScoreArgs {
-    /// A saved model, or the folder of a run with an ensemble: how much of the recordings lies in its bands
+    /// A saved model, or the folder of a run with an ensemble, for the part of the recordings in its bands
     pub(crate) model: PathBuf,
 
     /// Files with recordings: .csv, .npz, .parquet, .db3, .mcap
@@ -517,7 +517,7 @@ pub(crate) struct RolloutArgs {
     #[command(flatten)]
     pub(crate) output: OutArgs,
 
-    /// Start where this recording starts, under its forces, at its times
+    /// Start from the first state of this recording, under its forces, at its times
     #[arg(long, value_name = "FILE")]
     pub(crate) follow: Option<PathBuf>,
 
@@ -553,8 +553,8 @@ pub(crate) struct ReportArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) gif: Option<PathBuf>,
 
-    /// Where the moving chain of a run measures its angles: each from hanging down, or from the link before and the first from
-    /// hanging down or from the horizontal [default: where its data say (`links` in the file beside them), else from the link
+    /// Reference of the angles of the moving chain of a run: each from hanging down, or from the link before and the first from
+    /// hanging down or from the horizontal [default: as its data state (`links` in the file beside them), else from the link
     /// before for a robot]
     #[arg(long, value_parser = links())]
     pub(crate) links: Option<Links>,
@@ -567,7 +567,7 @@ impl Cli {
     /// Reads the command line; a negative number is a value of the flag before it, which may refuse it.
     ///
     /// # Errors
-    /// Where the help that was asked for cannot be printed.
+    /// If the requested help cannot be printed.
     pub(crate) fn from_command_line() -> Result<Self> {
         let matches = Self::numeric().try_get_matches();
         let parsed = matches.and_then(|matches| Self::from_arg_matches(&matches));
@@ -575,7 +575,7 @@ impl Cli {
             Ok(own) => return Ok(own),
             Err(error) => error,
         };
-        // The parser repeats words of any length, and whatever they hold.
+        // The parser repeats words of any length and content.
         let is_plain =
             |word: String| word.len() <= LONG_WORD && !word.contains(lagrangian::is_hidden);
         if !error.use_stderr() {
@@ -589,7 +589,7 @@ impl Cli {
         std::process::exit(error.exit_code())
     }
 
-    /// What a command line means that is made here.
+    /// The command of a list of words that this program composes.
     pub(crate) fn of_words<'a>(words: impl IntoIterator<Item = &'a str>) -> Option<Self> {
         let matches = Self::numeric().try_get_matches_from(words).ok()?;
         Self::from_arg_matches(&matches).ok()

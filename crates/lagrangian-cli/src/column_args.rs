@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::values::name;
 
-/// The columns of each signal, as they were named.
+/// The named columns of each signal.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[serde(transparent)]
 pub(crate) struct ColumnArgs(pub(crate) Signals<Vec<String>>);

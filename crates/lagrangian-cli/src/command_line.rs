@@ -7,7 +7,7 @@ pub(crate) fn command_line() -> String {
     command_words().join(" ")
 }
 
-/// Its words, quoted for a shell.
+/// The words of the command line, quoted for a shell.
 pub(crate) fn command_words() -> Vec<String> {
     let words = std::env::args_os()
         .skip(1)

@@ -17,7 +17,7 @@ Examples:
   lagrangian compare run1 run2 run3 --on test.csv --plot compare.html
   lagrangian compare run1/model.safetensors other.safetensors --on test1.csv test2.csv --json --out compare.json")]
 pub(crate) struct CompareArgs {
-    /// Folders of runs, or saved models, two or more; the first is the one that the others are compared with
+    /// Folders of runs, or saved models, two or more; the others are compared with the first
     #[arg(required = true, value_name = "RUN")]
     pub(crate) runs: Vec<PathBuf>,
 

@@ -25,17 +25,17 @@ pub(crate) struct Files {
     pub(crate) recordings: Vec<Recording>,
     /// The files, each with its hash.
     pub(crate) hashes: Vec<(PathBuf, FileHash)>,
-    /// What was read of each.
+    /// The parts of each file that were read.
     pub(crate) sources: Vec<Source>,
 }
 
 impl EstimateArgs {
-    /// As the library takes it; the rates of momenta are for those who ask for them.
+    /// The options in the form of the library, without the rates of momenta.
     pub(crate) fn options(&self) -> EstimateOptions {
         self.prepare().estimates()
     }
 
-    /// What is done with the recordings of a fit.
+    /// The preparation of the recordings of a fit.
     pub(crate) fn prepare(&self) -> PrepareOptions {
         PrepareOptions {
             smooth: self.smooth,
@@ -91,13 +91,13 @@ impl DataArgs {
         Ok(files)
     }
 
-    /// The layout file that speaks for a data file, if there is one.
+    /// The layout file of a data file, if it exists.
     pub(crate) fn layout_file(&self, path: &Path) -> Option<PathBuf> {
         let given = self.file.layout.clone();
         given.or_else(|| layout_beside(path))
     }
 
-    /// The layout of a file, or of motions that come from no file.
+    /// The layout of a file, or of motions without a file.
     pub(crate) fn layout_of(&self, path: Option<&Path>) -> Result<Layout> {
         match path {
             Some(path) => self.layout_for(path),
@@ -124,7 +124,7 @@ pub(crate) fn read(files: &[PathBuf], args: &DataArgs) -> Result<Vec<Recording>>
     Ok(read_sample(files, args, None)?.recordings)
 }
 
-/// The same, but of more rows than `sampling` allows no more than these, and with the hashes of the files.
+/// Reads at most the rows that `sampling` allows, with the hashes of the files.
 pub(crate) fn read_sample(
     files: &[PathBuf],
     args: &DataArgs,
@@ -204,7 +204,7 @@ fn read_one(path: &Path, args: &DataArgs, sample: Option<Sampling>) -> Result<Re
     Ok(file)
 }
 
-/// Refuses a file whose coordinates are not as many as those of the model: what the fit knew of them cannot be found in it.
+/// Refuses a file with another number of coordinates than the model: the settings of the fit do not apply to it.
 fn refuse_other_dof(path: &Path, args: &DataArgs, sample: Option<Sampling>) -> Result<()> {
     let Some(model) = &args.model else {
         return Ok(());
@@ -217,11 +217,11 @@ fn refuse_other_dof(path: &Path, args: &DataArgs, sample: Option<Sampling>) -> R
         sample,
         ..alone.layout_for(path)?
     };
-    // OK to ignore an error: the file cannot be read for another reason, which is told.
+    // OK to ignore an error: the file cannot be read for another reason, which is reported.
     read_file(path, &layout, "").map_or(Ok(()), |file| fitted::require_dof(&file.recordings, model))
 }
 
-/// Refuses --topic where no file has topics.
+/// Refuses --topic without a file that has topics.
 fn refuse_needless_topic(files: &[PathBuf], args: &DataArgs) -> Result<()> {
     let is_bag = |path: &PathBuf| format_named(path).is_ok_and(|f| !f.is_written());
     match args.file.topic {
@@ -240,7 +240,7 @@ pub(crate) fn check(recordings: &[Recording], options: &CheckOptions) -> CheckRe
     report
 }
 
-/// Names the flags in the remedies of a check, and says where it is not of all trajectories.
+/// Names the flags in the remedies of a check, and adds a remark where it does not cover all trajectories.
 pub(crate) fn with_remedies(report: &mut CheckReport) {
     if let Some(item) = report.items.iter().find(|item| item.name == CHECKED) {
         note!("note: {}", item.finding);
@@ -250,7 +250,7 @@ pub(crate) fn with_remedies(report: &mut CheckReport) {
     remedies.for_each(|remedy| *remedy = with_flags(remedy));
 }
 
-/// Makes trajectories of recordings; says on standard error what had to be estimated.
+/// Makes trajectories of recordings; reports estimated signals on standard error.
 pub(crate) fn trajectories(
     recordings: Vec<Recording>,
     options: &EstimateOptions,
@@ -262,7 +262,7 @@ pub(crate) fn trajectories(
     Ok((trajectories, estimates))
 }
 
-/// Makes trajectories of recordings, and says how their signals were estimated.
+/// Makes trajectories of recordings, with the methods by which their signals were estimated.
 pub(crate) fn estimated(
     recordings: Vec<Recording>,
     options: &EstimateOptions,
@@ -273,7 +273,7 @@ pub(crate) fn estimated(
     )?)
 }
 
-/// Says on standard error what had to be estimated.
+/// Reports estimated signals on standard error.
 pub(crate) fn note_estimates(estimates: &[Estimate]) {
     for signal in ["qd", "qdd", "pd"] {
         let own = estimates.iter().filter(|e| e.signal == signal);

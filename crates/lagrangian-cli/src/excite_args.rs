@@ -42,7 +42,7 @@ pub(crate) struct ExciteArgs {
     #[arg(long, value_name = "SECONDS", default_value_t = 30.0, value_parser = positive)]
     pub(crate) duration: f64,
 
-    /// Samples of the plan in a second
+    /// Samples of the plan per second
     #[arg(long, value_name = "HZ", default_value_t = 100.0, value_parser = positive)]
     pub(crate) rate: f64,
 

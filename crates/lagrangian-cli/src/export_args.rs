@@ -15,7 +15,7 @@ Examples:
 The C has no dependencies but the mathematical library, takes no memory and keeps nothing between calls. docs/controllers.md shows how it is \
 used from C, CasADi, FMI, Rust and Python.")]
 pub(crate) struct ExportArgs {
-    /// A saved model, or the run that it is in
+    /// A saved model, or the folder of its run
     #[arg(value_name = "MODEL")]
     pub(crate) model: PathBuf,
 
@@ -27,7 +27,7 @@ pub(crate) struct ExportArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) fmu: Option<PathBuf>,
 
-    /// Version of FMI: 2.0 alone is written
+    /// Version of FMI: only 2.0 is written
     #[arg(long, value_name = "VERSION", requires = "fmu", hide = true)]
     pub(crate) fmi: Option<String>,
 
@@ -35,7 +35,7 @@ pub(crate) struct ExportArgs {
     #[arg(long, value_name = "NAME")]
     pub(crate) name: Option<String>,
 
-    /// Replace files that exist
+    /// Replace existing files
     #[arg(long)]
     pub(crate) force: bool,
 }

@@ -1,4 +1,4 @@
-//! What a user reads when something fails, and the exit code.
+//! The text of a failure for the user, and the exit code.
 
 use std::collections::HashSet;
 use std::io;
@@ -21,7 +21,7 @@ pub(crate) fn mistake(message: impl Into<String>, hint: impl Into<String>) -> Er
     Error::new(lagrangian_run::Error::new(message, hint))
 }
 
-/// An error of the library about data, with its remedy as the hint; any other as it is.
+/// An error of the library about data, with its remedy as the hint; any other error unchanged.
 pub(crate) fn of_data(error: impl Into<lagrangian_run::Error>) -> Error {
     match error.into() {
         lagrangian_run::Error::Library(lagrangian::Error::Data { finding, remedy }) => {
@@ -32,7 +32,7 @@ pub(crate) fn of_data(error: impl Into<lagrangian_run::Error>) -> Error {
     }
 }
 
-/// A line that repeats more of what was given is shortened, bytes; paths and lists of columns may be long.
+/// The length above which a line that repeats the input is shortened, bytes; paths and lists of columns may be long.
 const LONGEST_LINE: usize = 4000;
 
 /// The lines for standard error: the chain of causes, then the hint where there is one.
@@ -48,7 +48,7 @@ pub(crate) fn describe(error: &Error) -> String {
     lines
 }
 
-/// What to do; empty where that is not known.
+/// The hint; empty where none is known.
 fn hint(error: &Error) -> String {
     let of_run = error.downcast_ref::<lagrangian_run::Error>();
     of_run.map_or_else(String::new, |error| with_flags(error.remedy()))
@@ -81,7 +81,7 @@ pub(crate) fn with_flags(message: &str) -> String {
         let flag = flag(part).filter(|_| i % 2 == 1 && i + 1 < parts.len());
         match flag {
             Some(flag) => text += &flag,
-            // What is quoted for another reason keeps its backticks.
+            // Text in backticks for another reason keeps them.
             None if i % 2 == 1 => {
                 text += &format!("`{part}{}", if i + 1 < parts.len() { "`" } else { "" })
             }
@@ -109,7 +109,7 @@ fn flags() -> &'static HashSet<String> {
     })
 }
 
-/// What the operating system refused, where it did.
+/// The refusal of the operating system, where there is one.
 fn system(error: &Error) -> Option<&io::Error> {
     error.chain().find_map(|cause| match library(cause) {
         Some(lagrangian::Error::Io(e)) => Some(e),
@@ -144,7 +144,7 @@ fn is_about_the_input(error: &io::Error) -> bool {
     )
 }
 
-/// Whether the reader of standard output went away (`lagrangian … | head`), which needs no words.
+/// Whether the reader of standard output closed it (`lagrangian … | head`), which needs no message.
 pub(crate) fn is_broken_pipe(error: &Error) -> bool {
     system(error).is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
 }

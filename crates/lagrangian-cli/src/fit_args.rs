@@ -71,7 +71,7 @@ pub(crate) struct FitArgs {
     pub(crate) sample: SampleArgs,
 }
 
-/// What is fitted. Its settings are those of the families of the library.
+/// The model that is fitted. Its settings are those of the families of the library.
 #[derive(Debug, Clone, Args, Serialize, Deserialize)]
 #[command(next_help_heading = "Model")]
 pub(crate) struct ModelArgs {
@@ -86,7 +86,7 @@ pub(crate) struct ModelArgs {
 }
 
 impl ModelArgs {
-    /// Drops what the family does not have: runs of earlier versions wrote all settings with their defaults.
+    /// Drops settings that the family does not have: runs of earlier versions wrote all settings with their defaults.
     pub(crate) fn retain_family_settings(&mut self) {
         let name = self.model.as_deref().unwrap_or(FAMILIES[0].name);
         let entry = FAMILIES.iter().find(|entry| entry.name == name);
@@ -102,7 +102,7 @@ fn families() -> PossibleValuesParser {
     one_of(&FAMILIES.iter().map(family).collect::<Vec<_>>())
 }
 
-/// How it is fitted.
+/// The training of the model.
 #[derive(Debug, Clone, Args, Serialize, Deserialize)]
 #[command(next_help_heading = "Training")]
 pub(crate) struct TrainingArgs {
@@ -116,16 +116,16 @@ pub(crate) struct TrainingArgs {
     #[serde(default = "one")]
     pub(crate) baseline: u32,
 
-    /// End after so many steps
+    /// Number of steps after which the fit ends
     #[arg(long, conflicts_with = "seconds", value_parser = steps)]
     pub(crate) steps: Option<u64>,
 
-    /// End after so many seconds; the schedule is laid out over them [default: 60]
+    /// Time after which the fit ends, s; the schedule covers it [default: 60]
     #[arg(long, value_parser = positive)]
     pub(crate) seconds: Option<f64>,
 
-    /// Fit so many models more, each to blocks of time that are drawn from the recordings, and calibrate bands on the blocks that
-    /// they have not seen; the time or the steps are those of each
+    /// Number of additional models, each fitted to blocks of time that are drawn from the recordings; they give bands, calibrated on
+    /// the blocks that they have not seen; each has the time or the steps of the fit
     #[arg(long, value_name = "MEMBERS", value_parser = clap::value_parser!(u32).range(2..=100))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) ensemble: Option<u32>,
@@ -144,7 +144,7 @@ pub(crate) struct TrainingArgs {
     pub(crate) validate_fraction: f64,
 }
 
-/// The baseline of runs from before there was a choice.
+/// The baseline of runs of versions without this setting.
 fn one() -> u32 {
     1
 }

@@ -1,4 +1,4 @@
-//! From the flags of `lagrangian fit` to what is asked of a fit.
+//! From the flags of `lagrangian fit` to the request of a fit.
 
 use anyhow::Result;
 use lagrangian_run::Specification;
@@ -7,7 +7,7 @@ use crate::fit_args::FitArgs;
 use crate::robot::Robot;
 
 impl FitArgs {
-    /// What is asked of the fit, with the robot once it was read; what is not given is chosen from the data.
+    /// The request of the fit, with the robot once it was read; settings that are not given are chosen from the data.
     pub(crate) fn specification(&self, robot: Option<&Robot>) -> Result<Specification> {
         self.robot.refuse_needless_joints()?;
         let (training, prepare) = (&self.training, self.estimate.prepare());

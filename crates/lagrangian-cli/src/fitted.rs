@@ -1,4 +1,4 @@
-//! Saved models, and recordings that are prepared for them as those that they were fitted to.
+//! Saved models, and the preparation of recordings for them, as for their fits.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use lagrangian::{
 use crate::cli::{DataArgs, EstimateArgs};
 use crate::failure::{Advise, mistake};
 
-/// A saved model, and how its recordings were prepared.
+/// A saved model, and the preparation of its recordings.
 pub(crate) struct Fitted {
     pub(crate) model: Learned,
     pub(crate) preparation: Preparation,
@@ -28,7 +28,7 @@ impl Fitted {
         })
     }
 
-    /// The flags, completed by what the model was fitted with, and how signals are estimated; tells the user what was completed.
+    /// The flags, completed by the settings of the model's fit, and the options of estimates; reports the completed flags.
     pub(crate) fn complete(
         &self,
         data: &DataArgs,
@@ -47,7 +47,7 @@ impl Fitted {
         Ok((data, options))
     }
 
-    /// How signals are estimated: as the flags say, else as for the fit of the model, which is told.
+    /// The options of estimates: those of the flags, else those of the model's fit, which are reported.
     pub(crate) fn estimates(&self, estimate: &EstimateArgs) -> EstimateOptions {
         if estimate.smooth || estimate.low_pass.is_some() {
             return estimate.options();
@@ -67,7 +67,7 @@ pub(crate) fn model(path: &Path) -> Result<Learned> {
     Ok(fitted(path)?.model)
 }
 
-/// Reads a saved model, and how its recordings were prepared.
+/// Reads a saved model, and the preparation of its recordings.
 pub(crate) fn fitted(path: &Path) -> Result<Fitted> {
     let shown = format!("cannot read the model '{}'", path.display());
     let hint = "give the model.safetensors of a run";
@@ -104,7 +104,7 @@ pub(crate) fn require_dof(recordings: &[Recording], coordinates: &Coordinates) -
 }
 
 /// Refuses recordings of other coordinates than the model's: of another number, or angles where it has none. Other names
-/// may mean the same, and are told.
+/// may mean the same coordinates, and are reported.
 pub(crate) fn require_coordinates(
     recordings: &[Recording],
     coordinates: &Coordinates,

@@ -1,4 +1,4 @@
-//! What the command adds to a run folder: flags in place of names of settings, its command lines, and what it shows of a fit.
+//! The additions of the command to a run folder: flags in place of names of settings, its command lines, and the progress of a fit.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -12,7 +12,7 @@ use crate::failure::with_flags;
 use crate::interrupt;
 use crate::progress;
 
-/// The command, where a run speaks to people.
+/// The command as the frontend of a run.
 pub(crate) struct Flags;
 
 impl Frontend for Flags {
@@ -37,14 +37,14 @@ impl Frontend for Flags {
     }
 }
 
-/// Shows a fit, and ends it at Ctrl-C.
+/// Shows the progress of a fit, and ends it at Ctrl-C.
 pub(crate) struct ProgressDisplay {
     bar: progress::Progress,
     first_step: Option<(usize, Instant)>,
 }
 
 impl ProgressDisplay {
-    /// A fit that begins; `quiet` shows nothing of it.
+    /// The display of a fit that begins; `quiet` hides it.
     pub(crate) fn start(label: impl Into<String>, quiet: bool) -> Self {
         Self {
             bar: progress::Progress::start(label, quiet),

@@ -47,7 +47,7 @@ pub(crate) struct IdentifyArgs {
     #[arg(long, value_name = "PART", default_value_t = 0.3, value_parser = fraction)]
     pub(crate) hold_out: f64,
 
-    /// Seed of the choice of logs that are held out, and of the rows of a long log
+    /// Seed of the choice of held-out logs, and of the rows of a long log
     #[arg(long, default_value_t = 0, value_parser = seed)]
     pub(crate) seed: u64,
 

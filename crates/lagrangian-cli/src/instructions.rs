@@ -1,4 +1,4 @@
-//! Which CPU instructions the kernels use: the best that there are, unless the environment asks for others.
+//! The CPU instructions of the kernels: the best available ones, unless the environment names others.
 
 use std::env;
 
@@ -10,7 +10,7 @@ use crate::failure::Advise;
 /// The variable of the environment that names an instruction set.
 const VARIABLE: &str = "LAGRANGIAN_SIMD";
 
-/// Takes the instruction set that the environment asks for, if it does.
+/// Selects the instruction set that the environment names, if it does.
 pub(crate) fn choose() -> Result<()> {
     let Some(name) = env::var_os(VARIABLE) else {
         return Ok(());
@@ -23,7 +23,7 @@ pub(crate) fn choose() -> Result<()> {
     )?)
 }
 
-/// The version, with the instructions in use and those that could be.
+/// The version, with the instructions in use and the available ones.
 pub(crate) fn version() -> String {
     let names: Vec<&str> = levels().into_iter().map(Level::name).collect();
     format!(

@@ -12,16 +12,16 @@ pub(crate) const INTERRUPTED: u8 = 130;
 static PRESSED: AtomicBool = AtomicBool::new(false);
 /// Whether to end, because Ctrl-C was pressed or time is up.
 static ENDING: AtomicBool = AtomicBool::new(false);
-/// Whether Ctrl-C is listened for.
+/// Whether a handler of Ctrl-C is installed.
 static LISTENING: AtomicBool = AtomicBool::new(false);
 
-/// Ends the program, with what it has written completely and nothing else.
+/// Ends the program, keeping only files that are complete.
 pub(crate) fn end_now(code: u8) -> ! {
     lagrangian_run::remove_unfinished();
     std::process::exit(i32::from(code))
 }
 
-/// Listens for Ctrl-C from now on.
+/// Installs a handler of Ctrl-C.
 pub(crate) fn listen() -> Result<()> {
     if LISTENING.swap(true, Ordering::SeqCst) {
         return Ok(());
@@ -41,7 +41,7 @@ pub(crate) fn is_pressed() -> bool {
     PRESSED.load(Ordering::SeqCst)
 }
 
-/// What long computations ask whether to end.
+/// The stop of long computations.
 pub(crate) fn stop() -> Stop {
     Stop::when(&ENDING)
 }

@@ -27,15 +27,15 @@ pub(crate) struct ActionArgs {
     #[arg(long, value_name = "VALUES", value_delimiter = ',', required = true, allow_hyphen_values = true, value_parser = finite)]
     pub(crate) from: Vec<f64>,
 
-    /// Coordinates at the end, SI units; angles go the shorter way
+    /// Coordinates at the end, SI units; angles take the shorter direction
     #[arg(long, value_name = "VALUES", value_delimiter = ',', required = true, allow_hyphen_values = true, value_parser = finite)]
     pub(crate) to: Vec<f64>,
 
-    /// Time from the one to the other, s
+    /// Time from the start to the end, s
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true, value_parser = positive)]
     pub(crate) time: f64,
 
-    /// Whole turns of each angle beside the shorter way; negative turns go in the opposite direction [default: 0 each]
+    /// Whole turns of each angle in addition to the shorter direction; negative turns go in the opposite direction [default: 0 each]
     #[arg(
         long,
         value_name = "TURNS",
@@ -72,7 +72,7 @@ Examples:
   lagrangian conserved kepler --points q1:q2 --plot kepler.html
   lagrangian conserved furuta-pendulum")]
 #[command(mut_args(|arg| match OF_RECORDINGS.contains(&arg.get_id().as_str()) {
-    // The parser asks for nothing that another flag excludes.
+    // The parser does not require a flag that another one excludes.
     true => arg.requires("files").conflicts_with_all(["seed", "duration"]),
     false => arg,
 }))]
@@ -99,7 +99,7 @@ pub(crate) struct ConservedArgs {
     #[arg(long, default_value_t = 0, value_parser = seed, conflicts_with = "files")]
     pub(crate) seed: u64,
 
-    /// How long a system is rolled out, s
+    /// Duration of the rollout of a system, s
     #[arg(long, value_name = "SECONDS", default_value_t = 5.0, value_parser = positive, conflicts_with = "files")]
     pub(crate) duration: f64,
 

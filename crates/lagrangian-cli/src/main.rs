@@ -1,6 +1,6 @@
-//! The command `lagrangian`: reads files, calls the library, shows what comes back. It holds no formula.
+//! The command `lagrangian`: reads files, calls the library, shows the results. It holds no formula.
 
-/// Writes lines to standard error, as they are shown; a closed standard error is no failure.
+/// Writes lines to standard error, as they are shown; a closed standard error is not a failure.
 macro_rules! note {
     ($($argument:tt)*) => {{
         use std::io::Write as _;
@@ -48,7 +48,7 @@ use std::process::ExitCode;
 use anyhow::Result;
 use cli::Cli;
 
-/// Exit code where the reader of standard output went away (128 + SIGPIPE).
+/// Exit code where the reader of standard output closed it (128 + SIGPIPE).
 const CLOSED_PIPE: u8 = 141;
 
 fn main() -> ExitCode {

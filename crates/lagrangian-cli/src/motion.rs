@@ -1,4 +1,4 @@
-//! From the flags of a motion to what the library takes.
+//! From the flags of a motion to the options of the library.
 
 use anyhow::Result;
 use lagrangian::score::{Outside, outside};
@@ -9,7 +9,7 @@ use crate::cli::MotionArgs;
 use crate::failure::mistake;
 use crate::interrupt;
 
-/// How to integrate where a prediction is compared with a recording.
+/// The options of integration for a prediction that is compared with a recording.
 pub(crate) fn for_comparison() -> RolloutOptions {
     RolloutOptions {
         stop: interrupt::stop(),
@@ -17,7 +17,7 @@ pub(crate) fn for_comparison() -> RolloutOptions {
     }
 }
 
-/// Says on standard error why a motion ended early, if it did.
+/// Reports on standard error the reason why a motion ended early, if it did.
 pub(crate) fn note_early_end(motion: &str, outcome: Outcome) {
     match outcome {
         Outcome::Finished => {}
@@ -29,7 +29,7 @@ pub(crate) fn note_early_end(motion: &str, outcome: Outcome) {
     }
 }
 
-/// Says on standard error which predictions were left out.
+/// Reports on standard error the predictions that were omitted.
 pub(crate) fn note_stopped(score: &Score) {
     if score.stopped > 0 {
         note!(
@@ -58,12 +58,12 @@ impl MotionArgs {
         ))
     }
 
-    /// The initial state that was given.
+    /// The given initial state.
     pub(crate) fn start(&self) -> State {
         State::new(self.q0.clone(), self.qd0.clone())
     }
 
-    /// How to integrate.
+    /// The options of integration.
     pub(crate) fn options(&self) -> RolloutOptions {
         RolloutOptions {
             method: self.method,
@@ -76,7 +76,7 @@ impl MotionArgs {
     }
 }
 
-/// Says how many states of these motions lie outside of those that the data of the model visited, where it is many.
+/// Reports the number of states of these motions outside of those that the data of the model visited, where it is large.
 pub(crate) fn note_outside(model: &dyn Model, motions: &[Trajectory]) {
     let Some(outside) = outside(model, motions).filter(Outside::is_unusual) else {
         return;

@@ -1,4 +1,4 @@
-//! The flags that name files to write, and how they are written.
+//! The flags that name output files, and their treatment.
 
 use std::path::{Path, PathBuf};
 
@@ -19,13 +19,13 @@ pub(crate) struct OutArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
 
-    /// Replace files that exist
+    /// Replace existing files
     #[arg(long)]
     pub(crate) force: bool,
 }
 
 impl OutArgs {
-    /// What to do with files that are already there.
+    /// The treatment of existing files.
     pub(crate) fn existing(&self) -> Existing {
         Existing::from_force(self.force)
     }
@@ -36,7 +36,7 @@ impl OutArgs {
         Ok(out.try_for_each(|path| refuse_existing(path, self.existing()))?)
     }
 
-    /// [`Self::refuse_existing`], and a name that tells no format of motions.
+    /// As [`Self::refuse_existing`]; refuses a name without a known format of motions too.
     pub(crate) fn refuse_unwritable(&self) -> Result<()> {
         let mut out = self.out.iter();
         out.try_for_each(|path| output::format_of(path).map(|_| ()))?;
@@ -48,7 +48,7 @@ impl OutArgs {
         Ok(refuse_overwriting(&self.out, inputs)?)
     }
 
-    /// [`Self::refuse_inputs`], where a file that declares the columns is written beside the motions.
+    /// As [`Self::refuse_inputs`], where a file that declares the columns is written beside the motions.
     pub(crate) fn refuse_inputs_of_motions(&self, inputs: &[PathBuf]) -> Result<()> {
         let layout = self.out.as_ref().map(|path| path.with_extension("toml"));
         Ok(refuse_overwriting(self.out.iter().chain(&layout), inputs)?)
@@ -87,7 +87,7 @@ impl PlotArgs {
         self.refuse_undrawable()
     }
 
-    /// The same where figures are written, and no motions.
+    /// As [`Self::refuse_unwritable`], where figures are written, and no motions.
     pub(crate) fn refuse_unwritable_figures(&self) -> Result<()> {
         self.file.refuse_existing()?;
         self.refuse_undrawable()
@@ -107,7 +107,7 @@ impl PlotArgs {
         Ok(refuse_overwriting(&self.plot, inputs)?)
     }
 
-    /// Draws the page, or its first figure alone, as the name of the file says.
+    /// Draws the page, or its first figure alone, depending on the name of the file.
     pub(crate) fn draw(&self, page: impl FnOnce() -> Report) -> Result<()> {
         let Some(path) = &self.plot else {
             return Ok(());
@@ -134,7 +134,7 @@ pub(crate) fn write_png(
     })
 }
 
-/// What a file is drawn as.
+/// The kind of a drawing.
 #[derive(Debug, Clone, Copy)]
 enum Drawing {
     /// A page of one file.
@@ -146,7 +146,7 @@ enum Drawing {
 }
 
 impl Drawing {
-    /// By the end of the name.
+    /// The kind for the extension of a name.
     fn of(path: &Path) -> Result<Self> {
         match path.extension().and_then(|e| e.to_str()) {
             Some("html") => Ok(Self::Page),

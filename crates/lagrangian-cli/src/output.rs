@@ -1,4 +1,4 @@
-//! Where results go: one JSON object on standard output, motions in files.
+//! The destinations of results: one JSON object on standard output, motions in files.
 
 use std::fs;
 use std::io::{self, IsTerminal, Write};
@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use crate::failure::{Advise, mistake};
 
-/// The format that a file's extension means, before any work is done for it.
+/// The format of a file's extension, before any work is done for it.
 pub(crate) fn format_of(path: &Path) -> Result<Format> {
     let shown = format!("cannot write '{}'", path.display());
     let hint = "end the name of --out with .csv, .npz or .parquet";
@@ -36,7 +36,7 @@ pub(crate) fn write_trajectories(
     write_declared(path, existing, trajectories, &Layout::written(coordinates))
 }
 
-/// [`write_trajectories`] with what else is known of them.
+/// [`write_trajectories`] with other known declarations.
 pub(crate) fn write_declared(
     path: &Path,
     existing: Existing,
@@ -52,7 +52,7 @@ pub(crate) fn write_declared(
     Ok(layout)
 }
 
-/// How motions are written: in the columns and units of the data of a model.
+/// The columns and units of motions: those of the data of a model.
 pub(crate) struct Columns<'a> {
     pub(crate) coordinates: &'a Coordinates,
     pub(crate) layout: &'a Layout,
@@ -100,8 +100,8 @@ pub(crate) fn print_trajectories(trajectories: &[Trajectory]) -> Result<()> {
     csv::write(io::stdout().lock(), trajectories).context(CANNOT_PRINT)
 }
 
-/// Refuses a standard output that was closed. When a program starts, the device that loses
-/// everything takes the place of a closed output, open for reading too, as nobody opens it who only wants silence.
+/// Refuses a standard output that was closed. When a program starts, the null device takes the place of a closed output,
+/// and is open for reading too, unlike one that was opened to silence the program.
 pub(crate) fn refuse_closed() -> Result<()> {
     let is_lost = fs::read_link("/proc/self/fd/1").is_ok_and(|path| path == Path::new("/dev/null"));
     let about = fs::read_to_string("/proc/self/fdinfo/1").unwrap_or_default();
@@ -116,7 +116,7 @@ pub(crate) fn refuse_closed() -> Result<()> {
     }
 }
 
-/// What failed where standard output is full.
+/// The message for a standard output that is full.
 pub(crate) const CANNOT_PRINT: &str = "cannot write to standard output";
 
 /// Escape sequences of a terminal that the command itself writes.
@@ -142,7 +142,7 @@ fn print_bytes(bytes: &[u8]) -> Result<()> {
         .context(CANNOT_PRINT)
 }
 
-/// Writes one JSON object and a line end to standard output; what cannot be seen stands as its code.
+/// Writes one JSON object and a line end to standard output; invisible characters are written as escapes.
 pub(crate) fn print_json(value: &impl Serialize) -> Result<()> {
     let text = lagrangian::shown_json(&serde_json::to_string_pretty(value)?);
     print_bytes((text + "\n").as_bytes())

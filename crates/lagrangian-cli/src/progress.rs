@@ -25,7 +25,7 @@ enum Display {
 }
 
 impl Progress {
-    /// Begins; `quiet` shows nothing.
+    /// Begins; `quiet` hides the progress.
     pub(crate) fn start(label: impl Into<String>, quiet: bool) -> Self {
         let label = label.into();
         let shown = match (quiet, stderr().is_terminal()) {

@@ -11,7 +11,7 @@ use crate::values::positive;
 /// The variable of the environment: the largest number of seconds of a fit; unset, empty or 0 for no cap.
 const VARIABLE: &str = "LAGRANGIAN_QUICK";
 
-/// Caps the seconds of a command that fits or searches, and says so; a number of steps is replaced by them.
+/// Caps the seconds of a command that fits or searches, with a note; they replace a number of steps.
 pub(crate) fn cap(command: &mut Command) -> Result<()> {
     let text = env::var(VARIABLE).unwrap_or_default();
     if ["", "0"].contains(&text.as_str()) {

@@ -1,4 +1,4 @@
-//! A run that goes on: with the settings and the data that it began with, or not at all.
+//! A resumed run: it has the settings and the data with which it began, or is refused.
 
 use anyhow::{Result, anyhow};
 use lagrangian::brief;
@@ -27,7 +27,7 @@ pub(crate) fn settings(record: &RunRecord) -> Result<FitArgs> {
     Ok(args)
 }
 
-/// The settings of the interrupted run, which go on.
+/// The settings of the interrupted run, which continue.
 pub(crate) fn resumed(folder: &RunFolder, given: &FitArgs) -> Result<FitArgs> {
     refuse_settings(given)?;
     let mut args = settings(&folder.record()?)?;

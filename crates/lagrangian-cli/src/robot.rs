@@ -46,7 +46,7 @@ impl RobotArgs {
         Some(DataFile::new("robot", path, hash))
     }
 
-    /// Refuses joints where no robot has them.
+    /// Refuses joints without a robot.
     pub(crate) fn refuse_needless_joints(&self) -> Result<()> {
         if self.urdf.is_some() || self.nominal.is_some() || self.joints.is_empty() {
             return Ok(());
@@ -58,7 +58,7 @@ impl RobotArgs {
     }
 }
 
-/// An example robot that is meant by a name that is no file.
+/// The example robot of a name that is not a file.
 fn example(path: &Path) -> Option<&'static str> {
     let name = path.to_str().filter(|_| !path.exists())?;
     rigid::example(name)
@@ -69,7 +69,7 @@ pub(crate) fn read(path: &Path, joints: &[String]) -> Result<RobotConfig> {
     Ok(open(path, joints)?.config)
 }
 
-/// A robot, its description word for word, and the hash of its file where it is no example.
+/// A robot, its original description, and the hash of its file where it is not an example.
 pub(crate) struct Robot {
     pub(crate) config: RobotConfig,
     pub(crate) text: String,

@@ -1,14 +1,14 @@
-//! Files that a model knows from its fit.
+//! Files that the fit of a model used.
 
 use std::path::{Path, PathBuf};
 
 use lagrangian_run::FileHash;
 use lagrangian_run::compare::{DataOverlap, LoadedRun};
 
-/// Those of the files that the fit of a model has used, by their hashes; says so on standard error.
+/// The files that the fit of a model has used, by their hashes, which are reported on standard error.
 pub(crate) fn noted(model: &Path, files: &[(PathBuf, FileHash)]) -> Vec<DataOverlap> {
     let hashes: Vec<String> = files.iter().map(|(_, hash)| hash.sha256.clone()).collect();
-    // OK because the model has been read: what a damaged record beside it says of its data is not known.
+    // OK because the model has been read: a damaged record beside it only leaves its data unknown.
     let overlap = LoadedRun::read(model).map(|run| run.overlap(&hashes));
     let overlap = overlap.unwrap_or_default();
     for DataOverlap { file, role } in &overlap {

@@ -23,7 +23,7 @@ pub(crate) trait Table: Debug + Clone + Default {
     fn offered() -> Vec<Offered>;
 }
 
-/// A setting as it is offered.
+/// A setting in the form of a flag.
 pub(crate) struct Offered {
     setting: Setting,
     /// The families that have it, where they are few.
@@ -87,7 +87,7 @@ fn of_all(table: &[Setting]) -> Vec<Offered> {
     table.iter().map(offered).collect()
 }
 
-/// What was given of the settings of a table.
+/// The given settings of a table.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 #[serde(transparent, bound = "")]
 pub(crate) struct SettingArgs<T: Table> {
@@ -101,7 +101,7 @@ impl<T: Table> Args for SettingArgs<T> {
     fn augment_args(command: Command) -> Command {
         let offered = T::offered();
         let mut names: Vec<&str> = offered.iter().map(|o| o.setting.name).collect();
-        // A longer name first, so that `batch` does not stand for the beginning of `batch_first`.
+        // A longer name first, so that `batch` is not replaced within `batch_first`.
         names.sort_by_key(|name| std::cmp::Reverse(name.len()));
         let arguments = offered.iter().filter_map(|o| argument(o, &names));
         command.args(arguments.map(|argument| argument.help_heading(T::HEADING)))
@@ -129,7 +129,7 @@ impl<T: Table> FromArgMatches for SettingArgs<T> {
     }
 }
 
-/// The flag of a setting; none for a robot, which is read from a file of its own.
+/// The flag of a setting; `None` for a robot, which is read from a file of its own.
 fn argument(offered: &Offered, names: &[&str]) -> Option<Arg> {
     let Offered { setting, families } = offered;
     let flag = Arg::new(setting.name)
@@ -184,7 +184,7 @@ pub(crate) fn one_of(values: &[Named]) -> PossibleValuesParser {
     PossibleValuesParser::new(values.iter().map(value))
 }
 
-/// With a capital letter first, where the text is words and no formula.
+/// The text with a capital letter first, where it begins with a word and not with a formula.
 pub(crate) fn sentence(text: &str) -> String {
     let words = text.split(' ').count() > 2;
     let word = text.split(' ').next().unwrap_or_default();
@@ -201,7 +201,7 @@ fn number(range: Range) -> ValueParser {
     ValueParser::new(move |text: &str| within(text, range))
 }
 
-/// The value that was given for a setting.
+/// The given value of a setting.
 fn given(setting: &Setting, matches: &ArgMatches) -> Option<Value> {
     let name = setting.name;
     if setting.kind == Kind::Robot || matches.value_source(name) != Some(ValueSource::CommandLine) {

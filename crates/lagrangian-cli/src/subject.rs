@@ -13,7 +13,7 @@ use crate::failure::{Advise, mistake};
 use crate::fitted;
 use crate::values::assignment;
 
-/// Which Lagrangian.
+/// The Lagrangian.
 #[derive(Debug, Clone, Args, serde::Serialize)]
 pub(crate) struct SubjectArgs {
     /// A saved model, or the name of a system (`lagrangian simulate list` names them)
@@ -25,7 +25,7 @@ pub(crate) struct SubjectArgs {
     pub(crate) parameters: Vec<(String, f64)>,
 }
 
-/// What was named.
+/// The named Lagrangian.
 pub(crate) enum Subject {
     System(Box<dyn AnalyticModel>),
     Model(Box<Learned>),
@@ -69,7 +69,7 @@ impl SubjectArgs {
 }
 
 impl Subject {
-    /// The unit of its action; none of a model of motions without forces, whose factor they do not tell.
+    /// The unit of its action; empty for a model of motions without forces, which do not determine its factor.
     pub(crate) fn unit_of_action(&self) -> &'static str {
         match self {
             Self::Model(model) if model.visited().is_some_and(Visited::is_free) => "",
@@ -77,7 +77,7 @@ impl Subject {
         }
     }
 
-    /// Its Lagrangian with its forces.
+    /// The Lagrangian with its forces.
     pub(crate) fn physics(&self) -> Result<Physics<'_>> {
         match self {
             Self::System(system) => Ok(Physics {

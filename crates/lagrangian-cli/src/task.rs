@@ -1,4 +1,4 @@
-//! A task that takes a while: a line on standard error now and then, and an end at Ctrl-C or when its time is up.
+//! A long task: a line on standard error now and then, and an end at Ctrl-C or when its time is up.
 
 use std::fs;
 use std::path::PathBuf;
@@ -13,13 +13,13 @@ use crate::failure::FAILED;
 use crate::interrupt;
 use crate::progress::duration;
 
-/// A task shorter than this says nothing.
+/// A task shorter than this prints nothing.
 const FIRST_LINE: Duration = Duration::from_secs(1);
-/// Between two lines.
+/// The time between two lines.
 const LINE_EVERY: Duration = Duration::from_secs(5);
-/// Between two looks at Ctrl-C and at the clock.
+/// The time between two checks of Ctrl-C and of the clock.
 const LOOK: Duration = Duration::from_millis(50);
-/// A task that was asked to end has so long to end with what it has.
+/// The time in which a task must end with its present result after a request to end.
 const GRACE: Duration = Duration::from_millis(700);
 
 /// Time for any other task, for each byte that it reads, and for each sample that it computes, s: on a slow machine a tenth of
@@ -36,7 +36,7 @@ pub(crate) struct Size {
 }
 
 impl Size {
-    /// What these files hold is read.
+    /// The size of a task that reads the content of these files.
     pub(crate) fn of_files(files: &[PathBuf]) -> Self {
         let length = |path: &PathBuf| fs::metadata(path).map_or(0, |about| about.len());
         Self {
@@ -45,7 +45,7 @@ impl Size {
         }
     }
 
-    /// So many samples are computed too.
+    /// Adds computed samples to the size.
     pub(crate) fn with_samples(self, samples: f64) -> Self {
         Self { samples, ..self }
     }
@@ -57,33 +57,33 @@ impl Size {
     }
 }
 
-/// What becomes of a task that was asked to end.
+/// The end of a task after a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum End {
-    /// It looks at [`interrupt::stop`] everywhere, and is waited for.
+    /// It checks [`interrupt::stop`] everywhere, and the command waits for it.
     Waited,
-    /// Parts of it do not look: after [`GRACE`] the command ends, whatever it is doing.
+    /// Parts of it do not check: after [`GRACE`] the command ends, whatever it is doing.
     Forced,
 }
 
-/// A task under way, which is at its end when this is dropped. Results that are worth having in part are written after that.
+/// A task under way, which ends when this is dropped. Results that are of use in part are written after that.
 pub(crate) struct Task {
     done: Option<Sender<()>>,
     lines: Option<JoinHandle<()>>,
 }
 
 impl Task {
-    /// A task of this size; it ends at Ctrl-C and when its time is up, with what it has or with nothing.
+    /// A task of this size; it ends at Ctrl-C and when its time is up, with its present result or without one.
     pub(crate) fn start(label: &'static str, quiet: bool, size: Size) -> Result<Self> {
         Self::within(label, quiet, size.budget(), End::Forced)
     }
 
-    /// The predictions of so many samples: they end when their time is up, or at Ctrl-C.
+    /// The predictions of this number of samples: they end when their time is up, or at Ctrl-C.
     pub(crate) fn of_predictions(label: &'static str, quiet: bool, samples: usize) -> Result<Self> {
         Self::within(label, quiet, time_for(samples), End::Waited)
     }
 
-    /// Writes to standard output, as slowly as it is read: it ends at Ctrl-C alone.
+    /// Output to standard output, as slowly as it is read: it ends at Ctrl-C alone.
     pub(crate) fn of_output(label: &'static str) -> Result<Self> {
         Self::within(label, true, Duration::MAX, End::Forced)
     }

@@ -1,4 +1,4 @@
-//! How many threads compute: as many as there are cores, or as the environment asks for within reason.
+//! The number of computing threads: that of the cores, or a reasonable one from the environment.
 
 use std::env;
 
@@ -7,10 +7,10 @@ use rayon::ThreadPoolBuilder;
 /// The variable of the environment that the pool of threads reads.
 const VARIABLE: &str = "RAYON_NUM_THREADS";
 
-/// More threads than this bring nothing but memory, bytes of stack for each.
+/// More threads than this only cost memory, bytes of stack for each.
 const MOST: usize = 256;
 
-/// Bounds the number of threads that the environment asks for.
+/// Bounds the number of threads from the environment.
 pub(crate) fn bound() {
     let asked = env::var_os(VARIABLE).and_then(|text| text.to_str()?.trim().parse().ok());
     if asked.is_none_or(|count: usize| count <= MOST) {

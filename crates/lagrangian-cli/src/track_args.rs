@@ -21,7 +21,7 @@ Examples:
 #[command(mut_arg("plot", |arg| arg.help("File for a drawing: .html for a page, .svg or .png for the motion of the first joint")))]
 #[command(mut_arg("p", |arg| arg.hide(true)), mut_arg("tau", |arg| arg.hide(true)))]
 pub(crate) struct TrackArgs {
-    /// A saved model: what the controller knows
+    /// A saved model, which the controller uses
     pub(crate) model: PathBuf,
 
     /// File with the motion to follow: .csv, .npz, .parquet, .db3, .mcap; of several trajectories the first
@@ -61,7 +61,7 @@ pub(crate) struct TruthArgs {
     #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "robot", value_parser = name)]
     pub(crate) joints: Vec<String>,
 
-    /// Mass in the robot's hand, kg, of which the true model knows and the saved one does not
+    /// Mass in the robot's hand, kg, which the true model includes and the saved one does not
     #[arg(long, value_name = "KG", value_parser = non_negative, requires = "robot")]
     pub(crate) payload: Option<f64>,
 }
@@ -70,11 +70,11 @@ pub(crate) struct TruthArgs {
 #[derive(Debug, Clone, Args, serde::Serialize)]
 #[command(next_help_heading = "Control")]
 pub(crate) struct ControlArgs {
-    /// What the controller does with the model
+    /// Use of the model by the controller
     #[arg(long, value_enum, default_value_t)]
     pub(crate) controller: ControllerName,
 
-    /// Ticks of the loop a second, Hz, 10 to 10000
+    /// Rate of the control loop, Hz, 10 to 10000
     #[arg(long, default_value_t = 500.0, value_parser = positive)]
     pub(crate) rate: f64,
 
@@ -109,11 +109,11 @@ pub(crate) struct ControlArgs {
     pub(crate) seed: u64,
 }
 
-/// What the controller does with the model.
+/// The use of the model by the controller.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum ControllerName {
-    /// Nothing: feedback alone
+    /// None: feedback alone
     Pd,
     /// Feedback, and the model's torque along the reference
     #[default]

@@ -6,7 +6,7 @@ use lagrangian::settings::Range;
 use lagrangian_run::Links;
 use serde::{Deserialize, Serialize};
 
-/// The largest seed: what a TOML file can hold.
+/// The largest seed, which is the largest number of a TOML file.
 const MAX_SEED: u64 = i64::MAX as u64;
 
 /// A seed that a TOML file can hold.
@@ -15,12 +15,12 @@ pub(crate) fn seed(text: &str) -> Result<u64, String> {
     seed.ok_or_else(|| format!("it must be a whole number from 0 to {MAX_SEED}"))
 }
 
-/// Rows that are used at most; none for all.
+/// The largest number of rows that are used; `None` for all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub(crate) struct Rows(pub(crate) Option<usize>);
 
-/// Fewer rows than this are no sample of a long log.
+/// The smallest number of rows of a sample of a long log.
 const FEWEST_ROWS: usize = 1000;
 
 /// A number of rows, or `all`.
@@ -94,7 +94,7 @@ pub(crate) fn non_negative(text: &str) -> Result<f64, String> {
     within(text, Range::NON_NEGATIVE)
 }
 
-/// A tolerance that an adaptive method can hold.
+/// A tolerance that an adaptive method can meet.
 pub(crate) fn tolerance(text: &str) -> Result<f64, String> {
     within(text, Range::new(1e-15, 1.0))
 }
@@ -104,7 +104,7 @@ pub(crate) fn finite(text: &str) -> Result<f64, String> {
     within(text, Range::new(-1e12, 1e12))
 }
 
-/// A part of something that is not all of it.
+/// A part of something, less than all of it.
 pub(crate) fn fraction(text: &str) -> Result<f64, String> {
     within(text, Range::new(0.0, 0.99))
 }
@@ -115,7 +115,7 @@ pub(crate) fn method() -> impl TypedValueParser<Value = Method> {
     PossibleValuesParser::new(values).try_map(|name| name.parse::<Method>())
 }
 
-/// Where the links of a drawn chain measure their angles.
+/// The reference of the angles of a drawn chain.
 pub(crate) fn links() -> impl TypedValueParser<Value = Links> {
     let names = PossibleValuesParser::new(["absolute", "relative", "horizontal"]);
     names.try_map(|name| serde_json::from_value(name.into()))

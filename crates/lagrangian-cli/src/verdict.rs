@@ -1,4 +1,4 @@
-//! How far a model can be trusted, in words and as an exit code.
+//! The reliability of a model, in words and as an exit code.
 
 use std::fmt::Write;
 use std::process::ExitCode;
@@ -27,13 +27,13 @@ pub(crate) fn text(assessment: &Assessment) -> String {
     text
 }
 
-/// The names of the coordinates whose acceleration nobody can predict from the torques.
+/// The names of the coordinates whose acceleration cannot be predicted from the torques.
 pub(crate) fn unpredictable(assessment: &Assessment) -> Vec<&str> {
     let joints = assessment.joints.iter().filter(|j| !j.predictable);
     joints.map(|Forward { name, .. }| name.as_str()).collect()
 }
 
-/// Success, but for a model that must not be used.
+/// Success, except for a model that must not be used.
 pub(crate) fn exit_code(assessment: &Assessment) -> ExitCode {
     match assessment.verdict {
         Grade::Good | Grade::Fair => ExitCode::SUCCESS,

@@ -98,7 +98,7 @@ fn ends(args: &ActionArgs, coordinates: &Coordinates) -> Result<Boundary> {
     }
 }
 
-/// The paths that were found, and how far each can be trusted.
+/// The paths that were found, and the reliability of each.
 struct Found {
     search: Search,
     judged: Vec<Judgement>,
@@ -106,7 +106,7 @@ struct Found {
     unit: &'static str,
 }
 
-/// Writes the files that are asked for, where a path was found.
+/// Writes the requested files, where a path was found.
 fn write(args: &ActionArgs, lagrangian: &dyn Lagrangian, found: &Found) -> Result<()> {
     let search = &found.search;
     let Some(first) = search.paths.first() else {
@@ -158,7 +158,7 @@ fn figures(lagrangian: &dyn Lagrangian, found: &StationaryPath, unit: &str) -> V
 }
 
 impl Found {
-    /// The path of least action, and how far it can be trusted.
+    /// The path of least action, and its reliability.
     fn answer(&self) -> String {
         let Some((path, Judgement { grade, why })) =
             self.search.paths.iter().zip(&self.judged).next()
@@ -266,7 +266,7 @@ fn kind(path: &StationaryPath) -> &'static str {
     }
 }
 
-/// How far each path can be trusted.
+/// The reliability of each path.
 fn judged(model: &dyn Model, search: &Search) -> Vec<Judgement> {
     let judged =
         |path: &StationaryPath| path.judged(outside(model, &[path.trajectory("")]).as_ref());

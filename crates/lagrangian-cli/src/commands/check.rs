@@ -1,4 +1,4 @@
-//! `lagrangian check`: is the data good enough for a fit?
+//! `lagrangian check`: the suitability of data for a fit.
 
 use std::io::{IsTerminal, stdout};
 use std::iter;
@@ -48,9 +48,9 @@ pub(super) fn run(args: &CheckArgs, mode: OutputMode) -> Result<ExitCode> {
     })
 }
 
-/// The command that fits these data as the check found best.
+/// The command that fits these data as the check suggests.
 fn next(args: &CheckArgs, report: &CheckReport) -> String {
-    // What was said of the columns and files is said again, but not what only the check knows.
+    // Flags for columns and files are repeated, but not those of the check alone.
     let own = ["--out", "--low-pass", "--seconds"];
     let words = command_words()
         .into_iter()
@@ -115,7 +115,7 @@ fn as_text(recordings: &[Recording], report: &CheckReport, colour: bool) -> Stri
     text
 }
 
-/// The findings about all trajectories together, then each warning once with the trajectories that it is about.
+/// The findings about all trajectories together, then each warning once with the trajectories that it concerns.
 fn in_short(trajectories: usize, report: &CheckReport, colour: bool) -> String {
     let (all, kinds): (Vec<ShownItem>, Vec<ShownItem>) =
         (report.shown().into_iter()).partition(|shown| shown.trajectories.is_empty());

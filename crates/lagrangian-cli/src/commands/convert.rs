@@ -1,4 +1,4 @@
-//! `lagrangian convert`: recordings of any format in another one.
+//! `lagrangian convert`: recordings of any format converted to another one.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -19,7 +19,7 @@ pub(super) fn run(args: &ConvertArgs, mode: OutputMode) -> Result<ExitCode> {
     let inputs = args.data.inputs(&args.files)?;
     refuse_inputs(args, &inputs)?;
     args.output.refuse_unwritable()?;
-    // Until all is written: a part of it is nothing.
+    // The task lasts until all is written, since a partial file is of no use.
     let task = Task::start("convert", mode.quiet, Size::of_files(&inputs))?;
     let Files {
         recordings,
@@ -71,7 +71,7 @@ pub(super) fn run(args: &ConvertArgs, mode: OutputMode) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What the file beside the motions says: columns and angles, and what all of the files say of the system that made them and of its links.
+/// The declarations of the file beside the motions: columns and angles, and the system and the links that all of the files declare.
 fn declared(args: &ConvertArgs, coordinates: &Coordinates) -> Result<Layout> {
     let files = lagrangian_run::bag_files(&args.files)?;
     let layouts = files.iter().map(|path| args.data.layout_for(path));
@@ -88,12 +88,12 @@ fn declared(args: &ConvertArgs, coordinates: &Coordinates) -> Result<Layout> {
     })
 }
 
-/// The values that were recorded, and none that are estimated.
+/// The recorded values, without estimated ones.
 fn as_recorded(recording: Recording) -> Trajectory {
     Trajectory::new(recording.name, recording.t, recording.signals)
 }
 
-/// Says what was read, and which joint or column became which coordinate.
+/// Reports the files that were read, and the coordinate of each joint or column.
 fn tell(sources: &[Source], coordinates: &Coordinates) {
     for Source {
         path,
@@ -120,7 +120,7 @@ fn tell(sources: &[Source], coordinates: &Coordinates) {
     }
 }
 
-/// Refuses to write over a file that is read, however its path is written, and a layout that would speak for an input too.
+/// Refuses to write over an input file, however its path is written, and a layout that would apply to an input too.
 fn refuse_inputs(args: &ConvertArgs, inputs: &[PathBuf]) -> Result<()> {
     let Some(out) = &args.output.out else {
         return Ok(());

@@ -1,4 +1,4 @@
-//! Ensembles: their fit beside that of a model, and how much of other recordings lies in their bands.
+//! Ensembles: their fit beside that of a model, and the part of other recordings in their bands.
 
 use std::process::ExitCode;
 
@@ -20,7 +20,7 @@ use crate::motion;
 use crate::seen;
 use crate::task::{Size, Task};
 
-/// Fits an ensemble of models like the one that was kept; none after Ctrl-C.
+/// Fits an ensemble of models like the one that was kept; `None` after Ctrl-C.
 pub(super) fn fitted(
     kept: &FinishedFit,
     members: u32,
@@ -39,7 +39,7 @@ pub(super) fn fitted(
     Ok(Some(fitted))
 }
 
-/// How much of some motions lies in the bands.
+/// The part of some motions that lies in the bands.
 pub(super) fn as_text(coverage: &Coverage) -> String {
     let signals = [
         ("acceleration", &coverage.acceleration),

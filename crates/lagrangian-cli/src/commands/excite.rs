@@ -24,7 +24,7 @@ use crate::output;
 use crate::progress::Progress;
 use crate::robot;
 
-/// The most joints of a plan without a robot.
+/// The largest number of joints of a plan without a robot.
 const MOST_JOINTS: usize = 64;
 
 pub(super) fn run(args: &ExciteArgs, mode: OutputMode) -> Result<ExitCode> {
@@ -98,7 +98,7 @@ impl ExciteArgs {
     }
 }
 
-/// What moves.
+/// The joints that move.
 struct Subject {
     coordinates: Coordinates,
     robot: Option<RigidBodies>,
@@ -150,7 +150,7 @@ impl Subject {
     }
 }
 
-/// The names of joints without a robot, or as many as are asked for.
+/// The names of joints without a robot, or of the requested number of joints.
 fn names(joints: &[String]) -> Result<Vec<String>> {
     let refuse = |finding: String| {
         Err(mistake(
@@ -181,7 +181,7 @@ fn names(joints: &[String]) -> Result<Vec<String>> {
 }
 
 impl LimitArgs {
-    /// The limits that were given, and `known` ones where none were.
+    /// The given limits, or the `known` ones where none are given.
     fn before(&self, known: &[JointLimits]) -> Result<Vec<JointLimits>> {
         let n = known.len();
         let of = |flag: &str, values: &Vec<f64>| -> Result<Vec<Option<f64>>> {
@@ -258,7 +258,7 @@ fn page(subject: &Subject, found: &Excitation, validation: &Excitation) -> Repor
         Motion::new("to validate on", Role::Other(0), &validation.plan),
     ];
     let figures = (0..subject.coordinates.dof()).flat_map(|i| {
-        // Both are plans: nothing is predicted, and nothing to agree with.
+        // Both files are plans: there is no prediction to compare them with.
         let over_time = Figure {
             caption: "The plan, and the second motion to validate on what was identified.".into(),
             ..trajectories(&subject.coordinates, i, &motions)

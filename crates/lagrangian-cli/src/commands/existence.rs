@@ -1,4 +1,4 @@
-//! `lagrangian check --lagrangian`: does any Lagrangian exist for these motions?
+//! `lagrangian check --lagrangian`: the existence of a Lagrangian for these motions.
 
 use anyhow::Result;
 use lagrangian::{Budget, CheckReport, EstimateOptions, Item, Recording};
@@ -10,10 +10,10 @@ use crate::failure::{Advise, mistake};
 use crate::frontend::ProgressDisplay;
 use crate::{data, interrupt};
 
-/// The item of recordings that passed the other items of `report`; none where the search was interrupted.
+/// The item of recordings that passed the other items of `report`; `None` where the search was interrupted.
 ///
 /// # Errors
-/// Where these failed, or the fits cannot begin.
+/// If these failed, or the fits cannot begin.
 pub(super) fn item(
     args: &CheckArgs,
     recordings: &[Recording],

@@ -71,7 +71,7 @@ pub(super) fn run(args: &ExportArgs, mode: OutputMode) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Refuses what cannot be written, before any work is done for it.
+/// Refuses files that cannot be written, before any work is done for them.
 fn check(args: &ExportArgs, model: &Path, existing: Existing) -> Result<()> {
     if args.c.is_none() && args.fmu.is_none() {
         return Err(mistake(
@@ -133,7 +133,7 @@ fn write(
     Ok(written)
 }
 
-/// A functional mock-up unit, and why it has no library for this machine, where it has none.
+/// A functional mock-up unit, and the reason for a missing library for this machine.
 struct Unit {
     bytes: Vec<u8>,
     problem: Option<String>,
@@ -158,7 +158,7 @@ fn unit(export: &Export, file: &Path) -> Result<Unit> {
     })
 }
 
-/// The library that the C compiler of this machine makes of the sources of a unit, or why there is none.
+/// The library that the C compiler of this machine builds from the sources of a unit, or the reason why it is missing.
 fn library(files: &[File], name: &str) -> Result<Vec<u8>, String> {
     let compile = || -> std::io::Result<Result<Vec<u8>, String>> {
         let folder = tempfile::tempdir()?;
@@ -207,7 +207,7 @@ fn as_text(export: &Export, written: &[PathBuf], model: &Learned) -> String {
     text
 }
 
-/// A prefix in C from the name of the file, or of its run where all files have the same.
+/// A prefix in C from the name of the file, or of its run where all files have one name.
 fn name_of(path: &Path) -> String {
     let of = |path: &Path| {
         path.file_stem()
@@ -218,14 +218,14 @@ fn name_of(path: &Path) -> String {
     identifier(&own.or_else(run).unwrap_or_default())
 }
 
-/// The text with what no identifier of C may have as single underscores.
+/// The text with single underscores in place of the characters that no identifier of C may have.
 fn identifier(text: &str) -> String {
     let lower = text.to_lowercase();
     let parts = lower
         .split(|c: char| !c.is_ascii_alphanumeric())
         .filter(|part| !part.is_empty());
     let name = parts.collect::<Vec<_>>().join("_");
-    // Its files bear the name too.
+    // Its files have this name too.
     let is_plain = name.starts_with(|c: char| c.is_ascii_alphabetic()) && file_name(&name) == name;
     let name = if is_plain {
         name

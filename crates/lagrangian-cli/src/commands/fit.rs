@@ -33,11 +33,11 @@ use crate::resumed::{resumed, settings};
 use crate::task::{Size, Task};
 use crate::verdict;
 
-/// What is computed for a page.
+/// The label of the predictions for a page.
 pub(super) const PREDICTIONS: &str = "predictions for the page";
 
 pub(super) fn run(args: &FitArgs, mode: OutputMode) -> Result<ExitCode> {
-    // A folder that is made is removed if the fit ends before it began.
+    // A new folder is removed if the program ends before the fit begins.
     interrupt::listen()?;
     let folder = RunFolder::open(&args.out, occupied(args))?;
     run_in(&folder, args, mode).inspect_err(|_| folder.remove_if_new_and_empty())
@@ -111,7 +111,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
     Ok(exit_code(&fit, improved, &assessment))
 }
 
-/// Writes the page, and says how far the model can be trusted; predictions end when their time is up.
+/// Writes the page, and reports the reliability of the model; predictions end when their time is up.
 fn assessed(fitted: &Fitted, place: &RunTarget, mode: OutputMode) -> Result<Assessment> {
     let motions = &fitted.evaluation.motions;
     let samples = motions.iter().map(Trajectory::len).sum();
@@ -121,7 +121,7 @@ fn assessed(fitted: &Fitted, place: &RunTarget, mode: OutputMode) -> Result<Asse
     Ok(assessment)
 }
 
-/// Says which models could not be fitted.
+/// Reports the models that could not be fitted.
 fn note_failures(contestants: &[CandidateResult]) {
     for contestant in contestants {
         if let Some(failure) = &contestant.failure {
@@ -199,7 +199,7 @@ pub(super) fn evaluation(record: &RunRecord) -> Result<Evaluation> {
     Ok(prepared.into())
 }
 
-/// Reads and prepares the data, and chooses what was not given.
+/// Reads and prepares the data, and chooses the settings that were not given.
 fn ready(args: &FitArgs, inputs: &[PathBuf], mode: OutputMode) -> Result<PreparedFit> {
     let size = Size::of_files(inputs);
     let _task = Task::start("fit: preparing the data", mode.quiet, size)?;
@@ -226,7 +226,7 @@ fn ready(args: &FitArgs, inputs: &[PathBuf], mode: OutputMode) -> Result<Prepare
     Ok(ready)
 }
 
-/// Reads the recordings, as the files have them: delays are for the fit.
+/// Reads the recordings without shifting forces: delays are applied by the fit.
 fn read(args: &FitArgs) -> Result<Data> {
     let specification = args.specification(None)?;
     let stretch = (specification.request()?.needs()?).stretch(&specification.prepare());
@@ -259,7 +259,7 @@ fn read(args: &FitArgs) -> Result<Data> {
     })
 }
 
-/// Says what was chosen and estimated; remedies name flags.
+/// Reports the chosen settings and the estimates; remedies name flags.
 fn tell_prepared(prepared: &mut Prepared) {
     data::with_remedies(&mut prepared.check);
     tell_low_pass(prepared.low_pass.as_ref());
@@ -268,7 +268,7 @@ fn tell_prepared(prepared: &mut Prepared) {
     }
 }
 
-/// Says which low-pass was chosen from the data; its cut-off, Hz.
+/// Reports a low-pass that was chosen from the data; returns its cut-off, Hz.
 pub(super) fn tell_low_pass(choice: Option<&AutoSetting>) -> Option<f64> {
     let choice = choice?;
     note!(
@@ -283,7 +283,7 @@ fn data_files(role: &str, hashes: Vec<(PathBuf, FileHash)>) -> Vec<DataFile> {
     hashes.into_iter().map(file).collect()
 }
 
-/// Notes a choice of the optimiser from the data, and that several models are tried.
+/// Reports a choice of the optimiser from the data, and that several models are tried.
 fn tell_candidates(candidates: &[ResolvedConfig]) {
     let adam = |choice: &&AutoSetting| choice.setting == "optimizer" && choice.value == "adam";
     if let [chosen] = candidates
@@ -331,7 +331,7 @@ fn fit(ready: PreparedFit, place: &RunTarget, mode: OutputMode) -> Result<Finish
     Ok(kept.map_err(fit_error)?)
 }
 
-/// What the library refuses to fit, with the command; any other error as it is.
+/// An error that names the command to use instead, where the library refuses a fit; any other error unchanged.
 fn fit_error(error: Error) -> Error {
     match error {
         Error::Library(error) => Error::of(
@@ -343,7 +343,7 @@ fn fit_error(error: Error) -> Error {
     }
 }
 
-/// How the data of a fit are read.
+/// The columns of the data of a fit.
 fn columns(args: &FitArgs) -> Result<Columns> {
     let named = [&args.files[..], &args.training.validate].concat();
     let layout = |path: PathBuf| Ok((path.clone(), args.data.layout_for(&path)?));

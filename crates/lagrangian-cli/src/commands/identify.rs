@@ -119,14 +119,14 @@ fn identify(args: &IdentifyArgs, robot: &Robot, data: &Data) -> Result<Identific
     )?)
 }
 
-/// Torque errors on the motions that were held out.
+/// Torque errors on the held-out motions.
 #[derive(Serialize)]
 struct Errors {
-    /// Of the description as it is, without friction.
+    /// Errors of the original description, without friction.
     before: Option<SignalError>,
-    /// Of all that was identified.
+    /// Errors of all identified parameters.
     after: Option<SignalError>,
-    /// Of what the written URDF says, with the same speed of smoothing.
+    /// Errors of the written URDF, with the same speed of smoothing.
     written: Option<SignalError>,
 }
 
@@ -227,7 +227,7 @@ fn error_text(errors: &Errors, data: &Data) -> String {
     }
 }
 
-/// What has no place in URDF.
+/// Identified parameters that URDF cannot represent.
 fn omitted(changes: &Changes) -> String {
     let figures = |name: &str| {
         let of = |part: &PartChange| {

@@ -1,4 +1,4 @@
-//! One file per command; each reads as the paragraph of what it does.
+//! One file per command; each reads like a paragraph on the command.
 
 mod action;
 mod check;
@@ -30,10 +30,10 @@ use crate::failure::mistake;
 use crate::interrupt;
 use crate::output;
 
-/// What a command prints.
+/// The output of a command.
 #[derive(Debug, Clone, Copy, Args)]
 pub(crate) struct OutputMode {
-    /// Print exactly one JSON object on standard output; all else goes to standard error
+    /// Print exactly one JSON object on standard output; all other output goes to standard error
     #[arg(long, global = true)]
     pub(crate) json: bool,
 
@@ -52,7 +52,7 @@ impl OutputMode {
     }
 }
 
-/// Runs the command that was asked for.
+/// Runs the given command.
 pub(crate) fn run(cli: Cli) -> Result<ExitCode> {
     let mode = cli.mode;
     let code = match cli.command {

@@ -1,4 +1,4 @@
-//! `lagrangian report`: the page of a run again, and its figures as pictures.
+//! `lagrangian report`: the page of a run, made again, and its figures as pictures.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -36,7 +36,7 @@ pub(super) fn run(args: &ReportArgs, mode: OutputMode) -> Result<ExitCode> {
     let report = of_run(&folder, args.links, mode)?;
     let _drawing = Task::start("report: drawing", mode.quiet, Size::default())?;
     let path = out.clone().unwrap_or_else(|| folder.file(REPORT));
-    // The run's own page is made to be made again.
+    // The run's own page may always be replaced.
     let replace = Existing::from_force(args.output.force || out.is_none());
     lagrangian_run::write_bytes(&path, replace, draw::html(&report).as_bytes())?;
     if let Some(pictures) = &args.pictures {
@@ -69,7 +69,7 @@ fn inputs(folder: &RunFolder) -> Result<Vec<PathBuf>> {
     Ok(own.into_iter().chain(data).collect())
 }
 
-/// The page of a run, from the files in its folder and the data that they name; that of a demo as it was kept.
+/// The page of a run, from the files in its folder and the data that they name; that of a demo from its stored figures.
 fn of_run(folder: &RunFolder, links: Option<Links>, mode: OutputMode) -> Result<Report> {
     let kept = folder.file(FIGURES);
     if kept.is_file() {

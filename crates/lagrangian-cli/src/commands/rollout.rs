@@ -21,7 +21,7 @@ use crate::task::{Size, Task};
 pub(super) fn run(args: &RolloutArgs, mode: OutputMode) -> Result<ExitCode> {
     let output = &args.output;
     args.motion.refuse_idle()?;
-    // Here, and not in the parser, which asks for no --follow beside --q0 if one excludes the other.
+    // Checked here, and not in the parser, which requires no --follow beside --q0 if one excludes the other.
     if args.follow.is_some() && !args.motion.q0.is_empty() {
         return Err(mistake(
             "--follow cannot be used with --q0: both say where the motion starts",
@@ -105,7 +105,7 @@ fn from_start(model: &dyn Model, layout: &Layout, args: &RolloutArgs) -> Result<
     )?)
 }
 
-/// A state that was given in the units of the data.
+/// The SI units of a state that was given in the units of the data.
 fn in_si_units(mut start: State, coordinates: &Coordinates, layout: &Layout) -> State {
     if layout.degrees {
         let values = start.q.iter_mut().enumerate();

@@ -65,11 +65,11 @@ pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
 /// The verdicts on the single numbers of a score.
 #[derive(Serialize)]
 struct Judged {
-    /// Of the acceleration of each coordinate; none where it is not known.
+    /// Verdicts on the acceleration of each coordinate; empty where it is unknown.
     acceleration: Vec<Judgement>,
-    /// Of the torque of each coordinate.
+    /// Verdicts on the torque of each coordinate.
     torque: Vec<Judgement>,
-    /// Of the prediction of each motion.
+    /// Verdicts on the prediction of each motion.
     motions: Vec<Judgement>,
 }
 

@@ -89,7 +89,7 @@ pub(super) fn run(args: &SimulateArgs, mode: OutputMode) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What the file beside the motions says: columns, angles, and the system that made them, so that what is learned can be set beside it.
+/// The declarations of the file beside the motions: columns, angles, and the system that made them, for a comparison with learned models.
 fn declared(args: &SimulateArgs, System { model, robot }: &System) -> Layout {
     let described = robot
         .as_ref()
@@ -108,7 +108,7 @@ fn declared(args: &SimulateArgs, System { model, robot }: &System) -> Layout {
     }
 }
 
-/// What is simulated.
+/// The simulation of the flags.
 fn simulation(args: &SimulateArgs) -> Result<Simulation> {
     let given = !args.motion.q0.is_empty();
     if given && args.trajectories > 1 {
@@ -137,7 +137,7 @@ fn simulation(args: &SimulateArgs) -> Result<Simulation> {
     })
 }
 
-/// Of motions that were stopped, those that had hardly begun are omitted.
+/// Omits stopped motions that had hardly begun.
 fn omit_stopped(rollouts: &mut Vec<Rollout>) -> Result<()> {
     let all = rollouts.len();
     rollouts.retain(|r| !r.outcome.is_stopped() || r.trajectory.len() > 1);
@@ -151,7 +151,7 @@ fn omit_stopped(rollouts: &mut Vec<Rollout>) -> Result<()> {
     Ok(())
 }
 
-/// What moves, and its description where it is a robot.
+/// The system that moves, and its description where it is a robot.
 struct System {
     model: Box<dyn AnalyticModel>,
     robot: Option<RobotConfig>,
@@ -178,7 +178,7 @@ fn system(args: &SimulateArgs) -> Result<System> {
     Ok(System { model, robot: None })
 }
 
-/// The values of all parameters, also of those left at their defaults.
+/// The values of all parameters, also of those with default values.
 fn parameters(args: &SimulateArgs) -> serde_json::Map<String, serde_json::Value> {
     let mut known = systems().iter();
     let own = known.find(|entry| Some(entry.name) == args.system.as_deref());
@@ -189,7 +189,7 @@ fn parameters(args: &SimulateArgs) -> serde_json::Map<String, serde_json::Value>
     defaults.chain(given).collect()
 }
 
-/// What became of one trajectory.
+/// The outcome of one trajectory.
 #[derive(Serialize)]
 struct Summary {
     samples: usize,

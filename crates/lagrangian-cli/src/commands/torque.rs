@@ -1,4 +1,4 @@
-//! `lagrangian torque`: the torques of a motion, and what they are made of.
+//! `lagrangian torque`: the torques of a motion, and their parts.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -96,7 +96,7 @@ fn named(mut table: Table, coordinates: &Coordinates, layout: &Layout) -> Table 
     table
 }
 
-/// Says where the model gave no figures; the data are finite by then.
+/// Reports samples without figures from the model; the data are finite by then.
 fn note_not_finite(predictions: &[TorquePrediction]) {
     let totals = predictions.iter().flat_map(|p| p.parts.total());
     let lost = totals.filter(|x| !x.is_finite()).count();
@@ -125,7 +125,7 @@ fn rows(summary: &TorqueSummary) -> Vec<(String, Vec<f64>)> {
     rows
 }
 
-/// How much of the measured torques is explained; without any, whether the states are those that the model knows.
+/// The explained part of the measured torques; without any, whether the states are within the data of the model.
 fn answer(summary: &TorqueSummary, coordinates: &Coordinates, far: Option<&Outside>) -> String {
     let extrapolated = extrapolation(far);
     let Some(error) = &summary.error else {
@@ -149,7 +149,7 @@ fn with_unit(coordinate: &Coordinate) -> String {
     }
 }
 
-/// How good the torque of each coordinate is; none where nothing was measured.
+/// The verdict on the torque of each coordinate; `None` without measured torques.
 fn verdicts(summary: &TorqueSummary) -> Option<Vec<String>> {
     let errors = &summary.error.as_ref()?.nmse;
     let grade = |nmse: &f64| Grade::of_error(*nmse).name().to_string();

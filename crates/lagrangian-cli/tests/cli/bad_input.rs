@@ -1,4 +1,4 @@
-//! Bad input is refused with a message that helps, and nothing that was there is lost.
+//! Bad input is refused with a helpful message, and no existing file is lost.
 
 use crate::workbench::{Outcome, Workbench, swing};
 
@@ -118,7 +118,7 @@ fn torques_that_are_no_numbers_are_named_with_their_trajectory() {
     );
 }
 
-/// The same model as the first version of the format had it, with blanks in the place of the checksum.
+/// A model in the first version of the format, with blanks in the place of the checksum.
 fn without_checksum(mut model: Vec<u8>) -> Vec<u8> {
     let field = br#"2,\"checksum\":\"01234567\","#;
     let begin = model.windows(13).position(|w| w == &field[..13]).unwrap();
@@ -256,7 +256,7 @@ fn a_run_folder_that_holds_something_is_refused() {
     assert_eq!(bench.read("swing.csv"), swing().as_bytes());
 }
 
-/// A swing of which nothing has to be estimated, so that there is no note before an error.
+/// A swing without signals to estimate, so that there is no note before an error.
 fn swing_with_accelerations() -> String {
     let row = |t: f64| format!("{t},{},{},{}\n", t.sin(), t.cos(), -t.sin());
     let rows: String = (0..200).map(|k| row(f64::from(k) * 0.05)).collect();
@@ -374,7 +374,7 @@ fn a_full_disk_is_a_failure_and_leaves_nothing_behind() {
         outcome.stderr
     );
 
-    // A limit on the size of files: what has begun to be written cannot be completed.
+    // A limit on the size of files, so that no output can be completed.
     let program = bench.command("").get_program().to_owned();
     let script =
         "trap '' XFSZ; ulimit -f 1; exec \"$0\" simulate pendulum --duration 100 --out a.csv";

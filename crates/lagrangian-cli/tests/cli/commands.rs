@@ -326,7 +326,7 @@ fn ctrl_c_ends_a_fit_cleanly_and_keeps_the_best_model() {
     bench.succeed("rollout run/model.safetensors --q0 0.5 --qd0 0 --duration 0.1");
 }
 
-/// A driven, damped pendulum of mass and length 1 whose torque is recorded 20 ms before the motion answers.
+/// A driven, damped pendulum of mass and length 1 whose torque is recorded 20 ms before the response of the motion.
 fn driven_pendulum() -> String {
     let waves = [(0.6, 2.1), (0.4, 5.3), (0.2, 9.7)];
     let sum = |f: &dyn Fn(f64, f64) -> f64| waves.iter().map(|(a, w)| f(*a, *w)).sum::<f64>();
@@ -361,7 +361,7 @@ fn a_delay_is_measured_mended_and_the_torque_then_divided_into_its_parts() {
     let late = bench
         .run("score run/model.safetensors log.csv --delay 0 --json")
         .json();
-    // The model knows how its recordings were prepared.
+    // The model holds the preparation of its recordings.
     let mended = bench
         .succeed("score run/model.safetensors log.csv --json")
         .json();
@@ -436,7 +436,7 @@ fn torques_of_a_plain_network_are_refused() {
 #[test]
 fn a_fit_that_does_not_improve_says_so_and_keeps_its_model() {
     let bench = with_data();
-    // Steps so long that every look after the first finds a worse model.
+    // Steps so long that every validation after the first finds a worse model.
     let fit = bench.run(
         "fit data.csv --steps 150 --width 16 --optimizer adam --learning-rate 1000 --out run --json",
     );
@@ -458,7 +458,7 @@ fn a_fit_that_does_not_improve_says_so_and_keeps_its_model() {
 fn rates_of_momenta_are_estimated_where_they_are_read_and_nowhere_else() {
     let bench = Workbench::new();
     bench.succeed("simulate pendulum --trajectories 3 --duration 4 --momenta --out free.csv");
-    // After two steps no model is good, and `score` says so by its exit code.
+    // After two steps no model is good, and `score` reports it by its exit code.
     let estimates = |line: &str| bench.run(line).stderr.contains("pd was estimated");
     let fit = "fit free.csv --steps 2 --width 16 --force --out run --model";
     assert!(estimates(&format!("{fit} hnn")));

@@ -1,4 +1,4 @@
-//! Runs side by side, and files that a model knows from its fit.
+//! Runs side by side, and files that the fit of a model used.
 
 use serde_json::Value;
 
@@ -72,7 +72,7 @@ fn a_worse_model_is_told_from_a_better_one_beyond_the_spread() {
     assert_eq!(difference["finding"], "worse", "{difference}");
     assert!(difference["range"][0].as_f64() > Some(0.0));
     assert_eq!(found["runs"][0]["seen"].as_array().unwrap().len(), 0);
-    // The answer names the better run, with both figures, first of all.
+    // The answer names the better run, with both figures, at the very beginning.
     let answer = found["answer"].as_str().unwrap();
     assert!(
         answer.starts_with("wide is better than hasty: error of accelerations ")
@@ -199,7 +199,7 @@ fn what_cannot_be_compared_is_refused_with_what_to_do() {
         let message = bench.refuse(line);
         assert!(message.contains(part), "{line}: {message}");
     }
-    // A unit that is not known leaves no hole in the words.
+    // An unknown unit leaves no gap in the words.
     let message = bench.refuse("compare narrow spring");
     assert!(!message.contains(", )"), "{message}");
     let found = bench
@@ -233,7 +233,7 @@ fn a_score_on_files_of_the_fit_says_so() {
         "{}",
         seen.stderr
     );
-    // The model alone knows the files too, by whatever name they have now.
+    // The model alone knows the files too, whatever their present names.
     std::fs::copy(
         bench.path("wide/model.safetensors"),
         bench.path("alone.safetensors"),
@@ -251,7 +251,7 @@ fn a_score_on_files_of_the_fit_says_so() {
     assert_eq!(other["seen"].as_array().unwrap().len(), 0);
 }
 
-/// Motions without recorded forces leave the factor of energies open: nothing that depends on it carries a unit.
+/// Motions without recorded forces do not determine the factor of energies: no quantity that depends on it has a unit.
 #[test]
 fn energies_and_actions_of_free_motions_have_no_unit() {
     let bench = with_runs();

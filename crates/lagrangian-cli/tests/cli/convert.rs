@@ -1,4 +1,4 @@
-//! Recordings in other formats: the same values, and no input is lost.
+//! Recordings in other formats: equal values, and no input is lost.
 
 use crate::workbench::{Workbench, swing};
 

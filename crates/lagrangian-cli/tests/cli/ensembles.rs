@@ -1,4 +1,4 @@
-//! Ensembles beside a model, and what lies outside of what a model knows.
+//! Ensembles beside a model, and states outside of the data of a model.
 
 use crate::workbench::Workbench;
 
@@ -14,7 +14,7 @@ fn an_ensemble_stands_in_the_folder_of_its_run() {
     let fitted = bench.succeed(FIT).json();
     let held_out = &fitted["ensemble"]["coverage"]["acceleration"]["all"];
     assert_eq!(held_out.as_array().unwrap().len(), 3, "{fitted}");
-    // The page has the bands, and so has the one that is made again.
+    // The page shows the bands, and so does the one that is made again.
     let page = String::from_utf8(bench.read("run/report.html")).unwrap();
     for part in [
         "In the band of 80 %",
@@ -39,7 +39,7 @@ fn an_ensemble_stands_in_the_folder_of_its_run() {
         "{text}"
     );
 
-    // A member that is gone, a description that is damaged, a run that begins anew.
+    // A missing member, a damaged description, a run that restarts.
     std::fs::remove_file(bench.path("run/member-2.safetensors")).unwrap();
     let message = bench.refuse("score run others.csv");
     assert!(message.contains("member-2.safetensors"), "{message}");

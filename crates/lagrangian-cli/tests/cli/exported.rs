@@ -8,7 +8,7 @@ use crate::workbench::Workbench;
 fn with_model() -> Workbench {
     let bench = Workbench::new();
     bench.succeed("simulate two-link-arm --drive 3 --friction 0.3 --trajectories 4 --duration 2 --step 0.02 --out arm.csv");
-    // Whether the model is any good does not matter.
+    // The quality of the model does not matter.
     bench.run("fit arm.csv --model delan --forces viscous,coulomb --width 16 --steps 40 --out run");
     bench
 }

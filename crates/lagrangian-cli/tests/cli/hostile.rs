@@ -8,7 +8,7 @@ use lagrangian::is_hidden;
 
 use crate::workbench::{Outcome, Workbench, swing};
 
-/// Names that have meant something else somewhere, alone and within others.
+/// Names with a special meaning in some system, alone and within others.
 fn names() -> Vec<String> {
     let parts = [
         "../",
@@ -119,12 +119,12 @@ fn write_motion(bench: &Workbench, file: &str, names: &[String]) {
         .iter()
         .map(|name| serde_json::to_string(name).unwrap())
         .collect();
-    // TOML has the same escapes as JSON, but for what JSON leaves as it is.
+    // TOML has the escapes of JSON, and more characters that need one.
     let q = q.join(",").replace('\u{7f}', "\\u007f");
     bench.write(&format!("{file}.toml"), &format!("[columns]\nq = [{q}]\n"));
 }
 
-/// What may stand on a terminal.
+/// Checks that a text is safe on a terminal.
 fn assert_plain(what: &str, outcome: &Outcome) {
     for text in [&outcome.stdout, &outcome.stderr] {
         let bad = text
@@ -152,7 +152,7 @@ fn assert_plain(what: &str, outcome: &Outcome) {
     }
 }
 
-/// Files below a folder, but for those in `own`.
+/// Files below a folder, except for those in `own`.
 fn strangers(folder: &Path, own: &Path) -> Vec<String> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
@@ -178,7 +178,7 @@ fn assert_pages(page: &str) {
     );
 }
 
-/// The warnings of a C compiler about the files of an export; none where there is no compiler.
+/// Compiles the files of an export without warnings, where there is a C compiler.
 fn assert_compiles(folder: &Path) {
     let sources = fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());
     let sources = sources.filter(|path| path.extension().is_some_and(|e| e == "c"));
@@ -420,7 +420,7 @@ fn time_in_nanoseconds_is_said_so_and_takes_no_longer() {
         check.stdout
     );
     assert!(check.stdout.contains("by 1e9"), "{}", check.stdout);
-    // Three billion predictions of a second each were made before.
+    // An earlier version made three billion predictions of a second each.
     let fit = bench.run("fit a.csv --model lnn --width 4 --steps 2 --out r");
     assert!(!fit.stderr.contains("its time is up"), "{}", fit.stderr);
     assert!(bench.path("r/report.html").is_file());

@@ -47,12 +47,12 @@ fn a_heavier_arm_is_found_and_written_into_the_text_that_it_was_described_by() {
     assert!(damping["determined"].as_f64().unwrap() > 0.9 && damping["in_urdf"] == true);
     let error = |which: &str| found["torque"][which]["nmse_mean"].as_f64().unwrap();
     assert!(error("after") < 1e-5 && error("before") > 1e-3, "{found}");
-    // What was written can be simulated, and has the parameters that were found.
+    // The written file can be simulated, and has the identified parameters.
     let text = String::from_utf8(bench.read("found.urdf")).unwrap();
     let comment = lagrangian::rigid::example("two_link_arm").unwrap();
     assert_eq!(text.lines().next(), comment.lines().next());
     bench.succeed("simulate --urdf found.urdf --duration 1 --out again.csv");
-    // An existing file is kept, and replaced when that is asked for, by the same text.
+    // An existing file is kept, and replaced on request, by an equal text.
     let message = bench.refuse(line);
     assert!(message.contains("--force"), "{message}");
     let shown = bench.succeed(&format!("{line} --force")).stdout;

@@ -1,4 +1,4 @@
-//! Flags that change nothing are refused, and numbers have bounds.
+//! Flags without effect are refused, and numbers have bounds.
 
 use crate::workbench::{Workbench, swing};
 

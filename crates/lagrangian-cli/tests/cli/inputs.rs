@@ -1,4 +1,4 @@
-//! What is read is a file that can be read as what it is, and nothing that is read is written over.
+//! Inputs are files of the expected kind, and no input is written over.
 
 use std::process::Stdio;
 

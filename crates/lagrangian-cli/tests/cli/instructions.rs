@@ -1,4 +1,4 @@
-//! The CPU instructions of the kernels are chosen by the environment, and change nothing but roundings.
+//! The environment chooses the CPU instructions of the kernels, which change only roundings.
 
 use crate::workbench::{Outcome, Workbench, swing};
 
@@ -65,7 +65,7 @@ fn a_fit_of_twenty_steps_is_the_same_on_every_instruction_set_but_for_rounding()
         .into_iter()
         .map(|l| (l.clone(), loss(&l)))
         .collect();
-    // OK because the portable one is always there, and the last.
+    // OK because the portable one always exists, and is the last.
     let portable = found.last().unwrap().1;
     for (level, found) in found {
         let error = (found / portable - 1.0).abs();

@@ -1,4 +1,4 @@
-//! Ctrl-C in the middle of a command: it ends soon with what it has, and says what is missing.
+//! Ctrl-C during a command: it ends soon with its present result, and reports what is missing.
 #![cfg(unix)]
 
 use std::fs::File;
@@ -8,13 +8,13 @@ use std::time::{Duration, Instant};
 
 use super::workbench::Workbench;
 
-/// A busy machine answers within this.
+/// The time within which a busy machine must answer.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// The file of what an interrupted command prints.
+/// The file of the output of an interrupted command.
 const PRINTED: &str = "printed.txt";
 
-/// Interrupts a command once it says `sign` on standard error; its exit code and what it said. What it prints is in [`PRINTED`].
+/// Interrupts a command once it prints `sign` on standard error; its exit code and its messages. Its output is in [`PRINTED`].
 fn interrupted(bench: &Workbench, line: &str, sign: &str) -> (Option<i32>, String) {
     let mut command = bench.command(line);
     let printed = File::create(bench.path(PRINTED)).unwrap();
@@ -45,7 +45,7 @@ fn interrupted(bench: &Workbench, line: &str, sign: &str) -> (Option<i32>, Strin
     (status.code(), text)
 }
 
-/// A recording of two joints with so many samples.
+/// A recording of two joints with this number of samples.
 fn recording(rows: u32) -> String {
     let row = |k: u32| {
         let t = f64::from(k) * 0.002;
@@ -64,7 +64,7 @@ fn commands_that_need_all_of_their_data_end_without_a_result_and_say_so() {
     bench.write("long.csv", &recording(500_000));
     let urdf = lagrangian::rigid::example("two_link_arm").unwrap();
     bench.write("arm.urdf", urdf);
-    // OK if it is no good model: it is only to be there.
+    // OK if the model is not good: it only needs to exist.
     bench.run("fit small.csv --model lnn --width 8 --steps 2 --loss torque --out run");
     let model = "run/model.safetensors";
     for (line, out) in [
@@ -99,7 +99,7 @@ fn commands_that_need_all_of_their_data_end_without_a_result_and_say_so() {
         let (code, text) = interrupted(&bench, &line, " so far, at most ");
         assert_eq!(code, Some(130), "`{line}`: {text}");
         assert!(text.contains("ending cleanly"), "`{line}`: {text}");
-        // OK where a quick machine was done before it had to end: its result is there.
+        // OK where a fast machine finished before it had to end: its result exists.
         let is_done = match out {
             Some(out) => bench.path(out).exists(),
             None => !bench.read(PRINTED).is_empty(),
@@ -111,7 +111,7 @@ fn commands_that_need_all_of_their_data_end_without_a_result_and_say_so() {
             assert!(said, "`{line}`: {text}");
         }
     }
-    // What did not begin left no folder, and what was not complete no file.
+    // A run that did not begin left no folder, and incomplete output no file.
     assert!(!bench.path("runs").exists() || bench.path("runs/other/run.toml").exists());
     let names = bench.names(".");
     assert!(
@@ -173,9 +173,9 @@ fn a_page_is_not_made_again_in_part() {
     let bench = Workbench::new();
     bench.write("long.csv", &recording(500_000));
     bench.write("small.csv", &recording(400));
-    // OK if it is no good model: only its data are read again.
+    // OK if the model is not good: only its data are read again.
     bench.run("fit small.csv --model lnn --width 8 --steps 2 --loss torque --out run");
-    // As if it were a run of the long file.
+    // The record of the run then names the long file.
     let record = String::from_utf8(bench.read("run/run.toml")).unwrap();
     let changed = record.replace(&bench.sha256("small.csv"), &bench.sha256("long.csv"));
     assert_ne!(record, changed);

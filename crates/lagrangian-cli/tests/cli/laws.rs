@@ -1,4 +1,4 @@
-//! The action between two ends, and what is conserved.
+//! The action between two ends, and conserved quantities.
 
 use crate::workbench::Workbench;
 
@@ -158,11 +158,11 @@ fn what_is_conserved_has_a_page_with_verdicts() {
     ] {
         assert!(page.contains(part), "{part}");
     }
-    // A momentum that gravity changes is no promise of the model.
+    // The model does not promise a momentum that gravity changes.
     assert!(!page.contains("Change of the momentum"));
     let again = bench.refuse("conserved kepler --points q1:q2 --plot kepler.html");
     assert!(again.contains("--force"), "{again}");
-    // Friction that the system does not know of.
+    // Friction that the system does not include.
     bench
         .succeed("simulate pendulum --friction 0.3 --trajectories 4 --duration 3 --out damped.csv");
     let damped = bench.succeed("conserved pendulum damped.csv --json").json();

@@ -1,4 +1,4 @@
-//! What a page says of what was learned, and how good its numbers are.
+//! The page on the learned functions, and the verdicts on its numbers.
 
 use serde_json::Value;
 
@@ -43,7 +43,7 @@ fn a_page_shows_what_was_learned_beside_the_truth_that_the_data_name() {
     ] {
         assert!(page.contains(part), "{part}");
     }
-    // Words of the field can be asked for, and each button has its answer.
+    // Terms of the field have explanations, and each button has its answer.
     assert!(
         page.contains("popovertarget=\"term-nmse\"") && page.contains("id=\"term-nmse\" popover")
     );
@@ -98,18 +98,18 @@ fn a_simulated_robot_is_drawn_as_it_is_and_stands_beside_what_was_learned() {
     bench.succeed(
         "simulate --urdf arm.urdf --drive 3 --friction 0.2 --trajectories 3 --duration 3 --step 0.02 --out arm.csv",
     );
-    // What is needed of the robot is beside the motions.
+    // The necessary part of the robot is beside the motions.
     std::fs::remove_file(bench.path("arm.urdf")).unwrap();
     bench.run("fit arm.csv --model delan --dissipation --steps 10 --width 8 --out run --quiet");
     let (_, text) = page(&bench, "run");
     assert!(text.contains("joints of the robot &#39;two_link_arm&#39;"));
     assert!(text.contains("seen from the side"));
     assert!(text.contains("map-true-landscape"));
-    // A chain is drawn where it is asked for.
+    // A chain is drawn on request.
     bench.succeed("report run --links relative --out chain.html");
     let chain = String::from_utf8(bench.read("chain.html")).unwrap();
     assert!(chain.contains("each angle measured from the link before"));
-    // Something that is no robot names no truth, and hinders nothing.
+    // A description that is not a robot names no truth, and prevents nothing.
     let beside = String::from_utf8(bench.read("arm.toml")).unwrap();
     let damaged = beside.replace("<joint", "<jaunt");
     assert_ne!(beside, damaged);

@@ -78,7 +78,7 @@ fn what_is_wrong_with_a_long_log_is_found_outside_the_sample_too() {
         lines.join("\n")
     };
     bench.write("nan.csv", &with(12_345, "123.44,nan,0,0,0"));
-    // The note on the sample stands before the error.
+    // The note on the sample comes before the error.
     let refused = |line: &str| -> String {
         let outcome = bench.run(line);
         assert_eq!(outcome.code, 2, "{line}: {}", outcome.stderr);

@@ -1,4 +1,4 @@
-//! The command line from outside: what it makes of data, and what it refuses.
+//! The command line from outside: its results for data, and its refusals.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod bad_input;

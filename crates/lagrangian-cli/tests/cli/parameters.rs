@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::workbench::Workbench;
 
-/// Springs of these stiffnesses k: q = cos √k t, with q̈, so that nothing has to be estimated.
+/// Springs of these stiffnesses k: q = cos √k t, with q̈, so that no signal has to be estimated.
 fn springs(stiffnesses: &[f64]) -> String {
     let mut text = String::from("trajectory,t,q1,qd1,qdd1,k\n");
     for (j, k) in stiffnesses.iter().enumerate() {

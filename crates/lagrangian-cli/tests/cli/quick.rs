@@ -1,4 +1,4 @@
-//! A variable of the environment caps the seconds of fits, and the command says so.
+//! A variable of the environment caps the seconds of fits, and the command reports it.
 
 use crate::workbench::{Outcome, Workbench};
 

@@ -1,4 +1,4 @@
-//! A run is resumed with everything that it began with, by one process at a time.
+//! A run is resumed with all settings and data with which it began, by one process at a time.
 
 use std::fs::File;
 

@@ -60,7 +60,7 @@ fn a_robot_is_identified_from_its_torques_and_found_again_in_the_saved_model() {
         let own = all.iter().find(|p| p["name"] == name).unwrap();
         own["value"].as_f64().unwrap()
     };
-    // What the forearm feels of gravity: 1.1 kg at 0.25 m; and no friction.
+    // The part of the forearm in gravity: 1.1 kg at 0.25 m; and no friction.
     let first_moment = parameter("mass_x_elbow").hypot(parameter("mass_y_elbow"));
     assert!((first_moment - 1.1 * 0.25).abs() < 1e-3, "{first_moment}");
     assert!(parameter("viscous_elbow").abs() < 1e-3 && parameter("coulomb_shoulder").abs() < 1e-2);
@@ -249,7 +249,7 @@ fn real_robots_are_fitted_with_their_descriptions() {
         let open = of("--steps 2");
         assert_ne!(open["verdict"], "poor", "{open}");
         assert_eq!(open["tried"][0]["family"], "rigid");
-        // A joint that gravity explains does not hide those that are lost without friction: most of the UR10's, two of the Panda's.
+        // A joint that gravity explains does not hide those that fail without friction: most of the UR10's, two of the Panda's.
         let without = of("--model rigid --dissipation=false");
         let verdict = if robot == "ur10" { "poor" } else { "fair" };
         assert_eq!(without["verdict"], verdict, "{without}");

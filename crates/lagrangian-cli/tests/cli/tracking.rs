@@ -57,7 +57,7 @@ fn a_learned_model_tracks_better_than_feedback_alone_and_the_true_one_best() {
         let latency = &found["tracking"]["model"]["latency"];
         assert!(latency["p50"].as_f64().unwrap() > 0.0 && latency["ticks"] == 2000);
     }
-    // The learned model knows nothing of the hand's load, the true one does.
+    // The learned model does not include the hand's load, the true one does.
     let loaded = bench
         .succeed(&format!(
             "{TRACK} --robot two-link-arm --payload 0.5 --json"
@@ -240,7 +240,7 @@ fn a_reference_is_prepared_as_the_data_of_the_fit_and_followed_between_gaps() {
 #[test]
 fn a_loop_that_is_lost_ends_with_a_failure() {
     let bench = with_arm();
-    // Positions that jump, with velocities that know nothing of it.
+    // Positions that jump, with velocities that do not show it.
     let torn: String = waves(2)
         .lines()
         .enumerate()
@@ -270,7 +270,7 @@ fn networks_without_torques_or_without_motion_are_refused_where_these_are_needed
         "--steps 20 --out forward",
         "--loss torque --steps 20 --out inverse",
     ] {
-        // What it is worth does not matter here.
+        // The quality of the model does not matter here.
         assert!(
             bench
                 .run(&format!("fit arm.csv --model mlp --width 8 {fit}"))

@@ -10,12 +10,12 @@ use tempfile::TempDir;
 
 /// A temporary folder in which the command runs.
 pub(crate) struct Workbench {
-    /// Removes it at the end.
+    /// Removes the folder at the end.
     _owner: Option<TempDir>,
     folder: PathBuf,
 }
 
-/// What the command left behind.
+/// The result of a command.
 pub(crate) struct Outcome {
     pub(crate) code: i32,
     pub(crate) stdout: String,
@@ -51,7 +51,7 @@ impl Workbench {
         fs::read(self.path(name)).unwrap()
     }
 
-    /// The SHA-256 of a file, as the record of a run has it.
+    /// The SHA-256 of a file, as in the record of a run.
     pub(crate) fn sha256(&self, name: &str) -> String {
         let digest = Sha256::digest(self.read(name));
         digest.iter().map(|byte| format!("{byte:02x}")).collect()
@@ -78,14 +78,14 @@ impl Workbench {
         Outcome::of(self.command(line).output().unwrap())
     }
 
-    /// Runs what must succeed.
+    /// Runs a command that must succeed.
     pub(crate) fn succeed(&self, line: &str) -> Outcome {
         let outcome = self.run(line);
         assert_eq!(outcome.code, 0, "{line}: {}", outcome.stderr);
         outcome
     }
 
-    /// Runs what must be refused as bad input: exit code 2, nothing on standard output, no panic; gives the message.
+    /// Runs a command that must be refused as bad input: exit code 2, nothing on standard output, no panic; returns the message.
     pub(crate) fn refuse(&self, line: &str) -> String {
         let outcome = self.run(line);
         assert_eq!(

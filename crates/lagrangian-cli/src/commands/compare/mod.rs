@@ -1,4 +1,4 @@
-//! `lagrangian compare`: runs side by side on the same motions, with what else differs between them.
+//! `lagrangian compare`: runs side by side on the same motions, with the other differences between them.
 
 mod motions;
 

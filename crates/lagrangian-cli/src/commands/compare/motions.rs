@@ -1,4 +1,4 @@
-//! Motions that models are compared on: files that are named, those that all of them were validated on, or what all of them held back.
+//! Motions on which models are compared: named files, those that all of them were validated on, or those that all of them held back.
 
 use std::path::PathBuf;
 
@@ -63,7 +63,7 @@ fn of_files(args: &CompareArgs, runs: &[LoadedRun], files: &[PathBuf]) -> Result
     })
 }
 
-/// Refuses a file that is given twice: its motions would count twice, and differences would look surer than they are.
+/// Refuses a file that is given twice: its motions would count twice, and differences would look too significant.
 fn refuse_repeated(files: &[(PathBuf, FileHash)]) -> Result<()> {
     for (k, (path, hash)) in files.iter().enumerate() {
         if let Some((other, _)) = files[..k].iter().find(|(_, own)| own == hash) {
@@ -77,7 +77,7 @@ fn refuse_repeated(files: &[(PathBuf, FileHash)]) -> Result<()> {
     Ok(())
 }
 
-/// Says where the models were fitted to data that were prepared otherwise than for the first.
+/// Reports models that were fitted to data with another preparation than those of the first.
 fn note_other_preparations(args: &CompareArgs, runs: &[LoadedRun]) {
     if args.estimate.smooth || args.estimate.low_pass.is_some() {
         return;
@@ -143,7 +143,7 @@ fn held_back(records: &[&RunRecord]) -> Result<ComparisonData> {
     let mut motions = of(first)?;
     for other in others {
         let own = of(other)?;
-        // One stretch of a recording, however it was filtered.
+        // Equal stretches of a recording, however they were filtered.
         motions.retain(|a| own.iter().any(|b| a.name == b.name && a.t == b.t));
     }
     if motions.is_empty() {

@@ -1,4 +1,4 @@
-//! `lagrangian conserved`: energy, momenta and Noether's charges of a model, and how far they drift.
+//! `lagrangian conserved`: energy, momenta and Noether's charges of a model, and their drift.
 
 mod page;
 
@@ -23,7 +23,7 @@ use crate::law_args::ConservedArgs;
 use crate::subject::{Subject, coordinate};
 use crate::task::{Size, Task};
 
-/// Motions of a system that is rolled out, and their samples in a second.
+/// The number of motions of a system that is rolled out, and of their samples in a second.
 const MOTIONS: usize = 20;
 const RATE: f64 = 50.0;
 

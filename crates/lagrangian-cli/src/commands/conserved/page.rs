@@ -1,4 +1,4 @@
-//! What is conserved, as text and as a page.
+//! Conserved quantities, as text and as a page.
 
 use lagrangian::score::Judgement;
 use lagrangian_analysis::conserved::{Change, Conserved, Drift, Quantity};
@@ -25,7 +25,7 @@ pub(super) fn text(found: &Conserved) -> String {
     text + "\n"
 }
 
-/// What the model conserves, and how far the motions bear it out.
+/// The quantities that the model conserves, and their drift along the motions.
 pub(super) fn answer(found: &Conserved) -> String {
     let kept: Vec<&Quantity> = found
         .quantities
@@ -51,7 +51,7 @@ pub(super) fn answer(found: &Conserved) -> String {
     Judgement::new(grade, why).sentence()
 }
 
-/// What the search for linear symmetries found, in lines.
+/// The result of the search for linear symmetries, in lines.
 fn generators(found: &Conserved) -> Vec<String> {
     match &found.generators {
         None => vec!["linear symmetries: these motions do not distinguish them, or there are too many coordinates".into()],

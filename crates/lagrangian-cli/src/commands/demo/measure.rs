@@ -1,4 +1,4 @@
-//! What the demo measures: energy over long rollouts and valid prediction times, of both models and of the truth.
+//! The measurements of the demo: energy over long rollouts and valid prediction times, of both models and of the truth.
 
 use anyhow::{Result, bail};
 use lagrangian::analytic::AnalyticModel;
@@ -13,20 +13,20 @@ use crate::progress::Progress;
 
 /// Length of a rollout, s.
 pub(super) const DURATION: f64 = 100.0;
-/// Between two samples of a rollout, s.
+/// The time between two samples of a rollout, s.
 const INTERVAL: f64 = 0.05;
-/// By how much the true equations are restarted to see how predictable anything is, rad.
+/// The change of the start of the true equations for measuring the limit of predictability, rad.
 pub(super) const RESTART: f64 = 1e-12;
 
-/// Rollouts of one model from all starts, and what they show.
+/// Rollouts of one model from all starts, and their measurements.
 pub(super) struct Measured {
     pub(super) rollouts: Vec<Rollout>,
     pub(super) energy: EnergyTest,
-    /// None for the truth itself.
+    /// The valid prediction times; `None` for the truth itself.
     pub(super) valid: Option<ValidTimes>,
 }
 
-/// Everything that was measured.
+/// All measurements.
 pub(super) struct Measurements {
     pub(super) starts: Vec<State>,
     /// The Lyapunov time of each start whose motion is chaotic, s.
@@ -110,7 +110,7 @@ impl Measurements {
         })
     }
 
-    /// The start that the page shows moving: chaotic, and kept by the plain network for as long as any.
+    /// The start that the page animates: chaotic, and followed by the plain network for as long as any.
     pub(super) fn shown(&self) -> usize {
         let kept = |k: &usize| self.mlp.rollouts[*k].trajectory.len();
         let chaotic = |k: &usize| usize::from(self.lyapunov_times[*k].is_some());

@@ -33,7 +33,7 @@ use measure::{Measured, Measurements};
 const SYSTEM: &str = "double-pendulum";
 /// The energy that counts as 100 %: that of hanging upside down above resting at the height of the pivot, J.
 const REFERENCE_ENERGY: f64 = 29.4;
-/// States that the fits are stopped and chosen by.
+/// The number of states that stop and select the fits.
 const VALIDATION: usize = 2000;
 
 /// A model of the demo, fitted.
@@ -93,7 +93,7 @@ pub(super) fn run(args: &DemoArgs, mode: OutputMode) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What `fit` takes by a time: many small steps whose damping follows the loss (ADR 0050).
+/// The settings of `fit` for a budget of time: many small steps whose damping follows the loss (ADR 0050).
 fn lagrangian_network() -> FitConfig {
     FitConfig {
         family: Box::<dyn Family>::from(LnnConfig::default()),
@@ -120,7 +120,7 @@ fn occupied(args: &DemoArgs) -> ExistingRun {
     }
 }
 
-/// Trains one model for the time that was given, in a run folder of its own.
+/// Trains one model for the given time, in a run folder of its own.
 fn train(
     args: &DemoArgs,
     name: &str,

@@ -21,9 +21,9 @@ const NAMES: [(&str, Role); 3] = [
     ("Lagrangian network", Role::Lnn),
     ("Plain network", Role::Baseline),
 ];
-/// Between two samples of the motion that is shown, s.
+/// The time between two samples of the animated motion, s.
 const FRAME: f64 = 0.02;
-/// Points of the parity plot.
+/// The number of points of the parity plot.
 const PARITY: usize = 800;
 
 pub(super) fn report(
@@ -69,10 +69,10 @@ pub(super) fn report(
     })
 }
 
-/// Shorter fits than this, and fewer starts, show that the demo works, and not which network is better.
+/// Shorter fits than this, and fewer starts, show that the demo works, but not which network is better.
 const COMPARABLE: (f64, u32) = (10.0, 10);
 
-/// What is said of a quick demo, on its page and in the terminal.
+/// The remark on a quick demo, on its page and in the terminal.
 pub(super) const QUICK: &str =
     "This was a quick demo: its numbers are no comparison; omit --seconds and --starts for one.";
 
@@ -81,7 +81,7 @@ pub(super) fn is_quick(args: &DemoArgs) -> bool {
     args.seconds < COMPARABLE.0 || args.starts < COMPARABLE.1
 }
 
-/// Says first of all that the numbers are no comparison.
+/// Puts the remark first that the numbers are not a comparison.
 fn as_quick(mut report: Report) -> Report {
     let judged = Judgement {
         grade: Grade::Poor,
@@ -158,7 +158,7 @@ fn headlines(measurements: &Measurements, seconds: f64) -> Vec<Headline> {
     ]
 }
 
-/// 100000 as 100 000.
+/// A count in groups of three digits, 100000 as 100 000.
 fn grouped(count: u32) -> String {
     let digits = count.to_string();
     let groups = digits.as_bytes().rchunks(3).rev();

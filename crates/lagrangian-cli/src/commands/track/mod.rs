@@ -1,4 +1,4 @@
-//! `lagrangian track`: a robot follows a motion through a saved model, and how much the model is worth there.
+//! `lagrangian track`: a robot follows a motion through a saved model, with a verdict on the model for this task.
 
 mod page;
 mod truth;
@@ -23,7 +23,7 @@ use crate::output;
 use crate::task::{Size, Task};
 use crate::track_args::{ControlArgs, ControllerName, TrackArgs};
 
-/// Bandwidth of the feedback where no gains are given, rad/s: low, as where a model is to do the work.
+/// Default bandwidth of the feedback, rad/s: low, so that the model must do the work.
 const BANDWIDTH: f64 = 5.0;
 
 pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<ExitCode> {
@@ -139,7 +139,7 @@ fn reference(args: &TrackArgs, fitted: &Fitted) -> Result<Reference> {
     )?)
 }
 
-/// The longest piece of a reference that has gaps: nothing says how it moves across them.
+/// The longest piece of a reference that has gaps: its motion across them is unknown.
 fn without_gaps(trajectory: Trajectory) -> Trajectory {
     let piece = lagrangian::trajectory::longest_piece(&trajectory.t);
     if piece.len() == trajectory.len() {
@@ -156,7 +156,7 @@ fn without_gaps(trajectory: Trajectory) -> Trajectory {
     part
 }
 
-/// One value for all joints, or what was given.
+/// One value for all joints, or the given values.
 fn each(values: &[f64], n: usize) -> Vec<f64> {
     match values {
         [one] => vec![*one; n],
@@ -196,7 +196,7 @@ fn loop_config(args: &ControlArgs, n: usize) -> Result<LoopConfig> {
     Ok(config)
 }
 
-/// The gains of the controller that was asked for, and as forces for feedback alone.
+/// The gains of the selected controller, and the equivalent forces for feedback alone.
 struct AllGains {
     own: Gains,
     forces: Gains,
@@ -228,7 +228,7 @@ fn all_gains(args: &ControlArgs, robot: &dyn Model, reference: &Reference) -> Re
     Ok(AllGains { own, forces })
 }
 
-/// Who follows the reference, the one that was asked for first: a key, a name, and how.
+/// The controllers that follow the reference, the selected one first: a key, a name, and the controller.
 fn contestants<'a>(
     model: &'a dyn Model,
     truth: Option<&'a dyn Model>,
@@ -259,11 +259,11 @@ struct Run {
     followed: Followed,
 }
 
-/// No drive gives so many times the largest torque that a motion needs.
+/// A drive cannot give more than this multiple of the largest torque that a motion needs.
 const BEYOND: f64 = 20.0;
 
 impl Run {
-    /// Why the motion was not followed at all, of a robot that needs these torques for it.
+    /// The reason why a robot that needs these torques did not follow the motion at all.
     fn lost(&self, needed: &[f64]) -> Option<String> {
         let Driven {
             trajectory,
@@ -284,7 +284,7 @@ impl Run {
         }
     }
 
-    /// Notes what went wrong.
+    /// Reports failures and limits.
     fn warn(&self) {
         let driven = &self.followed.driven;
         if let LoopOutcome::Diverged { t } = driven.outcome {

@@ -98,7 +98,7 @@ impl TrackingReport<'_> {
         self.runs.iter().find(|run| run.key == key)
     }
 
-    /// How much of what can be gained the model gains, for each joint; none without a true model or without this one.
+    /// The part of the possible gain that the model reaches, for each joint; `None` without a true model or without this one.
     pub(super) fn judged(&self) -> Option<Vec<Judgement>> {
         let (model, feedback) = (self.run("model")?, self.run("feedback")?);
         let truth = self.run("perfect")?;
@@ -118,7 +118,7 @@ impl TrackingReport<'_> {
         Some((0..self.coordinates.dof()).map(judged).collect())
     }
 
-    /// The joint that is followed worst, with the verdict on it.
+    /// The joint with the largest error, with the verdict on it.
     pub(super) fn answer(&self) -> String {
         let judged = self.judged();
         let cost = |i: &usize| judged.as_ref().map(|all| all[*i].grade);
@@ -162,7 +162,7 @@ impl TrackingReport<'_> {
     }
 
     fn followers(&self) -> Vec<Follower<'_>> {
-        // The first run is the one that was asked for: it is drawn on top.
+        // The first run is the selected one: it is drawn on top.
         self.runs.iter().rev().map(follower).collect()
     }
 

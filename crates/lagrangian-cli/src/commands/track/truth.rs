@@ -11,7 +11,7 @@ use crate::failure::{Advise, mistake};
 use crate::robot;
 use crate::track_args::TruthArgs;
 
-/// The robot of the flags; none where the model itself is to move.
+/// The robot of the flags; `None` where the model itself moves.
 pub(super) fn read(
     args: &TruthArgs,
     model: &Learned,
@@ -44,7 +44,7 @@ pub(super) fn read(
     ))
 }
 
-/// The name of a system that is meant by a name that is no file.
+/// The system of a name that is not a file.
 fn system(path: &Path) -> Option<&'static str> {
     let name = path.to_str().filter(|_| !path.exists())?;
     let mut known = systems().iter().map(|entry| entry.name);
