@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use anyhow::Result;
 use lagrangian::models::Parameter;
 use lagrangian::score::Assessment;
-use lagrangian::{Fit, Layout, Learned, Prepared, Trajectory, Verdict, counted};
+use lagrangian::{Fit, Layout, Prepared, Trajectory, Verdict, counted};
 use lagrangian::{
     fit::ResolvedConfig,
     score::CandidateResult,
@@ -147,7 +147,7 @@ fn tell(folder: &RunFolder, fit: &Fit, assessment: &Assessment) {
         fit.best
     );
     let all = fit.model.parameters();
-    for p in all.iter().filter(|p| shown(&fit.model, p)) {
+    for p in all.iter().filter(is_shown) {
         let error = p.standard_error.map(|e| format!(" ± {e:.1e}"));
         let error = error.unwrap_or_default();
         note!("  {:<20} {:>10.3e}{error} {}", p.name, p.value, p.unit);
@@ -174,9 +174,9 @@ fn exit_code(fit: &Fit, improved: bool, assessment: &Assessment) -> ExitCode {
 }
 
 /// Ten inertial parameters of each link are for `--json`: most mean something only together.
-fn shown(model: &Learned, parameter: &Parameter) -> bool {
+fn is_shown(parameter: &&Parameter) -> bool {
     let is_of_a_body = |kind: &&str| parameter.name.starts_with(kind);
-    model.family() != "rigid" || !["mass_", "inertia_"].iter().any(is_of_a_body)
+    !["mass_", "inertia_"].iter().any(is_of_a_body)
 }
 
 fn occupied(args: &FitArgs) -> ExistingRun {

@@ -2,6 +2,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use lagrangian::models::Entry;
 use lagrangian::rigid::RigidBodies;
 pub use lagrangian::trajectory::Links;
 use lagrangian::{Model, Trajectory};
@@ -142,7 +143,7 @@ fn drawn_chain(page: &Page, followed: &Followed, links: Links) -> Option<Drawn> 
 fn links(page: &Page) -> Links {
     let layout = learned::layout(page.record);
     let told = layout.and_then(|own| own.links.or_else(|| own.system?.links()));
-    let is_robot = matches!(page.model.family(), "rigid" | "chain" | "servo")
+    let is_robot = Entry::by_name(page.model.family()).is_ok_and(|entry| entry.jointed)
         || page.model.nominal().is_some();
     told.unwrap_or(match is_robot {
         true => Links::Relative,

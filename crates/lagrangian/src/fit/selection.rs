@@ -14,7 +14,6 @@ use crate::train::loss::Loss;
 use crate::train::observer::{Ending, Observer};
 use crate::train::request::{AutoSetting, Request};
 use crate::train::task::Budget;
-use lagrangian_mechanics::rigid::MAX_JOINTS;
 use lagrangian_motion::samples::Samples;
 use lagrangian_motion::{Error, Result};
 use lagrangian_recordings::Estimate;
@@ -69,40 +68,32 @@ impl Request {
     }
 
     fn candidates(&self, dataset: &Dataset) -> Result<Vec<Self>> {
-        let positions_alone = !dataset.train.steps.is_empty();
-        if self.is_open() && !dataset.forced && !dataset.train.goal.is_empty() && !self.has_robot()
-        {
-            return Ok(vec![Self {
-                family: Some("servo".into()),
-                ..self.clone()
-            }]);
+        let entries = match self.is_open() && dataset.train.steps.is_empty() {
+            true => Entry::tried(dataset, self.has_robot()),
+            false => Vec::new(),
+        };
+        match entries[..] {
+            [] => return Ok(vec![self.clone()]),
+            [alone] => {
+                let family = Some(alone.name.into());
+                return Ok(vec![Self {
+                    family,
+                    ..self.clone()
+                }]);
+            }
+            _ => (),
         }
-        if !self.is_open() || !dataset.forced || positions_alone {
-            return Ok(vec![self.clone()]);
-        }
-        let mut families = Vec::new();
-        if self.has_robot() {
-            families.push("rigid");
-        }
-        let coordinates = &dataset.coordinates;
-        if coordinates.dof() <= MAX_JOINTS && coordinates.parameters().next().is_none() {
-            families.push("chain");
-        }
-        families.push("delan");
-        let entries = families.iter().map(|name| Entry::by_name(name));
-        let entries = entries.collect::<Result<Vec<_>>>()?;
         let given = present(&self.settings);
         let tried = |name: &str| entries.iter().any(|entry| entry.has(name));
         if let Some(name) = given.keys().find(|name| !tried(name)) {
+            let families: Vec<&str> = entries.iter().map(|entry| entry.name).collect();
             return Err(foreign(
                 name,
                 &format!("the models that are tried ({})", families.join(", ")),
             ));
         }
-        Ok(entries
-            .into_iter()
-            .map(|entry| self.of_candidate(entry))
-            .collect())
+        let entries = entries.into_iter();
+        Ok(entries.map(|entry| self.of_candidate(entry)).collect())
     }
 
     /// The request for one of several families, with the settings that this family has.

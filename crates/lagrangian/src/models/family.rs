@@ -282,6 +282,19 @@ pub struct Entry {
     pub saved_as: &'static [&'static str],
     /// Loads a saved model.
     pub load: fn(&SavedModel) -> Result<Learned>,
+    /// The data on which it is tried where a request names no family; `None` for a family that is only fitted by name.
+    pub candidate: Option<Candidate>,
+    /// Whether it describes machines of joints, whose angles are measured from the link before.
+    pub jointed: bool,
+}
+
+/// The data on which a family is tried where a request names none.
+#[derive(Debug, Clone, Copy)]
+pub struct Candidate {
+    /// The place among the families that are tried: those that take most for granted come first.
+    pub rank: u8,
+    /// Whether it is tried on these data, with the description of a robot or without.
+    pub on: fn(data: &Dataset, robot: bool) -> bool,
 }
 
 impl Entry {
@@ -308,6 +321,23 @@ impl Entry {
     #[must_use]
     pub fn has(&self, name: &str) -> bool {
         self.settings.iter().any(|setting| setting.name == name)
+    }
+
+    /// The families that are tried on these data, with the description of a robot or without.
+    pub(crate) fn tried(data: &Dataset, robot: bool) -> Vec<&'static Self> {
+        let rank = |entry: &Self| {
+            let own = entry.candidate?;
+            (own.on)(data, robot).then_some(own.rank)
+        };
+        let mut entries: Vec<&Self> = FAMILIES.iter().filter(|e| rank(e).is_some()).collect();
+        entries.sort_by_key(|entry| rank(entry));
+        entries
+    }
+
+    /// Whether it takes the description of a robot.
+    #[must_use]
+    pub fn takes_a_robot(&self) -> bool {
+        self.robot().is_some()
     }
 
     /// The first family that takes a robot.

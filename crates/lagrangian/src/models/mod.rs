@@ -31,7 +31,9 @@ pub use crate::dataset::Momenta;
 pub use crate::train::FittedForces;
 pub use chain::ChainConfig;
 pub use delan::{Delan, DelanConfig, Inertia, Structure, Terms, Trunks};
-pub use family::{Abilities, Configuration, Entry, Family, Plan, Solution, Solve, Training};
+pub use family::{
+    Abilities, Candidate, Configuration, Entry, Family, Plan, Solution, Solve, Training,
+};
 pub(crate) use family::{Residuals, Trainable};
 pub use features::{FeatureLagrangian, FeaturesConfig};
 pub use hnn::{Hnn, HnnConfig, HnnStructure};

@@ -7,6 +7,7 @@ use super::inertia::{Forward, Spectrum, forwards, spectrum};
 use super::judgement::PASSIVE;
 use super::speed::weakened;
 use super::{Errors, RestartScore, RolloutScore, Score, SignalError, add_torques};
+use crate::models::Entry;
 use lagrangian_mechanics::Model;
 use lagrangian_motion::stop::Stop;
 use lagrangian_motion::{Coordinates, Trajectory};
@@ -122,11 +123,12 @@ const DESCRIBED: f64 = 3.0;
 const UNDESCRIBED: f64 = 0.02;
 
 fn of_description(contestants: &[CandidateResult]) -> Option<Reason> {
-    let error = |family: &str| {
-        let mut own = contestants.iter().filter(|c| c.family == family);
-        own.find_map(|c| c.torque_nmse)
+    let error = |robot: bool| {
+        let kind = |entry: &Entry| entry.jointed && entry.takes_a_robot() == robot;
+        let own = |c: &&CandidateResult| Entry::by_name(&c.family).is_ok_and(kind);
+        contestants.iter().filter(own).find_map(|c| c.torque_nmse)
     };
-    let (described, free) = (error("rigid")?, error("chain")?);
+    let (described, free) = (error(true)?, error(false)?);
     (described > DESCRIBED * free && described > UNDESCRIBED).then(|| {
         let finding = format!(
             "the robot of the description leaves {:.1} % of the torques unexplained, a chain without it {:.1} %",

@@ -5,6 +5,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use lagrangian::models::{Entry, FAMILIES};
+
 /// The modules in their order; those of a row may use each other.
 const ORDER: [&[&str]; 6] = [
     &["dataset", "saved"],
@@ -48,6 +50,30 @@ fn no_module_uses_one_that_comes_later() {
     modules.sort();
     modules.dedup();
     assert_eq!(modules.len(), listed, "a module has no place: {modules:?}");
+}
+
+#[test]
+fn a_family_is_named_in_its_folder_alone() {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let others = ORDER.concat().into_iter().filter(|name| *name != "models");
+    let mut named = Vec::new();
+    for file in others.flat_map(|name| files(&source, name)) {
+        let text = fs::read_to_string(&file).unwrap();
+        let code = text
+            .split("#[cfg(test)]\nmod tests {")
+            .next()
+            .unwrap_or_default();
+        for line in code
+            .lines()
+            .filter(|line| !line.trim_start().starts_with("//"))
+        {
+            let family = |entry: &&Entry| line.contains(&format!("\"{}\"", entry.name));
+            if let Some(entry) = FAMILIES.iter().find(family) {
+                named.push(format!("{} in {}: {line}", entry.name, file.display()));
+            }
+        }
+    }
+    assert!(named.is_empty(), "{named:#?}");
 }
 
 /// The sources of a module, without its tests.

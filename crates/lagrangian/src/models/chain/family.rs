@@ -2,7 +2,7 @@
 
 use super::{ChainConfig, search};
 use crate::dataset::Dataset;
-use crate::models::family::{self, Abilities, Entry, Family, Plan};
+use crate::models::family::{self, Abilities, Candidate, Entry, Family, Plan};
 use crate::models::rigid::robot;
 use crate::train::{Loss, TrainingTask};
 use lagrangian_mechanics::rigid::{MAX_JOINTS, RobotConfig};
@@ -19,6 +19,16 @@ pub(crate) const ENTRY: Entry = Entry {
     read: family::read::<ChainConfig>,
     saved_as: &[],
     load: |saved| Ok(robot::load(saved)?.into()),
+    candidate: Some(Candidate {
+        rank: 2,
+        on: |data, _| {
+            let coordinates = &data.coordinates;
+            data.forced
+                && coordinates.dof() <= MAX_JOINTS
+                && coordinates.parameters().next().is_none()
+        },
+    }),
+    jointed: true,
 };
 
 const NAME: &str = "chain";

@@ -5,7 +5,7 @@ use super::{Delan, DelanConfig, DelanShape, Inertia};
 use crate::dataset::Dataset;
 use crate::models::NetworkShape;
 use crate::models::family::{
-    self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained, Training,
+    self, Abilities, BoxedLearner, Candidate, Entry, Family, Plan, Residuals, Trained, Training,
 };
 use crate::models::learned::{Description, Learned, LearnedLagrangian, Stored};
 use crate::models::settings as shared;
@@ -28,6 +28,11 @@ pub(crate) const ENTRY: Entry = Entry {
     read: family::read::<DelanConfig>,
     saved_as: &[NAME],
     load: |saved| load(saved, Inertia::Configuration),
+    candidate: Some(Candidate {
+        rank: 3,
+        on: |data, _| data.forced,
+    }),
+    jointed: false,
 };
 
 const NAME: &str = "delan";

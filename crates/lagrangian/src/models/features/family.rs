@@ -20,6 +20,8 @@ pub(crate) const ENTRY: Entry = Entry {
     read: family::read::<FeaturesConfig>,
     saved_as: &[NAME],
     load,
+    candidate: None,
+    jointed: false,
 };
 
 const NAME: &str = "features";

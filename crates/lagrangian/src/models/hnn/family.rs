@@ -31,6 +31,8 @@ pub(crate) const ENTRY: Entry = Entry {
     read,
     saved_as: &[NAME],
     load,
+    candidate: None,
+    jointed: false,
 };
 
 const NAME: &str = "hnn";

@@ -28,6 +28,8 @@ pub(crate) const ENTRY: Entry = Entry {
     read: family::read::<LnnConfig>,
     saved_as: &[NAME],
     load,
+    candidate: None,
+    jointed: false,
 };
 
 const NAME: &str = "lnn";

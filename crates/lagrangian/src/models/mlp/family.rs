@@ -25,6 +25,8 @@ pub(crate) const ENTRY: Entry = Entry {
     read: family::read::<MlpConfig>,
     saved_as: &[NAME],
     load: |saved| Ok(Mlp::load(saved, saved.weights()?)?.into()),
+    candidate: None,
+    jointed: false,
 };
 
 const NAME: &str = "mlp";

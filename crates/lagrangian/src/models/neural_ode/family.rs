@@ -27,6 +27,8 @@ pub(crate) const ENTRY: Entry = Entry {
     read: family::read::<NeuralOdeConfig>,
     saved_as: &[NAME],
     load,
+    candidate: None,
+    jointed: false,
 };
 
 const NAME: &str = "neural-ode";

@@ -14,6 +14,7 @@ use serde_json::Value;
 use super::family::{self, Abilities, Entry, Family, Plan};
 use super::settings as shared;
 use crate::dataset::Dataset;
+use crate::models::family::Candidate;
 use crate::train::{AutoSetting, DataFacts, Loss, Request, TrainingTask};
 use lagrangian_mechanics::rigid::RobotConfig;
 use lagrangian_motion::settings::{Kind, Setting};
@@ -34,6 +35,11 @@ pub(crate) const ENTRY: Entry = Entry {
         chain::SAVED_AS => Ok(chain::load(saved)?.into()),
         _ => Ok(robot::load(saved)?.into()),
     },
+    candidate: Some(Candidate {
+        rank: 1,
+        on: |data, robot| robot && data.forced,
+    }),
+    jointed: true,
 };
 
 /// The settings of rigid bodies.

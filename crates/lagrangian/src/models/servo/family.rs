@@ -13,7 +13,7 @@ use super::search::{self, STAGES, Tried};
 use super::shooting::standard_errors;
 use super::{Friction, Servo, ServoConfig};
 use crate::dataset::{Dataset, Timeline};
-use crate::models::family::{self, Abilities, Entry, Family, Plan, Solution};
+use crate::models::family::{self, Abilities, Candidate, Entry, Family, Plan, Solution};
 use crate::models::learned::{Description, FittedModel, Stored};
 use crate::models::named::Parameter;
 use crate::saved::WEIGHTS;
@@ -33,6 +33,11 @@ pub(crate) const ENTRY: Entry = Entry {
     read: family::read::<ServoConfig>,
     saved_as: &[NAME],
     load: |saved| Ok(load(saved)?.into()),
+    candidate: Some(Candidate {
+        rank: 0,
+        on: |data, robot| !robot && !data.forced && !data.train.goal.is_empty(),
+    }),
+    jointed: true,
 };
 
 /// The name of the family.

@@ -22,6 +22,8 @@ pub(crate) const ENTRY: Entry = Entry {
     read: family::read::<VinConfig>,
     saved_as: &[NAME],
     load: |saved| delan::load(saved, Inertia::Constant),
+    candidate: None,
+    jointed: false,
 };
 
 /// The name of the family.
