@@ -29,12 +29,27 @@ pub fn root_mean_square(x: &mut dyn Iterator<Item = f64>) -> f64 {
 
 /// Median of |x|; 0 of no values.
 pub fn median_size(x: &mut dyn Iterator<Item = f64>) -> f64 {
-    let mut sizes: Vec<f64> = x.map(f64::abs).collect();
-    let middle = sizes.len() / 2;
-    if sizes.is_empty() {
+    upper_median(&mut x.map(f64::abs).collect::<Vec<_>>())
+}
+
+/// The upper of the two medians, 0 without values; reorders them.
+pub fn upper_median(values: &mut [f64]) -> f64 {
+    if values.is_empty() {
         return 0.0;
     }
-    *sizes.select_nth_unstable_by(middle, f64::total_cmp).1
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// The median, between the middle two of an even number; NaN without values.
+#[must_use]
+pub fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    match values.len() {
+        0 => f64::NAN,
+        n if n % 2 == 1 => values[n / 2],
+        n => 0.5 * (values[n / 2 - 1] + values[n / 2]),
+    }
 }
 
 /// Standard deviation, over the number of values (Welford 1962); 0 of no values.

@@ -7,6 +7,7 @@
 use std::ops::Range;
 
 use super::EstimateOptions;
+use lagrangian_motion::statistics::upper_median;
 
 /// Highest degree of the polynomial.
 pub(crate) const HIGHEST_DEGREE: usize = 4;
@@ -180,16 +181,7 @@ pub(crate) fn segments(t: &[f64], gap: f64) -> Vec<Range<usize>> {
 /// Median step of the time stamps, 0 for fewer than two.
 pub fn median_step(t: &[f64]) -> f64 {
     let mut steps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).collect();
-    median(&mut steps)
-}
-
-/// Median (it reorders the values); 0 of an empty slice.
-pub fn median(values: &mut [f64]) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+    upper_median(&mut steps)
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use lagrangian::rollout::{free, rollout_many};
 use lagrangian::score::{THRESHOLD, valid_prediction_time};
 use lagrangian::{Model, Result, Rollout, RolloutOptions, State};
+use lagrangian_motion::statistics::median;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -85,13 +86,4 @@ pub fn valid_times(
         regular: regular.len(),
         regular_seconds: median(regular),
     })
-}
-
-fn median(mut sorted: Vec<f64>) -> f64 {
-    sorted.sort_by(f64::total_cmp);
-    match sorted.len() {
-        0 => f64::NAN,
-        n if n % 2 == 1 => sorted[n / 2],
-        n => 0.5 * (sorted[n / 2 - 1] + sorted[n / 2]),
-    }
 }

@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::Rollout;
 use crate::dynamics::Model;
 use lagrangian_motion::Trajectory;
+use lagrangian_motion::statistics::median;
 
 /// Errors of the true energy in free rollouts.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -35,12 +36,14 @@ pub fn energy_test(truth: &dyn Model, rollouts: &[Rollout], reference: f64) -> E
         })
         .map(f64::abs)
         .collect();
-    let mut sorted = percent.clone();
-    sorted.sort_by(f64::total_cmp);
     EnergyTest {
         mean: percent.iter().sum::<f64>() / percent.len() as f64,
-        median: median(&sorted),
-        worst: sorted.last().copied().unwrap_or(f64::NAN),
+        median: median(percent.clone()),
+        worst: percent
+            .iter()
+            .copied()
+            .max_by(f64::total_cmp)
+            .unwrap_or(f64::NAN),
         unfinished: rollouts.len() - percent.len(),
         percent,
     }
@@ -60,12 +63,4 @@ pub fn energy_error(truth: &dyn Model, trajectory: &Trajectory, reference: f64) 
         .iter()
         .map(|e| 100.0 * (e - start) / reference)
         .collect()
-}
-
-fn median(sorted: &[f64]) -> f64 {
-    match sorted.len() {
-        0 => f64::NAN,
-        n if n % 2 == 1 => sorted[n / 2],
-        n => 0.5 * (sorted[n / 2 - 1] + sorted[n / 2]),
-    }
 }

@@ -2,8 +2,9 @@
 
 use super::range;
 use crate::Recording;
-use crate::local_polynomial::{Series, median};
+use crate::local_polynomial::Series;
 use lagrangian_motion::Signal;
+use lagrangian_motion::statistics::upper_median;
 
 /// One column of a recording.
 pub(super) struct Column<'a> {
@@ -50,7 +51,7 @@ impl<'a> Column<'a> {
         let third = |w: &[f64]| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs();
         let mut differences: Vec<f64> = values.windows(4).map(third).collect();
         // 1.4826: the median absolute deviation of a normal distribution, in standard deviations.
-        1.4826 * median(&mut differences) / 20.0_f64.sqrt()
+        1.4826 * upper_median(&mut differences) / 20.0_f64.sqrt()
     }
 }
 

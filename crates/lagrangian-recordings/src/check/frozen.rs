@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::Item;
 use super::column::Column;
-use crate::local_polynomial::median;
+use lagrangian_motion::statistics::upper_median;
 
 /// Shortest run of equal values that counts as frozen, samples.
 const SHORTEST: usize = 10;
@@ -21,10 +21,10 @@ pub(super) fn item(t: &[f64], column: &Column<'_>) -> Option<Item> {
         .iter()
         .flat_map(|r| std::iter::repeat_n(r.len() as f64, r.len()))
         .collect();
-    let usual = median(&mut lengths);
+    let usual = upper_median(&mut lengths);
     let mut steps: Vec<f64> = x.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
     steps.retain(|step| *step > 0.0);
-    let step = median(&mut steps);
+    let step = upper_median(&mut steps);
     let (low, high) = column.range();
     let is_frozen = |run: &&Range<usize>| {
         let value = x[run.start];

@@ -6,9 +6,10 @@ use std::f64::consts::TAU;
 use super::column::{Column, columns};
 use super::{Item, Verdict, frozen, range, spikes, swings, time};
 use crate::Recording;
-use crate::local_polynomial::{median, median_step, segments};
+use crate::local_polynomial::{median_step, segments};
 use crate::window::noise_variance;
 use lagrangian_motion::Signal;
+use lagrangian_motion::statistics::upper_median;
 
 /// A coordinate declared as an angle, or driven, with more turns than this may be in degrees …
 const MANY_TURNS: f64 = 15.0;
@@ -200,7 +201,7 @@ fn jumps(recording: &Recording, c: &Column<'_>) -> Option<Item> {
         .map(|k| if near(k) { surprise(k) } else { 0.0 })
         .collect();
     let (low, high) = c.range();
-    let usual = median(&mut surprises.clone());
+    let usual = upper_median(&mut surprises.clone());
     let threshold = (JUMP * usual).max(SMALLEST_JUMP * (high - low));
     // The residuals of the neighbours of a jump are half of it.
     let is_jump = |&k: &usize| {

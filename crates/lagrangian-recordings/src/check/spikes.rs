@@ -3,7 +3,8 @@
 use super::Item;
 use super::column::Column;
 use super::time;
-use crate::local_polynomial::{median, median_step};
+use crate::local_polynomial::median_step;
+use lagrangian_motion::statistics::upper_median;
 
 /// A spike is this many times the usual deviation from the mean of its neighbours …
 const SPIKE: f64 = 30.0;
@@ -23,7 +24,7 @@ pub(super) fn item(t: &[f64], column: &Column<'_>) -> Option<Item> {
     let near = |k: &usize| t[*k] - t[k - 1] <= longest && t[k + 1] - t[*k] <= longest;
     let off = |k: usize| x[k] - 0.5 * (x[k - 1] + x[k + 1]);
     let mut usual: Vec<f64> = inner.clone().filter(near).map(|k| off(k).abs()).collect();
-    let least = (SPIKE * median(&mut usual)).max(SMALLEST * deviation);
+    let least = (SPIKE * upper_median(&mut usual)).max(SMALLEST * deviation);
     let alone = |k: &usize| {
         let (own, k) = (off(*k).abs(), *k);
         let sides = [(k - 2, k - 1), (k - 1, k + 1), (k + 1, k + 2)];

@@ -2,8 +2,9 @@
 
 use super::Item;
 use crate::derivatives::SHORTEST;
-use crate::local_polynomial::{median, median_step, segments};
+use crate::local_polynomial::{median_step, segments};
 use crate::{Recording, TimeStep};
+use lagrangian_motion::statistics::upper_median;
 
 /// Steps longer than this many median steps are gaps; derivatives are not estimated across them.
 pub(super) const GAP: f64 = 5.0;
@@ -91,7 +92,7 @@ fn rate(t: &[f64]) -> Item {
     let step = median_step(t);
     let mut off: Vec<f64> = t.windows(2).map(|w| (w[1] - w[0] - step).abs()).collect();
     // 1.4826: the median absolute deviation of a normal distribution, in standard deviations.
-    let jitter = 1.4826 * median(&mut off) / step;
+    let jitter = 1.4826 * upper_median(&mut off) / step;
     let (rate, percent) = (step.recip(), 100.0 * jitter);
     let finding = format!("{rate:.4} Hz, jitter {percent:.2} % of a step");
     let remedy = "the true time stamps are used, but check that they tell when a sample was taken, not when it was written";

@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use lagrangian_motion::Signal;
+use lagrangian_motion::statistics::upper_median;
 use lagrangian_motion::{Coordinates, Trajectory};
-use lagrangian_recordings::local_polynomial::median;
 
 /// The largest number of states that are compared.
 const STATES: usize = 2000;
@@ -41,7 +41,7 @@ pub(super) fn weakened(coordinates: &Coordinates, motions: &[Trajectory]) -> Opt
     if forwards.len().min(backwards.len()) < FEWEST {
         return None;
     }
-    let ratio = median(&mut forwards).max(median(&mut backwards));
+    let ratio = upper_median(&mut forwards).max(upper_median(&mut backwards));
     (ratio < WEAK).then_some(ratio)
 }
 

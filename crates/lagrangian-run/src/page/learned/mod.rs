@@ -12,6 +12,7 @@ use std::f64::consts::{PI, TAU};
 
 use lagrangian::trajectory::Axis as Range;
 use lagrangian::{Coordinates, Learned, Model, Trajectory, Visited};
+use lagrangian_motion::statistics::upper_median;
 use lagrangian_report::{Axis, Figure, HeatMap, Table};
 
 use super::Page;
@@ -189,6 +190,5 @@ fn median(motions: &[Trajectory], i: usize) -> f64 {
         .iter()
         .flat_map(|motion| motion.q.iter().skip(i).step_by(motion.dof().max(1)));
     let mut values: Vec<f64> = columns.copied().filter(|x| x.is_finite()).collect();
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
+    upper_median(&mut values)
 }
