@@ -8,11 +8,11 @@ use pyo3::prelude::*;
 use crate::error::invalid;
 use crate::recording::recordings;
 
-/// Motions that are shown side by side, at most.
+/// The largest number of motions that are shown side by side.
 const MOST: usize = 6;
 const ROLES: [Role; 3] = [Role::Truth, Role::Lnn, Role::Baseline];
 
-/// The page in which motions of chains of links move side by side; `links` says where angles are measured from.
+/// The page in which motions of chains of links move side by side; `links` is the reference of the angles.
 #[pyfunction]
 pub(crate) fn animation(
     py: Python<'_>,

@@ -1,4 +1,4 @@
-//! What a model answers at the states of some arrays.
+//! The answers of a model at the states of some arrays.
 
 use std::sync::{Arc, PoisonError};
 
@@ -9,7 +9,7 @@ use crate::arrays::{Rows, array, shown, writable};
 use crate::error::{invalid, raise};
 use crate::model::{Model, Ready};
 
-/// A quantity that is asked for: its name, and its number of axes of n entries beside those of the states.
+/// A requested quantity: its name, and its number of axes of n entries beside those of the states.
 #[derive(Clone, Copy)]
 pub(crate) struct Asked(pub(crate) &'static str, pub(crate) usize);
 
@@ -81,7 +81,7 @@ impl Model {
         let mut ready = ready
             .unwrap_or_else(|| Ready::new(Arc::clone(&self.body), |body| body.model().evaluator()));
         let outcome = match states {
-            // Giving the lock up for a microsecond costs more than it frees.
+            // Releasing the lock for a microsecond costs more than it gains.
             0..=ALONE => {
                 ready.with_dependent_mut(|_, evaluator| ask(&mut **evaluator, arguments, values))
             }
@@ -97,7 +97,7 @@ impl Model {
         outcome
     }
 
-    /// Turns an answer that does not exist into an exception, and says where a mass matrix was singular.
+    /// Turns a missing answer into an exception, which names the states with a singular mass matrix.
     fn check(
         &self,
         py: Python<'_>,
@@ -145,7 +145,7 @@ impl Model {
     }
 }
 
-/// Up to so many states the interpreter's lock is kept.
+/// The largest number of states for which the interpreter's lock is kept.
 const ALONE: usize = 8;
 
 /// The arguments of a question, and the axes of the states.
@@ -183,7 +183,7 @@ impl<'py, const G: usize> States<'py, G> {
     }
 }
 
-/// One state as many times as there are states; `None` where nothing has to be repeated.
+/// One state, repeated to the number of states; `None` where no repetition is needed.
 fn repeated(rows: &Rows<'_>, states: usize, n: usize) -> Option<Vec<f64>> {
     (rows.values().len() != states * n).then(|| rows.values().repeat(states))
 }

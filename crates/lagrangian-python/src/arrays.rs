@@ -11,7 +11,7 @@ use pyo3::types::{IntoPyDict, PyTuple};
 
 use crate::error::invalid;
 
-/// Rows of `n` numbers, contiguous in memory: the array of the caller where it is so already, else a copy.
+/// Rows of `n` numbers, contiguous in memory: the array of the caller where it is contiguous, else a copy.
 pub(crate) struct Rows<'py> {
     array: PyReadonlyArrayDyn<'py, f64>,
 }
@@ -109,7 +109,7 @@ fn converted<'py>(value: &Bound<'py, PyAny>, name: &str) -> PyResult<Bound<'py, 
     )
 }
 
-/// A shape as Python writes it.
+/// A shape in the notation of Python.
 pub(crate) fn shown(shape: &[usize]) -> String {
     match shape {
         [one] => format!("({one},)"),
@@ -138,7 +138,7 @@ pub(crate) fn objects<'py>(
     numpy(py)?.call_method(intern!(py, "array"), (values,), Some(&options))
 }
 
-/// The array that a result is written to.
+/// The array to which a result is written.
 pub(crate) fn writable<'py>(
     out: &Bound<'py, PyAny>,
     shape: &[usize],

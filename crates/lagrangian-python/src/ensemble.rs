@@ -1,4 +1,4 @@
-//! Ensembles: their fit, and what they predict.
+//! Ensembles: their fit, and their predictions.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -27,7 +27,7 @@ pub(crate) struct Ensemble {
     provenance: Provenance,
 }
 
-/// What an ensemble predicts.
+/// A prediction of an ensemble.
 #[pyclass(module = "lagrangian._lagrangian", frozen)]
 pub(crate) struct Prediction {
     predicted: Predicted,
@@ -44,7 +44,7 @@ impl Prediction {
         self.array(py, self.predicted.mean.clone())
     }
 
-    /// The deviation to be expected of the truth.
+    /// The expected deviation of the truth.
     #[getter]
     fn deviation<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         self.array(py, self.predicted.deviation.clone())
@@ -70,7 +70,7 @@ impl Prediction {
 
 #[pymethods]
 impl Ensemble {
-    /// Reads the ensemble of a folder, and what was said of its fit.
+    /// Reads the ensemble of a folder, and the summary of its fit.
     #[staticmethod]
     fn read(py: Python<'_>, folder: PathBuf) -> PyResult<(Self, Bound<'_, PyDict>)> {
         let saved = SavedEnsemble::read(&folder).or_raise(py)?;
@@ -82,7 +82,7 @@ impl Ensemble {
         Ok((ensemble, summary))
     }
 
-    /// Writes the ensemble to a folder, with what was said of its fit as JSON.
+    /// Writes the ensemble to a folder, with the summary of its fit as JSON.
     fn write(&self, py: Python<'_>, folder: PathBuf, summary: &str) -> PyResult<()> {
         let saved = SavedEnsemble {
             ensemble: (*self.ensemble).clone(),
@@ -92,7 +92,7 @@ impl Ensemble {
         py.detach(|| saved.write(&folder)).or_raise(py)
     }
 
-    /// Its members.
+    /// The members of the ensemble.
     fn members(&self) -> Vec<Model> {
         let members = self.ensemble.members().iter();
         let model = |model: &lagrangian::Learned| {
@@ -187,8 +187,8 @@ impl Ensemble {
     }
 }
 
-/// Fits an ensemble to recordings; where several models are asked for, of the best of them. In a run folder the model that they are
-/// like is fitted before and stands beside them.
+/// Fits an ensemble to recordings; with several candidates, of the best of them. In a run folder the model whose settings they share
+/// is fitted before, and kept beside them.
 #[pyfunction]
 #[pyo3(name = "fit_ensemble", signature = (training, validation, asked, preparing, members, run=None, callback=None))]
 #[expect(clippy::too_many_arguments, reason = "one for each of Python's")]

@@ -27,7 +27,7 @@ pub(crate) fn invalid(py: Python<'_>, message: impl Into<String>) -> PyErr {
 
 /// Turns results of the library into those of Python.
 pub(crate) trait OrRaise<T> {
-    /// The value, or the exception that says the same as the error.
+    /// The value, or the exception of the error.
     fn or_raise(self, py: Python<'_>) -> PyResult<T>;
 }
 
@@ -37,7 +37,7 @@ impl<T> OrRaise<T> for Result<T, Error> {
     }
 }
 
-/// What was read from JSON, or an exception, which shows a fault of this package: it has written that JSON itself.
+/// The value that was read from JSON, or an exception for a fault of this package, which has written that JSON itself.
 pub(crate) fn of_json<T>(result: serde_json::Result<T>) -> PyResult<T> {
     result.map_err(|error| PyRuntimeError::new_err(error.to_string()))
 }
@@ -51,7 +51,7 @@ impl<T> OrRaise<T> for Result<T, lagrangian_run::Error> {
     }
 }
 
-/// An error about files or a run: the class is that of what caused it.
+/// An error about files or a run: the class is that of its cause.
 fn of_run(py: Python<'_>, error: &lagrangian_run::Error) -> PyErr {
     let mut message = error.to_string();
     let mut cause = std::error::Error::source(error);

@@ -15,7 +15,7 @@ use pyo3::types::{PyDict, PyList};
 use crate::error::{OrRaise, invalid, of_json};
 use crate::recording::{parts, recording};
 
-/// Which columns are what, as the keywords of `lagrangian.read` say it.
+/// The columns of signals, as in the keywords of `lagrangian.read`.
 #[derive(Debug, FromPyObject)]
 pub(crate) struct ColumnSpec {
     #[pyo3(item)]
@@ -38,10 +38,10 @@ pub(crate) struct ColumnSpec {
     degrees: bool,
     #[pyo3(item)]
     every: usize,
-    /// The text of a layout file, for what is not told above.
+    /// The text of a layout file, for all that is not given above.
     #[pyo3(item)]
     layout: String,
-    /// Rows that are kept, at most.
+    /// The largest number of rows that are kept.
     #[pyo3(item)]
     rows: Option<usize>,
 }
@@ -73,7 +73,7 @@ impl ColumnSpec {
     }
 }
 
-/// What a reader of a table passed over or decided, in sentences.
+/// The parts that a reader of a table skipped and the choices that it made, in sentences.
 fn notes(readings: &Readings) -> Vec<String> {
     unused(readings)
         .into_iter()
@@ -101,10 +101,10 @@ fn one_file(
     Ok((read_file(path, &sampled, advice)?, layout))
 }
 
-/// The parts of recordings, what their reader says, and the layout.
+/// The parts of recordings, the notes of their reader, and the layout.
 type Contents<'py> = (Bound<'py, PyList>, Vec<String>, String);
 
-/// What was read, for Python.
+/// The content of files, for Python.
 fn contents<'py>(
     py: Python<'py>,
     recordings: Vec<Recording>,
@@ -155,7 +155,7 @@ pub(crate) fn read<'py>(
     contents(py, all, notes, first.unwrap_or_default())
 }
 
-/// An error of the operating system says which file it is about, as Python's own do; others have said it.
+/// An error of the operating system names the file, as Python's own errors do; other errors name it already.
 fn about(py: Python<'_>, error: PyErr, file: &Path) -> PyErr {
     let value = error.value(py);
     let code = value.getattr("errno").and_then(|code| code.extract());
@@ -206,7 +206,7 @@ pub(crate) fn write(py: Python<'_>, path: PathBuf, motions: &Bound<'_, PyAny>) -
     .or_raise(py)
 }
 
-/// A value of Python from what has a form in JSON.
+/// A value of Python from a value with a form in JSON.
 pub(crate) fn value<'py>(
     py: Python<'py>,
     value: &impl serde::Serialize,
@@ -215,7 +215,7 @@ pub(crate) fn value<'py>(
     py.import("json")?.getattr("loads")?.call1((text,))
 }
 
-/// A dictionary from what is an object in JSON.
+/// A dictionary from an object in JSON.
 pub(crate) fn json<'py>(
     py: Python<'py>,
     object: &impl serde::Serialize,

@@ -29,7 +29,7 @@ use crate::run::Run;
 use crate::score::Figures;
 use crate::threads::{attended, interruptible, pool};
 
-/// What is fitted, as the estimators of Python say it.
+/// The request of a fit, as in the estimators of Python.
 #[derive(Debug, FromPyObject)]
 pub(crate) struct Asked {
     #[pyo3(item)]
@@ -51,7 +51,7 @@ pub(crate) struct Asked {
     joints: Vec<String>,
 }
 
-/// What is done with the recordings before.
+/// The preparation of the recordings.
 #[derive(Debug, FromPyObject)]
 pub(crate) struct Preparing {
     #[pyo3(item)]
@@ -69,7 +69,7 @@ pub(crate) struct Preparing {
 }
 
 impl Asked {
-    /// The same as plain data.
+    /// The request as plain data.
     pub(crate) fn specification(self) -> PyResult<Specification> {
         let read = |text: &String| of_json(serde_json::from_str::<Values>(text));
         let [settings, training, rollout] = &self.settings;
@@ -88,7 +88,7 @@ impl Asked {
         })
     }
 
-    /// The same, with what is done with the recordings.
+    /// The request with the preparation of the recordings.
     pub(crate) fn prepared_by(self, preparing: &Preparing) -> PyResult<Specification> {
         Ok(Specification {
             smooth: preparing.smooth,
@@ -101,16 +101,16 @@ impl Asked {
     }
 }
 
-/// What a fit says while it runs.
+/// An event of a fit that runs.
 enum Event {
     Progress(Progress),
     Stage(String, f64),
 }
 
-/// The time between two events that nobody waits for.
+/// The smallest time between two events, except for those that are always sent.
 const EVENT_EVERY: Duration = Duration::from_millis(50);
 
-/// Sends what it sees to the thread that called.
+/// Sends its events to the calling thread.
 struct Reporter<'a> {
     events: Sender<Event>,
     stop: &'a AtomicBool,
@@ -121,7 +121,7 @@ impl Reporter<'_> {
     fn send(&mut self, event: Event, always: bool) -> ControlFlow<()> {
         if always || self.last.elapsed() >= EVENT_EVERY {
             self.last = Instant::now();
-            // OK to ignore: nobody listens any more.
+            // OK to ignore: the receiver is gone.
             let _ = self.events.send(event);
         }
         match self.stop.load(Ordering::Relaxed) {
@@ -142,7 +142,7 @@ impl Observer for Reporter<'_> {
     }
 }
 
-/// Runs `work` while this thread calls `callback` with what the fit says, and looks for Ctrl-C; an exception of the callback
+/// Runs `work` while this thread calls `callback` with the events of the fit, and checks for Ctrl-C; an exception of the callback
 /// ends the fit and is raised.
 pub(crate) fn watched<T: Send>(
     py: Python<'_>,
@@ -163,7 +163,7 @@ pub(crate) fn watched<T: Send>(
             (Some(callback), Some(event)) => tell(callback, &event),
             _ => Ok(()),
         };
-        // Ctrl-C ends the fit, which keeps what it has.
+        // Ctrl-C ends the fit, which keeps its present result.
         if told.is_err() || py.check_signals().is_err() {
             stop.store(true, Ordering::Relaxed);
         }
@@ -185,10 +185,10 @@ fn tell(callback: &Bound<'_, PyAny>, event: &Event) -> PyResult<()> {
     callback.call1((json(callback.py(), &told)?,)).map(|_| ())
 }
 
-/// A fitted model with everything that is said about it.
+/// A fitted model with all figures about it.
 type Fitted<'py> = (Model, Bound<'py, PyDict>);
 
-/// Fits the best of the models that are asked for to recordings, in a run folder where one is named.
+/// Fits the best of the requested models to recordings, in a run folder where one is named.
 #[pyfunction]
 #[pyo3(signature = (training, validation, asked, preparing, run=None, callback=None))]
 pub(crate) fn fit<'py>(
@@ -250,7 +250,7 @@ fn fit_in<'py>(
     summary(py, fitted, &figures)
 }
 
-/// What a fitted model is worth; the page of its run.
+/// The assessment of a fitted model; writes the page of its run.
 pub(crate) fn assessed(
     py: Python<'_>,
     fitted: &lagrangian_run::Fitted,
@@ -359,7 +359,7 @@ pub(crate) fn fit_samples<'py>(
     summary(py, fitted, &figures)
 }
 
-/// The samples whose numbers are listed are for validation, the others are fitted.
+/// The samples whose numbers are listed are for validation, the others for training.
 fn divided(
     coordinates: Coordinates,
     [q, qd, qdd, tau]: [Vec<f64>; 4],

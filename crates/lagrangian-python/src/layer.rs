@@ -11,7 +11,7 @@ use crate::model::{Model, ModelSource};
 use crate::recording::coordinates;
 use crate::threads::pool;
 
-/// A model as a differentiable layer: it never changes, and every call may bring its own parameters.
+/// A model as a differentiable layer: it never changes, and every call may have its own parameters.
 #[pyclass(frozen, module = "lagrangian._lagrangian")]
 pub(crate) struct Layer {
     core: Core,
@@ -19,7 +19,7 @@ pub(crate) struct Layer {
 
 type Array<'py> = Bound<'py, PyAny>;
 
-/// The arguments of a call: a map with its step, states, and parameters where they are not those of the layer.
+/// The arguments of a call: a map with its step, states, and parameters where they differ from those of the layer.
 #[derive(FromPyObject)]
 struct Call<'py>(String, f64, [Array<'py>; 3], Option<Array<'py>>);
 
@@ -81,7 +81,7 @@ impl Layer {
         Ok(array(py, values, &[size])?.into_any())
     }
 
-    /// The nearest parameters of their domain.
+    /// The nearest parameters in their domain.
     fn project<'py>(&self, py: Python<'py>, parameters: Array<'py>) -> PyResult<Array<'py>> {
         let mut values = Rows::of_any_width(&parameters, "parameters")?
             .values()
@@ -149,10 +149,10 @@ impl Layer {
     }
 }
 
-/// Up to so many sensitivities the calling thread computes alone: few blocks are not worth a pool.
+/// The largest number of sensitivities that the calling thread computes alone: few blocks are not worth a pool.
 const ALONE: usize = 32;
 
-/// What a call computes with; `None` for the layer itself where no other parameters are given.
+/// The layer of a call; `None` for the layer itself where no other parameters are given.
 struct Ready<'py> {
     layer: Option<Core>,
     map: Map,
@@ -174,7 +174,7 @@ impl Layer {
         })
     }
 
-    /// The layer with these parameters, where they are not its own.
+    /// The layer with these parameters, where they differ from its own.
     fn with(&self, py: Python<'_>, parameters: Option<&Array<'_>>) -> PyResult<Option<Core>> {
         let Some(parameters) = parameters else {
             return Ok(None);

@@ -1,5 +1,5 @@
 //! The Python module `lagrangian._lagrangian`: arrays in, arrays out. It holds no formula and no default that the library
-//! does not have; what Python users see stands in `python/lagrangian`.
+//! does not have; the interface for Python users is in `python/lagrangian`.
 
 mod animation;
 mod answers;

@@ -1,4 +1,4 @@
-//! The library's own time, from which `python/tools/figures.py` tells the price of a call from Python.
+//! The library's own time, from which `python/tools/figures.py` computes the cost of a call from Python.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use crate::arrays::Rows;
 use crate::model::Model;
 
-/// The time of one `inverse_dynamics` of the library at some states, s: the shortest mean of ten rounds of so many calls.
+/// The time of one `inverse_dynamics` of the library at some states, s: the shortest mean of ten rounds of `calls` calls.
 #[pyfunction]
 pub(crate) fn library_seconds(
     py: Python<'_>,

@@ -1,4 +1,4 @@
-//! Models: what stands behind them, their questions, their files.
+//! Models: their sources, their methods, their files.
 
 use std::fs;
 use std::io::Write as _;
@@ -18,9 +18,9 @@ use crate::files::{json, value};
 use crate::number::OwnSystem;
 use crate::recording::described;
 
-/// What stands behind a model of Python.
+/// The source of a model of Python.
 pub(crate) enum ModelSource {
-    /// A fitted model, and where it comes from.
+    /// A fitted model, and its origin.
     Learned(Learned, Provenance),
     /// A system whose Lagrangian is known.
     DataFacts(Box<dyn AnalyticModel>),
@@ -46,7 +46,7 @@ impl ModelSource {
         }
     }
 
-    /// How the recordings of a fitted model were prepared, where that is known.
+    /// The preparation of the recordings of a fitted model, where it is known.
     pub(crate) fn preparation(&self) -> Option<&Preparation> {
         match self {
             Self::Learned(_, provenance) => provenance.preparation.as_ref(),
@@ -54,7 +54,7 @@ impl ModelSource {
         }
     }
 
-    /// What a function of Python has raised on the way to a result.
+    /// The exception that a function of Python has raised during a computation.
     pub(crate) fn raised(&self) -> PyResult<()> {
         match self {
             Self::Own(system) => system.failure().map_or(Ok(()), Err),
@@ -79,7 +79,7 @@ self_cell!(
 pub(crate) struct Model {
     pub(crate) body: Arc<ModelSource>,
     pub(crate) n: usize,
-    /// Evaluators that wait for the next call; concurrent calls make their own.
+    /// Evaluators for the next call; concurrent calls make their own.
     pub(crate) ready: Mutex<Vec<Ready>>,
 }
 
@@ -101,7 +101,7 @@ type Array<'py> = Bound<'py, PyAny>;
 
 #[pymethods]
 impl Model {
-    /// The same model, for a class that is derived from this one.
+    /// The model, for a class that is derived from this one.
     #[new]
     #[pyo3(signature = (core, *_others))]
     fn of(core: &Bound<'_, Self>, _others: &Bound<'_, PyTuple>) -> Self {
@@ -128,13 +128,13 @@ impl Model {
         }
     }
 
-    /// Whether it has forward dynamics.
+    /// Whether the model has forward dynamics.
     #[getter]
     fn moves(&self) -> bool {
         self.body.model().moves()
     }
 
-    /// How its recordings were prepared, as a dictionary; None where that is not known.
+    /// The preparation of its recordings, as a dictionary; None where it is unknown.
     #[getter]
     fn preparation<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let own = self.body.preparation();
@@ -306,7 +306,7 @@ impl Model {
         Ok(PyBytes::new(py, &self.bytes(py)?))
     }
 
-    /// Writes the file of the model: a whole one or none.
+    /// Writes the file of the model, as a whole or not at all.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let bytes = self.bytes(py)?;
         py.detach(|| -> std::io::Result<()> {

@@ -15,7 +15,7 @@ use crate::recording::{parts, recording};
 use crate::systems::Integration;
 use crate::threads::interruptible;
 
-/// A motion as Python makes a trajectory of it, how it ended, and what it cost.
+/// A motion as the parts of a trajectory of Python, its outcome, and its cost.
 fn motion<'py>(
     py: Python<'py>,
     model: &Model,
@@ -115,7 +115,7 @@ pub(crate) fn roll_out<'py>(
     motion(py, own, ended(py, &options, run)?)
 }
 
-/// The motion of a recording again: from its first state, under its forces, at its times.
+/// A prediction of a recorded motion: from its first state, under its forces, at its times.
 #[pyfunction]
 pub(crate) fn follow<'py>(
     py: Python<'py>,
@@ -175,7 +175,7 @@ fn under(
     options: &RolloutOptions,
 ) -> PyResult<Rollout> {
     let (n, function) = (q0.len(), tau.unbind());
-    // The first exception of the function; the motion then ends, as NaN is no force.
+    // The first exception of the function; the motion then ends, as a force of NaN is not finite.
     let failure: Mutex<Option<PyErr>> = Mutex::new(None);
     let force = |t: f64, q: &[f64], qd: &[f64], out: &mut [f64]| {
         let mut failure = failure.lock().unwrap_or_else(PoisonError::into_inner);

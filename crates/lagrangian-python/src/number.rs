@@ -15,7 +15,7 @@ use pyo3::types::PyTuple;
 use crate::arrays::objects;
 
 /// A number a + b ε₁ + c ε₂ + d ε₁ε₂, whose last component becomes a second derivative (Fike and Alonso 2011). NumPy's
-/// functions of an array of such numbers call the methods of the same names.
+/// functions of an array of such numbers call the methods of these names.
 #[pyclass(frozen, from_py_object, module = "lagrangian._lagrangian")]
 #[derive(Clone, Copy)]
 pub(crate) struct Number(HyperDual64);
@@ -193,7 +193,7 @@ pub(crate) struct OwnSystem {
     name: String,
     function: Py<PyAny>,
     coordinates: Coordinates,
-    /// The first exception that the function has raised since the last look.
+    /// The first exception that the function has raised since the last check.
     failure: Mutex<Option<PyErr>>,
 }
 
@@ -207,7 +207,7 @@ impl OwnSystem {
         }
     }
 
-    /// The first exception of the function since the last look.
+    /// The first exception of the function since the last check.
     pub(crate) fn failure(&self) -> Option<PyErr> {
         let mut failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
         failure.take()
@@ -246,7 +246,7 @@ impl OverDuals for OwnSystem {
 
     fn with_curvature(&self, q: &[HyperDual64], qd: &[HyperDual64]) -> HyperDual64 {
         let nothing = HyperDual64::from_re(f64::NAN);
-        // Nothing is locked while the interpreter works: a thread that holds it may wait for this lock.
+        // No lock is held while the interpreter works: a thread that holds the interpreter may wait for this lock.
         let failure = || self.failure.lock().unwrap_or_else(PoisonError::into_inner);
         if failure().is_some() {
             return nothing;

@@ -9,7 +9,7 @@ use pyo3::types::{PyDict, PyList};
 use crate::arrays::{Rows, array, shown};
 use crate::error::invalid;
 
-/// A coordinate as Python names it: name, unit, and `line`, `circle` or `parameter`.
+/// A coordinate in the form of Python: name, unit, and `line`, `circle` or `parameter`.
 type Named = (String, String, String);
 
 fn kind(topology: Topology) -> &'static str {
@@ -20,7 +20,7 @@ fn kind(topology: Topology) -> &'static str {
     }
 }
 
-/// The coordinates as Python names them.
+/// The coordinates in the form of Python.
 pub(crate) fn described(coordinates: &Coordinates) -> Vec<Named> {
     let named = |c: &Coordinate| (c.name.clone(), c.unit.clone(), kind(c.topology).into());
     coordinates.0.iter().map(named).collect()
@@ -105,7 +105,7 @@ pub(crate) fn recordings(motions: &Bound<'_, PyAny>) -> PyResult<Vec<Recording>>
         .collect()
 }
 
-/// What `lagrangian.Trajectory` is made of.
+/// The parts of a `lagrangian.Trajectory`.
 pub(crate) fn parts<'py>(
     py: Python<'py>,
     name: &str,

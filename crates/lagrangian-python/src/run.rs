@@ -1,4 +1,4 @@
-//! Run folders: where a fit leaves all that it was made of, and its page.
+//! Run folders: the inputs and the results of a fit, and its page.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 
 use crate::error::{OrRaise, in_python, invalid, of_json};
 
-/// A run folder that is asked for.
+/// A requested run folder.
 #[derive(Debug, FromPyObject)]
 pub(crate) struct Run {
     #[pyo3(item)]
@@ -22,10 +22,10 @@ pub(crate) struct Run {
     force: bool,
     #[pyo3(item)]
     tensorboard: bool,
-    /// The call, as it could be typed again.
+    /// The text of the call, as it could be typed again.
     #[pyo3(item)]
     call: String,
-    /// What was given, as JSON.
+    /// The given settings, as JSON.
     #[pyo3(item)]
     settings: String,
 }
@@ -46,7 +46,7 @@ impl Run {
         RunFolder::open(&self.folder, occupied).or_raise(py)
     }
 
-    /// The folder as a fit writes it.
+    /// The folder for the output of a fit.
     pub(crate) fn place<'a>(&self, folder: &'a RunFolder) -> PyResult<RunTarget<'a>> {
         Ok(RunTarget {
             folder,
@@ -62,7 +62,7 @@ impl Run {
     }
 }
 
-/// The package, where a run speaks to people.
+/// The package as the frontend of a run.
 pub(crate) struct Keywords;
 
 impl Frontend for Keywords {

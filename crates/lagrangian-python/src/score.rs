@@ -12,14 +12,14 @@ use crate::model::{Model, ModelSource};
 use crate::recording::recordings;
 use crate::threads::interruptible;
 
-/// The score of a model on some motions, and how far it can be trusted.
+/// The score of a model on some motions, and its reliability.
 pub(crate) struct Figures {
     pub(crate) score: Score,
     pub(crate) assessment: Assessment,
 }
 
 impl Figures {
-    /// Of motions, whose predictions end when `stop` is raised.
+    /// The figures on motions, whose predictions end when `stop` is raised.
     pub(crate) fn of(
         model: &Learned,
         motions: &[Trajectory],
@@ -35,7 +35,7 @@ impl Figures {
         Ok(Self { score, assessment })
     }
 
-    /// Of samples that need not follow each other.
+    /// The figures on samples that need not follow each other.
     pub(crate) fn of_samples(model: &Learned, samples: &Trajectory) -> lagrangian::Result<Self> {
         let score = score_samples(model, samples)?;
         let assessment = Assessment::new(model, std::slice::from_ref(samples), &score);
@@ -43,7 +43,7 @@ impl Figures {
     }
 }
 
-/// The figures of a model on recordings, which are prepared as those that it was fitted to.
+/// The figures of a model on recordings, which are prepared like those that it was fitted to.
 #[pyfunction]
 pub(crate) fn score<'py>(
     py: Python<'py>,

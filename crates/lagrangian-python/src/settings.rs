@@ -48,7 +48,7 @@ pub(crate) fn training_settings() -> String {
     json!({ "training": table(SETTINGS), "rollout": table(ROLLOUT_SETTINGS) }).to_string()
 }
 
-/// The systems whose Lagrangian is known, with their parameters, as JSON.
+/// The systems with a known Lagrangian, with their parameters, as JSON.
 #[pyfunction]
 pub(crate) fn systems() -> String {
     let entry = |e: &lagrangian::analytic::SystemEntry| {

@@ -1,4 +1,4 @@
-//! What a sweep is named by: the hashes of its recordings, and of each of its fits.
+//! The names of a sweep: the hashes of its recordings, and of each of its fits.
 
 use lagrangian_run::Data;
 use pyo3::prelude::*;
@@ -8,7 +8,7 @@ use crate::files::value;
 use crate::fit::{Asked, Preparing};
 use crate::recording::recordings;
 
-/// The hashes of what recordings hold, whatever files they come from: an entry for each role.
+/// The hashes of the content of recordings, whatever files they come from: an entry for each role.
 #[pyfunction]
 pub(crate) fn content_hashes<'py>(
     training: &Bound<'py, PyAny>,
@@ -23,7 +23,7 @@ pub(crate) fn content_hashes<'py>(
     value(py, &py.detach(|| data.hashed()).hashes)
 }
 
-/// The name of the folder of a fit to recordings with these roles and hashes; refuses what a setting does not take.
+/// The name of the folder of a fit to recordings with these roles and hashes; refuses invalid values of settings.
 #[pyfunction]
 pub(crate) fn unit_name(
     py: Python<'_>,

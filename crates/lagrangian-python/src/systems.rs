@@ -1,4 +1,4 @@
-//! Systems that are known: by name, as robots, or as a function of Python; their simulation.
+//! Known systems: by name, as robots, or as a function of Python; their simulation.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -17,7 +17,7 @@ use crate::number::OwnSystem;
 use crate::recording::{coordinates, list};
 use crate::threads::interruptible;
 
-/// A system whose Lagrangian is known, by its name.
+/// A system with a known Lagrangian, by its name.
 #[pyfunction]
 pub(crate) fn system(
     py: Python<'_>,
@@ -55,7 +55,7 @@ pub(crate) fn robot(py: Python<'_>, urdf: &str, joints: Vec<String>) -> PyResult
     Ok(Model::new(ModelSource::DataFacts(Box::new(bodies))))
 }
 
-/// How a motion is integrated.
+/// The integration of a motion.
 #[derive(Debug, FromPyObject)]
 pub(crate) struct Integration {
     #[pyo3(item)]
@@ -95,7 +95,7 @@ impl Integration {
     }
 }
 
-/// What is simulated.
+/// The request of a simulation.
 #[derive(Debug, FromPyObject)]
 pub(crate) struct Asking {
     #[pyo3(item)]
@@ -120,7 +120,7 @@ pub(crate) struct Asking {
     seed: u64,
 }
 
-/// Recordings of a known system: the parts of each, and how each ended.
+/// Recordings of a known system: the parts of each, and the outcome of each.
 #[pyfunction]
 pub(crate) fn simulate<'py>(
     py: Python<'py>,

@@ -1,4 +1,4 @@
-//! The threads that fits and many rollouts run on.
+//! The threads of fits and of many rollouts.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
@@ -22,7 +22,7 @@ static THREADS: Mutex<Threads> = Mutex::new(Threads {
     pool: None,
 });
 
-/// More threads than this are a mistake.
+/// The largest accepted number of threads.
 const MOST: usize = 4096;
 
 /// Sets the number of threads of later fits and rollouts; 0 for one on each core.
@@ -38,10 +38,10 @@ pub(crate) fn set_threads(py: Python<'_>, count: usize) -> PyResult<()> {
     Ok(())
 }
 
-/// The time between two looks for Ctrl-C.
+/// The time between two checks for Ctrl-C.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 
-/// Runs `work` on the pool, while this thread calls `look` with each event that it sends, and now and then with none.
+/// Runs `work` on the pool, while this thread calls `look` with each event that it sends, and regularly without one.
 pub(crate) fn attended<E: Send, T: Send>(
     py: Python<'_>,
     work: impl FnOnce(Sender<E>) -> T + Send,
@@ -65,12 +65,12 @@ pub(crate) fn attended<E: Send, T: Send>(
 }
 
 thread_local! {
-    /// The request to end what this thread waits for; it outlives all that looks at it.
+    /// The request to end the work that this thread waits for; it outlives all that read it.
     static ENDED: &'static AtomicBool = Box::leak(Box::new(AtomicBool::new(false)));
 }
 
-/// Runs `work` on the pool while this thread looks for Ctrl-C and at the clock. When the time is up the work is asked to end with
-/// what it has; at Ctrl-C its result is dropped, and the exception raised.
+/// Runs `work` on the pool while this thread checks for Ctrl-C and the clock. When the time is up the work is asked to end with its
+/// present result; at Ctrl-C its result is dropped, and the exception raised.
 pub(crate) fn interruptible<T: Send>(
     py: Python<'_>,
     limit: Duration,
@@ -81,7 +81,7 @@ pub(crate) fn interruptible<T: Send>(
     let start = Instant::now();
     let mut pressed = None;
     let work = |events: Sender<()>| {
-        // It tells nothing but its end.
+        // The work sends no events; the end of the channel is its end.
         let _events = events;
         work(Stop::when(flag))
     };
@@ -96,7 +96,7 @@ pub(crate) fn interruptible<T: Send>(
     pressed.map_or(Ok(value), Err)
 }
 
-/// The pool of this process. A process that was forked has none of the threads of its parent, and gets its own.
+/// The pool of this process. A forked process has none of the threads of its parent, and gets a pool of its own.
 pub(crate) fn pool(py: Python<'_>) -> PyResult<Arc<ThreadPool>> {
     let mut threads = THREADS.lock().unwrap_or_else(PoisonError::into_inner);
     let own = std::process::id();
@@ -104,7 +104,7 @@ pub(crate) fn pool(py: Python<'_>) -> PyResult<Arc<ThreadPool>> {
         if *process == own {
             return Ok(Arc::clone(pool));
         }
-        // Its threads are not there, so that nobody could end them.
+        // Its threads do not exist in this process, so they cannot be ended.
         std::mem::forget(threads.pool.take());
     }
     let built = ThreadPoolBuilder::new()

@@ -1,4 +1,4 @@
-//! What the torques of a model are made of.
+//! The parts of the torques of a model.
 
 use lagrangian::torque::parts;
 use pyo3::prelude::*;
