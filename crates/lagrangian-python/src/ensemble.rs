@@ -231,7 +231,7 @@ pub(crate) fn fit<'py>(
     Ok((ensemble, summary))
 }
 
-/// Fits a model in a run folder, and an ensemble of models like it; both stand on its page.
+/// Fits a model in a run folder, and an ensemble of models like it; both are on its page.
 fn beside(
     py: Python<'_>,
     ready: PreparedFit,

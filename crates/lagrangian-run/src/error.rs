@@ -9,7 +9,7 @@ pub type Cause = Box<dyn StdError + Send + Sync>;
 /// The result of this crate.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// An error with its remedy. Settings and arguments stand in backticks, such as `out`, so that each frontend can write them as its
+/// An error with its remedy. Settings and arguments are in backticks, such as `out`, so that each frontend can write them as its
 /// users know them.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]

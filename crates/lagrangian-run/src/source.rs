@@ -22,7 +22,7 @@ pub struct ReadFile {
     pub hash: FileHash,
     /// The parts of the file that were read.
     pub source: Source,
-    /// The parts that its reader skipped and the choices that it made, in sentences for people; settings stand in backticks.
+    /// The parts that its reader skipped and the choices that it made, in sentences for people; settings are in backticks.
     pub told: Vec<String>,
 }
 

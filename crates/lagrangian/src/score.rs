@@ -252,7 +252,7 @@ pub fn time_for(samples: usize) -> Duration {
 /// Scores `model` on samples that need not follow each other: the errors of single samples, and no rollouts.
 ///
 /// # Errors
-/// As [`Trajectory::validate`], but for the times; [`crate::Error::Shape`] for samples of other degrees of freedom than the model.
+/// As [`Trajectory::validate`], except for the times; [`crate::Error::Shape`] for samples of other degrees of freedom than the model.
 pub fn score_samples(model: &dyn Model, samples: &Trajectory) -> Result<Score> {
     samples.validate()?;
     let (found, n) = (samples.dof(), model.coordinates().dof());

@@ -148,7 +148,7 @@ fn files_that_all_were_validated_on_are_the_default() {
         (&found["on"], &found["motions"]),
         (&"other.csv".into(), &8.into())
     );
-    // The same fit twice.
+    // One fit, given twice.
     assert_eq!(
         row(&found, "acceleration")["differences"][1]["finding"],
         "within"

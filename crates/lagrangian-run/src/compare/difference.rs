@@ -42,7 +42,7 @@ pub struct DataOverlap {
 }
 
 impl LoadedRun {
-    /// Those of the files with these hashes that the fit has used.
+    /// The files with these hashes that the fit has used.
     #[must_use]
     pub fn overlap(&self, hashes: &[String]) -> Vec<DataOverlap> {
         let known = self.files().into_iter();

@@ -86,7 +86,7 @@ impl Meter {
         self.options.smoke
     }
 
-    /// Whether this row was asked for.
+    /// Whether this row is selected.
     pub(crate) fn wants(&self, name: &str) -> bool {
         self.options.words.iter().all(|word| name.contains(word))
     }

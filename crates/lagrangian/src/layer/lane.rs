@@ -242,7 +242,7 @@ fn step(points: &[Point], (s, h): (usize, f64), g: &[f64], direct: &mut [f64]) -
     Some((lambda, None))
 }
 
-/// Those to the inputs u at which q̈ = f(x, u; θ), carried back by du = A⁻¹ (dq̈ − ∂f), A = ∂f/∂u; `None` where A is singular.
+/// Sensitivities at inputs u with q̈ = f(x, u; θ), by du = A⁻¹ (dq̈ − ∂f), A = ∂f/∂u; `None` where A is singular.
 fn force(point: &Point, (s, sizes): (usize, Sizes), g: &[f64], direct: &mut [f64]) -> Carried {
     let (n, d) = (sizes.n, sizes.state());
     let mut a = point.by_input[s * n * n..][..n * n].to_vec();

@@ -63,7 +63,7 @@ pub struct Header {
     /// Dissipation that was learned or given, where there is one.
     #[serde(default, skip_serializing_if = "Value::is_null")]
     pub dissipation: Value,
-    /// Gains and offsets that were learned or given, where there are any.
+    /// Gains and offsets that were learned or given, where they exist.
     #[serde(default, skip_serializing_if = "Value::is_null")]
     pub actuation: Value,
     /// The nominal model beneath the network, where there is one.

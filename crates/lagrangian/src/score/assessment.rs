@@ -314,7 +314,7 @@ fn of_inertia(spectrum: Spectrum) -> Option<Reason> {
             "its mass matrix is not positive definite everywhere: smallest eigenvalue {smallest:.2e}"
         );
         let remedy = "choose a family whose mass matrix is positive definite by construction, such as chain or delan";
-        // Of a free Lagrangian the sign is arbitrary, and an indefinite M can still move rightly.
+        // The sign of a free Lagrangian is arbitrary, and an indefinite M can still move rightly.
         return Some(Reason::new(Grade::Fair, finding, remedy));
     }
     (scaled < NEARLY_SINGULAR).then(|| {

@@ -200,7 +200,7 @@ impl Score {
         Some(self.judged(nmse))
     }
 
-    /// The error of the acceleration of coordinate `i`; where friction and noise hide inertia, it cannot be predicted.
+    /// The error of the acceleration of coordinate `i`; it cannot be predicted where friction and noise hide inertia.
     #[must_use]
     pub fn judged_acceleration(&self, i: usize, assessment: &Assessment) -> Option<Judgement> {
         let nmse = *self.acceleration.as_ref()?.nmse.get(i)?;

@@ -8,7 +8,7 @@ use lagrangian_motion::Trajectory;
 
 /// The largest number of samples that are examined.
 const SAMPLES: usize = 10_000;
-/// Of the samples of a motion like those that were fitted, at most this part lies outside.
+/// The largest part of the samples outside for a motion like the fitted ones.
 const USUAL: f64 = 0.05;
 
 /// The distance of motions from the states that the data of a model [visited](crate::Visited).

@@ -390,7 +390,7 @@ impl Forces {
         let mut force = if gains { 0.0 } else { -drive.tau[i] };
         for (k, (term, slope)) in self.terms.iter().zip(slopes).enumerate() {
             let parameter = extra[k * n + i];
-            // Terms are linear in their parameter but for the two speeds, which add no force themselves.
+            // Terms are linear in their parameter except for the two speeds, which add no force themselves.
             let (by_parameter, linear) = match *term {
                 Term::Viscous => (self.tau[i] / self.qd[i] * drive.qd, true),
                 Term::Coulomb => (self.tau[i] * sign, true),
