@@ -88,7 +88,7 @@ impl Coordinates {
     /// Checks that all `rates` (`[m, n]`, velocities or accelerations) of parameters are 0.
     ///
     /// # Errors
-    /// [`Error::Argument`](crate::Error::Argument), which names the coordinate.
+    /// [`Error::Moves`](crate::Error::Moves), which names the coordinate.
     pub fn check_parameters(&self, what: &str, rates: &[f64]) -> crate::Result<()> {
         let n = self.dof();
         for i in self.parameters() {

@@ -23,7 +23,7 @@ pub(crate) enum ModelSource {
     /// A fitted model, and its origin.
     Learned(Learned, Provenance),
     /// A system whose Lagrangian is known.
-    DataFacts(Box<dyn AnalyticModel>),
+    Known(Box<dyn AnalyticModel>),
     /// A system whose Lagrangian is a function of Python.
     Own(OwnSystem),
 }
@@ -32,7 +32,7 @@ impl ModelSource {
     pub(crate) fn model(&self) -> &dyn lagrangian::Model {
         match self {
             Self::Learned(model, _) => model,
-            Self::DataFacts(system) => &**system,
+            Self::Known(system) => &**system,
             Self::Own(system) => system,
         }
     }
@@ -41,7 +41,7 @@ impl ModelSource {
     pub(crate) fn system(&self) -> Option<&dyn AnalyticModel> {
         match self {
             Self::Learned(..) => None,
-            Self::DataFacts(system) => Some(&**system),
+            Self::Known(system) => Some(&**system),
             Self::Own(system) => Some(system),
         }
     }

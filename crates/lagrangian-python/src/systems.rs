@@ -25,7 +25,7 @@ pub(crate) fn system(
     parameters: Vec<(String, f64)>,
 ) -> PyResult<Model> {
     let given: Vec<(&str, f64)> = parameters.iter().map(|(n, x)| (n.as_str(), *x)).collect();
-    Ok(Model::new(ModelSource::DataFacts(
+    Ok(Model::new(ModelSource::Known(
         by_name(name, &given).or_raise(py)?,
     )))
 }
@@ -52,7 +52,7 @@ pub(crate) fn robot(py: Python<'_>, urdf: &str, joints: Vec<String>) -> PyResult
     let text = rigid::example(urdf).unwrap_or(urdf);
     let config = RobotConfig::new(text, joints).or_raise(py)?;
     let bodies = RigidBodies::with_joints(&config.urdf, &config.joints).or_raise(py)?;
-    Ok(Model::new(ModelSource::DataFacts(Box::new(bodies))))
+    Ok(Model::new(ModelSource::Known(Box::new(bodies))))
 }
 
 /// The integration of a motion.

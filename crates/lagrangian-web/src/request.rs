@@ -69,7 +69,7 @@ pub(crate) enum By {
     /// A known system.
     System(String),
     /// A known system with some of its parameters set.
-    DataFacts(Named),
+    Known(Named),
     /// The fitted model.
     Fitted,
     /// The model that was loaded.

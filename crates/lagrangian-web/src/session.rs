@@ -216,7 +216,7 @@ impl Session {
     fn with<T>(&self, by: &By, then: impl FnOnce(&dyn Model) -> Result<T>) -> Result<T> {
         match by {
             By::System(name) => then(&*Named::from(&**name).build()?),
-            By::DataFacts(named) => then(&*named.build()?),
+            By::Known(named) => then(&*named.build()?),
             By::Fitted => then(self.fitting()?.model()?),
             By::Loaded => then(self.loaded.as_ref().ok_or(Error::Missing {
                 what: "model",
