@@ -26,7 +26,7 @@ pub(crate) fn check<'py>(
     json(py, &findings(&report))
 }
 
-/// The verdict, all items, and the indices of those that are shown.
+/// The verdict, all items, and the items that are shown.
 pub(crate) fn findings(report: &CheckReport) -> Value {
     object!({ "verdict": report.verdict(), "items": report.items, "shown": report.shown() })
 }

@@ -219,7 +219,7 @@ pub(crate) trait Trainable: Send + Sync {
 
 #[cfg(test)]
 impl dyn Trainable + '_ {
-    /// Gives the rates to `f`.
+    /// Passes the learner of the rates to `f`.
     pub(crate) fn with_flow<R>(&self, f: impl FnOnce(&dyn Learner<f64>) -> R) -> R {
         f(&*self.learner(Residuals::OfRates))
     }

@@ -55,7 +55,7 @@ pub trait FittedModel: Model + Any + Debug {
         None
     }
 
-    /// The robot whose joints the coordinates are, where the model knows one.
+    /// The robot whose joints are the coordinates, where the model has one.
     fn robot(&self) -> Option<&RigidBodies> {
         FittedModel::nominal(self)
     }
@@ -487,7 +487,7 @@ impl Learned {
         FittedModel::nominal(&*self.model)
     }
 
-    /// The robot whose joints the coordinates are, where the model knows one: identified, or beneath it.
+    /// The robot whose joints are the coordinates, where the model has one: identified, or nominal.
     #[must_use]
     pub fn robot(&self) -> Option<&RigidBodies> {
         self.model.robot()

@@ -78,7 +78,7 @@ impl Linearisation {
     }
 }
 
-/// Sensitivities on their way back from the loss.
+/// Sensitivities during back-propagation from the loss.
 pub(crate) struct Adjoint<T> {
     /// ∂loss/∂r of one sample, `[m]`.
     pub(crate) slope: Vec<f64>,
@@ -101,7 +101,7 @@ pub(crate) struct Mechanics {
     pub(crate) scratch: Vec<f64>,
 }
 
-/// The memory of a family between the passes of a block, of a type that the family alone knows.
+/// The memory of a family between the passes of a block, of a type that is private to the family.
 #[derive(Default)]
 pub(crate) struct FamilyScratch(Option<Box<dyn Any + Send + Sync>>);
 
@@ -347,7 +347,7 @@ impl<'a, T: Real> dyn Learner<T> + 'a {
         let facts = self.facts();
         output / facts.points % facts.dof
     }
-    /// The residuals of a sample that count, as those of parameters weigh nothing.
+    /// The number of residuals of a sample that have weight; those of parameters have none.
     pub(crate) fn counted(&self) -> usize {
         let LearnerShape {
             residuals, weights, ..

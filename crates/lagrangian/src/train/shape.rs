@@ -8,7 +8,7 @@ use serde::de::DeserializeOwned;
 use lagrangian_motion::{Coordinates, Result};
 use nets::Net;
 
-/// All of a network but its weights.
+/// The shape of a network, without its weights.
 pub trait NetworkShape: Debug + Clone + Send + Sync {
     /// The sizes of the network.
     type Config: Clone + Serialize + DeserializeOwned;

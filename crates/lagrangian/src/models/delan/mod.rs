@@ -160,7 +160,7 @@ impl DelanConfig {
 /// ```
 pub type Delan = Network<DelanShape>;
 
-/// All of a [`Delan`] but its weights.
+/// The shape of a [`Delan`], without its weights.
 #[derive(Debug, Clone)]
 pub struct DelanShape {
     pub(crate) coordinates: Coordinates,

@@ -118,7 +118,7 @@ const KINETIC: f64 = 1.0;
 /// ```
 pub type Hnn = Network<HnnShape>;
 
-/// All of an [`Hnn`] but its weights. The velocities of the scaling are those of p.
+/// The shape of an [`Hnn`], without its weights. The velocities of the scaling are those of p.
 #[derive(Debug, Clone)]
 pub struct HnnShape {
     pub(crate) config: HnnConfig,

@@ -158,7 +158,7 @@ impl LnnConfig {
 /// Angles enter as cos and sin. The network is in double precision.
 pub type Lnn = Network<LnnShape>;
 
-/// All of an [`Lnn`] but its weights.
+/// The shape of an [`Lnn`], without its weights.
 #[derive(Debug, Clone)]
 pub struct LnnShape {
     pub(crate) coordinates: Coordinates,

@@ -83,7 +83,7 @@ impl MlpScaling {
     }
 }
 
-/// All of an [`Mlp`] but its weights.
+/// The shape of an [`Mlp`], without its weights.
 #[derive(Debug, Clone)]
 pub struct MlpShape {
     pub(crate) coordinates: Coordinates,

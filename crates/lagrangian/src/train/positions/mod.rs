@@ -54,7 +54,7 @@ pub(crate) struct Points {
     /// α and β.
     pub(crate) momentum: Vec<f64>,
     pub(crate) slope: Vec<f64>,
-    /// a on its way to â, B, B at a neighbour, `[samples, n]`.
+    /// a during the iteration to â, B, and B at a neighbour, `[samples, n]`.
     a: Vec<f64>,
     balance: Vec<f64>,
     beside: Vec<f64>,

@@ -35,7 +35,7 @@ const RIDGE: f64 = 1e-6;
 /// The number of rounds of weighting the joints by their residuals.
 const ROUNDS: usize = 3;
 /// The logarithm of a mean square residual that is nearly as good: 5 %, for which a stronger prior, and a better conditioned
-/// mass matrix, are worth having.
+/// mass matrix, are preferable.
 const NEARLY: f64 = 0.05;
 /// An eigenvalue of the regressor's sums, in parts of the largest, below which a combination of parameters has no effect.
 const NO_EFFECT: f64 = 1e-9;
