@@ -19,15 +19,15 @@ const INSIDE: f64 = 0.95;
 const MARGIN: f64 = 0.1;
 /// Widest gap between samples of an angle that has visited the whole circle, rad.
 const WIDEST_GAP: f64 = 0.5;
-/// Minimum scale of an axis, in parts of the largest value of all coordinates, or of all velocities: an axis that never moved is known
+/// Minimum scale of an axis, relative to the largest value of all coordinates, or of all velocities: an axis that never moved is known
 /// at one value.
 const LEAST: f64 = 1e-3;
 
 /// The states (q, q̇) that the data of a fit visited: the range of each axis, and representatives near to the visited states.
 ///
-/// A state lies *outside* where its [`distance`](Self::distance) exceeds 1: farther from all representatives than a fifth of the samples
-/// is from those of the others (19 of 20 of them), or beyond the range of a coordinate or velocity by a tenth of that range. Distances are
-/// in deviations of each axis; an angle is compared on the circle. The velocities of parameters do not count.
+/// A state is *outside* if its [`distance`](Self::distance) exceeds 1. It is then farther from all representatives than 95 % of the
+/// samples are from those of the other four fifths, or exceeds the range of a coordinate or velocity by more than a tenth. Distances
+/// are in deviations of each axis; an angle is compared on the circle. The velocities of parameters are ignored.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Visited {
@@ -124,7 +124,7 @@ impl Visited {
     /// Distance of a state from those that were visited, 1 at the border. NaN for a state that is not finite.
     ///
     /// # Panics
-    /// Where `q` and `qd` do not have the length of the coordinates, which must be those of [`Visited::of`].
+    /// If `q` and `qd` do not have the length of the coordinates, which must be those of [`Visited::of`].
     #[must_use]
     pub fn distance(&self, coordinates: &Coordinates, q: &[f64], qd: &[f64]) -> f64 {
         let state: Vec<f64> = q.iter().chain(qd).copied().collect();

@@ -54,8 +54,8 @@ pub struct PayloadSource<'a> {
     pub config: PayloadConfig,
     /// Link that carries the payload.
     pub link: &'a str,
-    /// Time of the first estimate, s from the start of the motion: a learned model has to know
-    /// the robot first.
+    /// Time of the first estimate, s from the start of the motion: a learned model must first
+    /// fit the robot.
     pub from: f64,
 }
 

@@ -62,7 +62,7 @@ pub enum Operation {
     Choose(Id, Id, Id),
     /// The sum of all numbers.
     Sum(Id),
-    /// A slice with the length of the vector, from this index on.
+    /// A slice of another vector from this index on, of the length of this one.
     Slice(Id, usize),
     /// Vectors joined end to end.
     Join(Rc<[Id]>),
@@ -210,7 +210,7 @@ impl Graph {
     /// A matrix for products, row by row.
     ///
     /// # Panics
-    /// Where there are not `rows × columns` numbers.
+    /// For another number of values than `rows × columns`.
     pub fn matrix(&self, rows: usize, columns: usize, values: &[f64]) -> usize {
         assert_eq!(values.len(), rows * columns, "a matrix of all its numbers");
         let mut matrices = self.matrices.borrow_mut();

@@ -17,7 +17,7 @@ const SETS: usize = 64;
 /// finite. A joint that its friction holds has v = 0 exactly; lᵢ = 0 is a joint without friction, lᵢ = ∞ one that
 /// does not move.
 ///
-/// The same problem is the linear complementarity problem with bounds of Moreau (1988) and of Stewart and Trinkle (1996), with
+/// This problem is the linear complementarity problem with bounds of Moreau (1988) and of Stewart and Trinkle (1996), with
 /// M⁻¹ as the matrix from friction to velocities.
 #[derive(Debug, Clone)]
 pub struct DrySolver<T = f64> {

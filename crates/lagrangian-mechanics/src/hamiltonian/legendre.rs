@@ -9,7 +9,7 @@ use lagrangian_motion::solve::{SymmetricSolver, dot};
 
 /// Hamiltonian of a Lagrangian; velocities from momenta by Newton's method.
 ///
-/// Where L is convex in q̇, each momentum has at most one velocity; where it has none, or the search does not
+/// Where L is convex in q̇, each momentum has at most one velocity. If it has no velocity, or the search does not
 /// find it, all derivatives are NaN.
 ///
 /// ```

@@ -350,7 +350,7 @@ pub enum Ending {
 pub enum Failure {
     /// The state or its derivative became NaN or infinite.
     NotFinite,
-    /// The error estimate asked for steps below rounding: a singularity, or tolerances below rounding.
+    /// The error estimate required steps below rounding: a singularity, or tolerances below rounding.
     StepTooSmall,
     /// The equation of an implicit step was not solved: take a smaller step.
     NotConverged,

@@ -7,8 +7,8 @@ use lagrangian_motion::{Coordinates, Error, Result};
 
 /// `L = L_known + L_rest`, of the same coordinates (theory.md, 48). All derivatives of L in the Euler–Lagrange
 /// equation are sums too, M and c among them.
+///
 /// A learned rest can be limited to the states that its data [visited](Self::within): beyond them the motion is that of the
-/// A rest that was learned can be limited to the states that its data [visited](Self::within): beyond them the motion is that of the
 /// known Lagrangian alone (theory.md, 132).
 #[derive(Debug, Clone)]
 pub struct Sum<A, B> {

@@ -158,11 +158,11 @@ pub struct Minimum {
     pub values: Vec<f64>,
     /// Minimum of the function.
     pub cost: f64,
-    /// Half of the Hessian, `[K, K]`: the information of data and prior, in parts of the variance of a residual.
+    /// Half of the Hessian, `[K, K]`: the information of data and prior, in units of the variance of a residual.
     pub information: Mat<f64>,
 }
 
-/// Half of the Hessian of the minimised function, `[K, K]`, at `values`: the information of data and prior, in parts of the
+/// Half of the Hessian of the minimised function, `[K, K]`, at `values`: the information of data and prior, in units of the
 /// variance of a residual.
 pub(crate) fn information(
     data: &Quadratic,

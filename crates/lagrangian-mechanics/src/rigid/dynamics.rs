@@ -41,7 +41,7 @@ impl Default for Moving {
 
 /// Evaluates the dynamics of [`RigidBodies`]; owns its memory, so that no call allocates. One per thread.
 ///
-/// The arrays of its own methods are those of one state, `[n]`.
+/// The arrays of its inherent methods are those of one state, `[n]`.
 #[derive(Debug, Clone)]
 pub struct RigidDynamics<'a> {
     pub(super) robot: &'a RigidBodies,

@@ -5,12 +5,12 @@
 //! | π | inertial parameters of the load | 10 |
 //! | A, b | Σ Yᵀ W Y and Σ Yᵀ W τ over samples | 10 × 10, 10 |
 //! | J(π), J₀ | pseudo-inertia of the load, and of the prior | 4 × 4 |
+//!
 //! The minimised function is f(π) = ½ πᵀ A π − bᵀ π + tr(J₀⁻¹ J) − log det J: the convex function of `consistent` for one body
 //! whose torques are measured in units of their noise. Its barrier −log det J is self-concordant, so that a Newton step s of
 //! the length 1 / (1 + λ), with λ² = sᵀ B s for the Hessian B of the barrier, lowers f and never leaves the set of possible
 //! bodies (Nesterov, Nemirovskii, *Interior-Point Polynomial Algorithms in Convex Programming*, 1994, chapter 2). A line
 //! search is not needed, and each step costs the same.
-//! search for a length, and each step costs the same.
 
 use super::consistent::{UNITS, inverse_of, times, trace, transposed};
 use super::load::{LoadParameters, is_body};

@@ -274,7 +274,7 @@ fn column<I: Isa, T: Real, const P: usize>(
     let tall = I::TILE_ROWS >= 4;
     while r < end {
         let left = end - r;
-        // SAFETY: `check` has seen that all rows, panels and terms are inside the slices.
+        // SAFETY: `check` has verified that all rows, panels and terms are inside the slices.
         r += unsafe {
             match left {
                 // Avoids a single last row, whose only sum would wait for itself.

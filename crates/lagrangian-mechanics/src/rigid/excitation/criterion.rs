@@ -104,7 +104,7 @@ impl IdentificationTarget<'_> {
     }
 }
 
-/// Σ x xᵀ/m of the columns 1, q, q̇ and q̈, in parts of their bounds.
+/// Σ x xᵀ/m of the columns 1, q, q̇ and q̈, in units of their bounds.
 fn linear(states: &Samples, bounds: &[Bounds]) -> Mat<f64> {
     let n = bounds.len();
     let x = Mat::from_fn(states.len(), 1 + 3 * n, |s, k| {

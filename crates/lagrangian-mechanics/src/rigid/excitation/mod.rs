@@ -42,7 +42,7 @@ pub struct ExcitationConfig {
     pub harmonics: usize,
     /// Fraction of each limit that is used.
     pub margin: f64,
-    /// Deviation of the noise of the torques, in parts of the limits of effort; where these are not known, of the root mean
+    /// Deviation of the noise of the torques, relative to the limits of effort or, without these, to the root mean
     /// squares of the torques.
     pub noise: f64,
     /// Number of random motions that the search begins with.
