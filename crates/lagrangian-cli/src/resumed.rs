@@ -47,7 +47,7 @@ fn refuse_settings(given: &FitArgs) -> Result<()> {
     match difference(&plain, &given) {
         None => Ok(()),
         Some(change) => Err(mistake(
-            format!("--resume goes on with the settings of the run, but {change}"),
+            format!("--resume continues with the settings of the run, but {change}"),
             "omit all flags but --out and --resume, or restart with --force",
         )),
     }

@@ -250,8 +250,7 @@ fn beside(
     let fitted = watched(py, callback, fit)?.or_raise(py)?;
     assessed(py, &fitted, Some(place))?;
     fitted.ensemble.ok_or_else(|| {
-        let message =
-            "the fit was interrupted before the ensemble began: resume=True goes on with it";
+        let message = "the fit was interrupted before the ensemble began: resume=True continues it";
         invalid(py, message)
     })
 }

@@ -103,7 +103,7 @@ pub(crate) fn report(py: Python<'_>, run: PathBuf) -> PyResult<(PathBuf, String)
     if !page.is_file() {
         let message = match folder.file(MODEL).is_file() {
             true => "its page is missing: `lagrangian report` makes it again from the data",
-            false => "the run has not ended: fit with run= and resume=True goes on with it",
+            false => "the run has not ended: fit with run= and resume=True continues it",
         };
         return Err(invalid(py, format!("'{}': {message}", run.display())));
     }

@@ -264,7 +264,7 @@ fn no_model_of_data_in_doubt_is_called_good_and_none_is_validated_on_what_it_is_
     let fit = bench.run("fit data.npz data.npz --steps 20 --out twice --json");
     assert_ne!(fit.json()["verdict"], "good", "{}", fit.stderr);
     let reasons = fit.json()["assessment"]["reasons"].to_string();
-    assert!(reasons.contains("in doubt: repeated"), "{reasons}");
+    assert!(reasons.contains("look wrong: repeated"), "{reasons}");
     let message = bench.refuse("fit data.npz --validate data.npz --out run");
     assert!(
         message.contains("validation motion") && message.contains("hint"),

@@ -56,7 +56,7 @@ fn forwards(assessment: &Assessment) -> Table {
         ]
     };
     Table::new(
-        "From torques to accelerations: where the inertial torque is less than what is not explained, nobody can predict the acceleration.",
+        "From torques to accelerations: where the inertial torque is less than what is not explained, the acceleration cannot be predicted.",
         &[
             "joint",
             "inertia, of the torque's variance",

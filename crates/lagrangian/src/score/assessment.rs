@@ -91,7 +91,7 @@ impl Assessment {
     pub fn of_checked(self, check: &CheckReport) -> Self {
         let mut doubts: Vec<Reason> = Vec::new();
         for item in check.items.iter().filter(|item| item.doubtful) {
-            let finding = format!("the data are in doubt: {}: {}", item.name, item.finding);
+            let finding = format!("the data look wrong: {}: {}", item.name, item.finding);
             let remedy = item.remedy.clone().unwrap_or_default();
             // One of a kind is enough: the check has all of them.
             if !doubts.iter().any(|r| r.remedy == remedy) {
@@ -286,7 +286,7 @@ fn of_driven(joints: &[Forward]) -> Option<Reason> {
         names.join(", ")
     };
     if predictable.is_empty() {
-        let finding = "inertia makes up less of the torques than what stays unexplained: it predicts torques, but nobody can predict accelerations from these motions";
+        let finding = "inertia makes up less of the torques than what stays unexplained: it predicts torques, but accelerations cannot be predicted from these motions";
         let remedy = "use it for inverse dynamics alone, or record faster motions";
         return Some(Reason::new(Grade::Fair, finding, remedy));
     }

@@ -213,7 +213,7 @@ impl Score {
             .get(i)
             .is_some_and(|joint| nmse.is_finite() && !joint.predictable)
         {
-            let why = "below the noise: inertia is less of the torque than what stays unexplained, so that nobody can predict it";
+            let why = "below the noise: inertia is less of the torque than what stays unexplained, so that it cannot be predicted";
             return Some(Judgement::new(Grade::Fair, why));
         }
         Some(self.judged(nmse))

@@ -135,7 +135,7 @@ impl Checkpoint {
             return Err(refused("its damping is no positive number"));
         }
         if fits && (self.best.is_nan() || !(self.seconds.is_finite() && self.seconds >= 0.0)) {
-            return Err(refused("its loss or its clock is no number"));
+            return Err(refused("its loss or its clock is not a number"));
         }
         if fits {
             return Ok(self);

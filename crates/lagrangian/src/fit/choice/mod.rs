@@ -205,7 +205,7 @@ impl Request {
         let given = present(&self.rollout);
         match given.keys().next() {
             Some(name) if loss != Loss::ROLLOUT => Err(Error::setting(
-                format!("`{name}` is no setting of the loss {}", loss.name()),
+                format!("`{name}` is not a setting of the loss {}", loss.name()),
                 "omit it, or take `loss` rollout",
             )),
             _ => read("the rollout loss", &self.rollout, ROLLOUT_SETTINGS),
@@ -266,7 +266,7 @@ pub(crate) fn foreign(name: &str, family: &str) -> Error {
         true => "omit it".into(),
         false => format!("omit it, or take `family` {}", others.join(" or ")),
     };
-    Error::setting(format!("`{name}` is no setting of {family}"), remedy)
+    Error::setting(format!("`{name}` is not a setting of {family}"), remedy)
 }
 
 const OPTIMIZER: &str = "optimizer";
