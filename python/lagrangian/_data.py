@@ -67,7 +67,7 @@ def read(
         actuated: Coordinates that the forces act on, where these are fewer.
         units: Units of coordinates that are not angles.
         degrees: Whether angles and their rates are in degrees.
-        every: Keep every so many rows.
+        every: The number of rows of which one is kept.
         topic: The topic of a bag.
         layout: The text of a layout file, such as the attribute ``layout`` of other trajectories; the arguments above go before it, and
             it before the file beside the data.

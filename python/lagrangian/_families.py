@@ -12,8 +12,8 @@ from ._estimators import Estimator
 
 #: What every fit has beside the settings of its family, of the training and of the rollout loss.
 COMMON: dict[str, tuple[Any, str]] = {
-    "steps": (None, "End after so many steps; the same seed then gives the same bits."),
-    "seconds": (None, "End after so many seconds, 60 by default."),
+    "steps": (None, "The number of steps; the same seed then gives the same bits."),
+    "seconds": (None, "The number of seconds, 60 by default."),
     "seed": (0, "Seed of weights, split and batches."),
     "validate_fraction": (0.2, "Part of the data that is held back for validation, where no other is given."),
     "smooth": (False, "Smooth measured q and q̇ over windows that are chosen from the data."),

@@ -49,8 +49,8 @@ class Best(Estimator):
         starts: Start each segment at the recorded state, or at one that is learned with the weights (noisy data). One of ``recorded``, ``free``. Default: recorded.
         growth: Part of the fit in which the horizon grows from 1. A number 0 or above, at most 0.9. Default: 0.5.
         warm_start: Part of the fit in which accelerations are fitted first. A number 0 or above, at most 0.9. Default: 0.
-        steps: End after so many steps; the same seed then gives the same bits.
-        seconds: End after so many seconds, 60 by default.
+        steps: The number of steps; the same seed then gives the same bits.
+        seconds: The number of seconds, 60 by default.
         seed: Seed of weights, split and batches.
         validate_fraction: Part of the data that is held back for validation, where no other is given.
         smooth: Smooth measured q and q̇ over windows that are chosen from the data.
@@ -187,8 +187,8 @@ class Lnn(Estimator):
         starts: Start each segment at the recorded state, or at one that is learned with the weights (noisy data). One of ``recorded``, ``free``. Default: recorded.
         growth: Part of the fit in which the horizon grows from 1. A number 0 or above, at most 0.9. Default: 0.5.
         warm_start: Part of the fit in which accelerations are fitted first. A number 0 or above, at most 0.9. Default: 0.
-        steps: End after so many steps; the same seed then gives the same bits.
-        seconds: End after so many seconds, 60 by default.
+        steps: The number of steps; the same seed then gives the same bits.
+        seconds: The number of seconds, 60 by default.
         seed: Seed of weights, split and batches.
         validate_fraction: Part of the data that is held back for validation, where no other is given.
         smooth: Smooth measured q and q̇ over windows that are chosen from the data.
@@ -300,8 +300,8 @@ class Delan(Estimator):
         starts: Start each segment at the recorded state, or at one that is learned with the weights (noisy data). One of ``recorded``, ``free``. Default: recorded.
         growth: Part of the fit in which the horizon grows from 1. A number 0 or above, at most 0.9. Default: 0.5.
         warm_start: Part of the fit in which accelerations are fitted first. A number 0 or above, at most 0.9. Default: 0.
-        steps: End after so many steps; the same seed then gives the same bits.
-        seconds: End after so many seconds, 60 by default.
+        steps: The number of steps; the same seed then gives the same bits.
+        seconds: The number of seconds, 60 by default.
         seed: Seed of weights, split and batches.
         validate_fraction: Part of the data that is held back for validation, where no other is given.
         smooth: Smooth measured q and q̇ over windows that are chosen from the data.
@@ -408,8 +408,8 @@ class Vin(Estimator):
         starts: Start each segment at the recorded state, or at one that is learned with the weights (noisy data). One of ``recorded``, ``free``. Default: recorded.
         growth: Part of the fit in which the horizon grows from 1. A number 0 or above, at most 0.9. Default: 0.5.
         warm_start: Part of the fit in which accelerations are fitted first. A number 0 or above, at most 0.9. Default: 0.
-        steps: End after so many steps; the same seed then gives the same bits.
-        seconds: End after so many seconds, 60 by default.
+        steps: The number of steps; the same seed then gives the same bits.
+        seconds: The number of seconds, 60 by default.
         seed: Seed of weights, split and batches.
         validate_fraction: Part of the data that is held back for validation, where no other is given.
         smooth: Smooth measured q and q̇ over windows that are chosen from the data.
@@ -517,8 +517,8 @@ class Hnn(Estimator):
         starts: Start each segment at the recorded state, or at one that is learned with the weights (noisy data). One of ``recorded``, ``free``. Default: recorded.
         growth: Part of the fit in which the horizon grows from 1. A number 0 or above, at most 0.9. Default: 0.5.
         warm_start: Part of the fit in which accelerations are fitted first. A number 0 or above, at most 0.9. Default: 0.
-        steps: End after so many steps; the same seed then gives the same bits.
-        seconds: End after so many seconds, 60 by default.
+        steps: The number of steps; the same seed then gives the same bits.
+        seconds: The number of seconds, 60 by default.
         seed: Seed of weights, split and batches.
         validate_fraction: Part of the data that is held back for validation, where no other is given.
         smooth: Smooth measured q and q̇ over windows that are chosen from the data.
@@ -626,8 +626,8 @@ class Mlp(Estimator):
         starts: Start each segment at the recorded state, or at one that is learned with the weights (noisy data). One of ``recorded``, ``free``. Default: recorded.
         growth: Part of the fit in which the horizon grows from 1. A number 0 or above, at most 0.9. Default: 0.5.
         warm_start: Part of the fit in which accelerations are fitted first. A number 0 or above, at most 0.9. Default: 0.
-        steps: End after so many steps; the same seed then gives the same bits.
-        seconds: End after so many seconds, 60 by default.
+        steps: The number of steps; the same seed then gives the same bits.
+        seconds: The number of seconds, 60 by default.
         seed: Seed of weights, split and batches.
         validate_fraction: Part of the data that is held back for validation, where no other is given.
         smooth: Smooth measured q and q̇ over windows that are chosen from the data.
@@ -724,8 +724,8 @@ class NeuralOde(Estimator):
         starts: Start each segment at the recorded state, or at one that is learned with the weights (noisy data). One of ``recorded``, ``free``. Default: recorded.
         growth: Part of the fit in which the horizon grows from 1. A number 0 or above, at most 0.9. Default: 0.5.
         warm_start: Part of the fit in which accelerations are fitted first. A number 0 or above, at most 0.9. Default: 0.
-        steps: End after so many steps; the same seed then gives the same bits.
-        seconds: End after so many seconds, 60 by default.
+        steps: The number of steps; the same seed then gives the same bits.
+        seconds: The number of seconds, 60 by default.
         seed: Seed of weights, split and batches.
         validate_fraction: Part of the data that is held back for validation, where no other is given.
         smooth: Smooth measured q and q̇ over windows that are chosen from the data.
@@ -822,8 +822,8 @@ class Rigid(Estimator):
         starts: Start each segment at the recorded state, or at one that is learned with the weights (noisy data). One of ``recorded``, ``free``. Default: recorded.
         growth: Part of the fit in which the horizon grows from 1. A number 0 or above, at most 0.9. Default: 0.5.
         warm_start: Part of the fit in which accelerations are fitted first. A number 0 or above, at most 0.9. Default: 0.
-        steps: End after so many steps; the same seed then gives the same bits.
-        seconds: End after so many seconds, 60 by default.
+        steps: The number of steps; the same seed then gives the same bits.
+        seconds: The number of seconds, 60 by default.
         seed: Seed of weights, split and batches.
         validate_fraction: Part of the data that is held back for validation, where no other is given.
         smooth: Smooth measured q and q̇ over windows that are chosen from the data.
@@ -918,8 +918,8 @@ class Chain(Estimator):
         starts: Start each segment at the recorded state, or at one that is learned with the weights (noisy data). One of ``recorded``, ``free``. Default: recorded.
         growth: Part of the fit in which the horizon grows from 1. A number 0 or above, at most 0.9. Default: 0.5.
         warm_start: Part of the fit in which accelerations are fitted first. A number 0 or above, at most 0.9. Default: 0.
-        steps: End after so many steps; the same seed then gives the same bits.
-        seconds: End after so many seconds, 60 by default.
+        steps: The number of steps; the same seed then gives the same bits.
+        seconds: The number of seconds, 60 by default.
         seed: Seed of weights, split and batches.
         validate_fraction: Part of the data that is held back for validation, where no other is given.
         smooth: Smooth measured q and q̇ over windows that are chosen from the data.
@@ -1011,8 +1011,8 @@ class Features(Estimator):
         starts: Start each segment at the recorded state, or at one that is learned with the weights (noisy data). One of ``recorded``, ``free``. Default: recorded.
         growth: Part of the fit in which the horizon grows from 1. A number 0 or above, at most 0.9. Default: 0.5.
         warm_start: Part of the fit in which accelerations are fitted first. A number 0 or above, at most 0.9. Default: 0.
-        steps: End after so many steps; the same seed then gives the same bits.
-        seconds: End after so many seconds, 60 by default.
+        steps: The number of steps; the same seed then gives the same bits.
+        seconds: The number of seconds, 60 by default.
         seed: Seed of weights, split and batches.
         validate_fraction: Part of the data that is held back for validation, where no other is given.
         smooth: Smooth measured q and q̇ over windows that are chosen from the data.
@@ -1107,8 +1107,8 @@ class Servo(Estimator):
         starts: Start each segment at the recorded state, or at one that is learned with the weights (noisy data). One of ``recorded``, ``free``. Default: recorded.
         growth: Part of the fit in which the horizon grows from 1. A number 0 or above, at most 0.9. Default: 0.5.
         warm_start: Part of the fit in which accelerations are fitted first. A number 0 or above, at most 0.9. Default: 0.
-        steps: End after so many steps; the same seed then gives the same bits.
-        seconds: End after so many seconds, 60 by default.
+        steps: The number of steps; the same seed then gives the same bits.
+        seconds: The number of seconds, 60 by default.
         seed: Seed of weights, split and batches.
         validate_fraction: Part of the data that is held back for validation, where no other is given.
         smooth: Smooth measured q and q̇ over windows that are chosen from the data.

@@ -65,7 +65,7 @@ class LagrangianWarning(UserWarning):
 
 
 class FitWarning(LagrangianWarning):
-    """A fit has ended with a model that must not be used, or the data are in doubt."""
+    """A fit has ended with a model that must not be used, or the data look wrong."""
 
 
 class FitInterrupted(FitWarning):

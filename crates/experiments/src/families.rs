@@ -7,7 +7,7 @@ use lagrangian::{
     DelanConfig, Family, HnnConfig, LnnConfig, MlpConfig, NeuralOdeConfig, Optimizer, RigidConfig,
 };
 
-/// Makes a family of models whose layers have so many units.
+/// Makes a family of models whose layers have this number of units.
 pub(crate) type MakeFamily = fn(usize) -> Box<dyn Family>;
 
 /// A family with these fields and the defaults for all others.

@@ -61,7 +61,7 @@ pub(crate) enum LearnedField {
 }
 
 impl LearnedField {
-    /// Its law on a ring of so many points.
+    /// Its law on a ring of this number of points.
     pub(crate) fn ring(&self, points: usize) -> Result<Box<dyn Model + '_>> {
         Ok(match self {
             Self::Density(density) => Box::new(Field::new(density, points)?),

@@ -25,7 +25,7 @@ pub(super) struct RingMemory {
 }
 
 impl RingMemory {
-    /// For batches of so many rings of so many points.
+    /// For batches of a number of rings, each of a number of points.
     pub(super) fn new(shape: Shape, points: usize, rings: usize) -> Self {
         Self {
             packed: Packed::new(&shape.net),

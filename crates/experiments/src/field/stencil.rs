@@ -42,7 +42,7 @@ pub(super) struct Neighbours {
 }
 
 impl Neighbours {
-    /// On a ring of so many points with the coordinate `here` at each.
+    /// On a ring of this number of points with the coordinate `here` at each.
     pub(super) fn new(points: usize, here: &Coordinate) -> Self {
         Self {
             angles: here.topology == Topology::Circle,

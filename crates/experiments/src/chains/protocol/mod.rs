@@ -29,7 +29,7 @@ pub(crate) const STEPS: usize = 100;
 /// The distance of the restart that makes the floor, m and m/s.
 pub(crate) const RESTART: f64 = 1e-4;
 
-/// The chain with so many links, in the coordinates of a chart of the absolute angles.
+/// The chain with this number of links, in the coordinates of a chart of the absolute angles.
 pub(crate) fn chain(links: usize, chart: Chart) -> Mechanical<InChart<NLinkPendulum>> {
     let ones = vec![1.0; links];
     let system = NLinkPendulum {
