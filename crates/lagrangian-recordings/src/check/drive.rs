@@ -9,9 +9,9 @@ use crate::Recording;
 use lagrangian_motion::Topology;
 use lagrangian_motion::counted;
 
-/// An inertia is assessed only where the motion explains this part of the variance of the force …
+/// An inertia or a sign is assessed only where the motion explains this part of the variance of the force …
 const EXPLAINED: f64 = 0.5;
-/// … and a sign, a delay, which changes little of it, or a missing force, where it explains this part.
+/// … and a delay, which changes little of it, or a missing force, where it explains this part.
 const WELL_EXPLAINED: f64 = 0.9;
 /// A delay counts only beyond this many standard errors, because many joints are tested …
 const ERRORS: f64 = 4.0;
@@ -358,9 +358,7 @@ fn inertias(recordings: &[Recording], fits: &JointFits, errors: f64) -> Vec<Item
         if !certain {
             return None; // The inertia of one joint alone does not determine the others.
         }
-        let item = if inertia < 0.0 && found.explained.0 <= WELL_EXPLAINED {
-            return None; // The residual force can outweigh the inertial part.
-        } else if inertia < 0.0 {
+        let item = if inertia < 0.0 {
             let finding = format!("{finding}: the force pushes against the acceleration");
             let remedy = "reverse the sign of that force (or that of the coordinate and its velocity): a positive force must accelerate forwards";
             Item::fail("inertia", finding, remedy)
