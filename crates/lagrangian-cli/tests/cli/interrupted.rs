@@ -61,7 +61,7 @@ fn recording(rows: u32) -> String {
 fn commands_that_need_all_of_their_data_end_without_a_result_and_say_so() {
     let bench = Workbench::new();
     bench.write("small.csv", &recording(400));
-    bench.write("long.csv", &recording(500_000));
+    bench.write("long.csv", &recording(1_000_000));
     let urdf = lagrangian::rigid::example("two_link_arm").unwrap();
     bench.write("arm.urdf", urdf);
     // OK if the model is not good: it only needs to exist.
@@ -123,7 +123,7 @@ fn commands_that_need_all_of_their_data_end_without_a_result_and_say_so() {
 #[test]
 fn a_second_ctrl_c_ends_a_fit_at_once_and_leaves_no_empty_folder() {
     let bench = Workbench::new();
-    bench.write("long.csv", &recording(500_000));
+    bench.write("long.csv", &recording(1_000_000));
     let mut command = bench.command("fit long.csv --out runs/early");
     command.stdout(Stdio::null()).stderr(Stdio::null());
     let mut child = command.spawn().unwrap();
@@ -171,7 +171,7 @@ fn a_search_for_a_lagrangian_ends_without_its_item() {
 #[test]
 fn a_page_is_not_made_again_in_part() {
     let bench = Workbench::new();
-    bench.write("long.csv", &recording(500_000));
+    bench.write("long.csv", &recording(1_000_000));
     bench.write("small.csv", &recording(400));
     // OK if the model is not good: only its data are read again.
     bench.run("fit small.csv --model lnn --width 8 --steps 2 --loss torque --out run");
