@@ -12,6 +12,7 @@ use rayon::prelude::*;
 
 use super::EstimateOptions;
 use super::local_polynomial::{Filter, Series, around};
+use lagrangian_motion::statistics::mean;
 
 /// Number of samples of a recording at which the risk of a window is estimated.
 const PLACES: usize = 1500;
@@ -165,7 +166,7 @@ impl Risk {
     fn of_noise(here: &[Local], variance: f64) -> Self {
         let risk = |shifted| {
             let own = here.iter().filter(|l| l.shifted == shifted);
-            variance * mean(own.map(Local::variance))
+            variance * mean(&mut own.map(Local::variance))
         };
         let shifted = here.iter().filter(|l| l.shifted).count();
         Self {
@@ -193,16 +194,12 @@ impl Risk {
         for (shifted, order, risk) in [(false, 3, &mut self.inside), (true, 2, &mut self.ends)] {
             let all = || longer.iter().zip(shorter);
             let pairs = || all().filter(|(l, _)| l.shifted == shifted);
-            let squared = mean(pairs().map(|(l, s)| (l.value - s.value).powi(2)));
-            let excess = (squared - variance * mean(pairs().map(|(l, s)| l.distance(s)))).max(0.0);
+            let squared = mean(&mut pairs().map(|(l, s)| (l.value - s.value).powi(2)));
+            let excess =
+                (squared - variance * mean(&mut pairs().map(|(l, s)| l.distance(s)))).max(0.0);
             *risk += excess / growth(order).powi(2);
         }
     }
-}
-
-fn mean(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), x| (sum + x, count + 1.0));
-    if count > 0.0 { sum / count } else { 0.0 }
 }
 
 /// The next longer window, an odd number of samples.
