@@ -201,8 +201,8 @@ impl HnnLearner<'_> {
             return;
         }
         shape.read_slopes(&work.pass, s, &work.states.q[s * n..][..n], raw);
-        if let Some(own) = work.scratch.get::<Scratch<T>>()
-            && let HnnNet::Mass(_) = shape.net
+        if let HnnNet::Mass(_) = shape.net
+            && let Some(own) = work.scratch.get::<Scratch<T>>()
         {
             for (i, raw) in raw[..n].iter_mut().enumerate() {
                 *raw = own.factors.each[s].momentum::<f64>(i);
@@ -285,8 +285,8 @@ mod tests {
     use crate::train::tests::{assert_step_solves, forces, gradient_error, samples};
     use lagrangian_mechanics::lagrangian::Scaling;
     use lagrangian_motion::Coordinates;
+    use lagrangian_motion::Samples;
     use lagrangian_motion::Signals;
-    use lagrangian_motion::samples::Samples;
 
     fn shape(
         n: usize,
