@@ -16,14 +16,14 @@
 mod coordinates;
 pub mod error;
 pub mod noise;
-pub mod samples;
+mod samples;
 pub mod settings;
 mod shown;
 mod signals;
 pub mod solve;
 mod state;
 pub mod statistics;
-pub mod stop;
+mod stop;
 mod trajectory;
 
 pub use coordinates::{Coordinate, Coordinates, Topology};

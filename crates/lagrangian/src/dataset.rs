@@ -6,8 +6,8 @@ mod options;
 mod random;
 
 use lagrangian_mechanics::lagrangian::Scaling;
+use lagrangian_motion::Samples;
 use lagrangian_motion::Signal;
-use lagrangian_motion::samples::Samples;
 use lagrangian_motion::solve::SymmetricSolver;
 use lagrangian_motion::statistics::{column, deviation, mean, positive, root_mean_square, size};
 use lagrangian_motion::{Coordinates, Error, Result, Trajectory};

@@ -95,7 +95,11 @@ pub mod trajectory {
     pub use lagrangian_motion::{
         Coordinate, Coordinates, Samples, Signal, Signals, State, Topology, Trajectory,
     };
-    pub use lagrangian_recordings::*;
+    pub use lagrangian_recordings::{
+        Columns, Constant, DriveLayout, Estimate, EstimateOptions, Format, Layout, Links, Polar,
+        Readings, Recording, Renamed, Sampled, Sampling, Simulated, Source, Table, TimeStep, csv,
+        derivatives, longest_piece, thin,
+    };
 }
 
 /// Robots: trees of rigid bodies, their excitation and their identification.
@@ -103,12 +107,28 @@ pub mod rigid {
     pub use crate::models::rigid::robot::{
         Identification, IdentifiedRobot, IdentifyOptions, identify,
     };
-    pub use lagrangian_mechanics::rigid::*;
+    pub use lagrangian_mechanics::rigid::{
+        Changes, EXAMPLES, Excitation, ExcitationConfig, GRAVITY, JointKind, JointLimits, LinkLoad,
+        LoadParameters, LoadPrior, LoadSums, MAX_JOINTS, PartChange, Quantity, RigidBodies,
+        RigidDynamics, RobotConfig, SearchProgress, Skeleton, example, excite, excite_joints,
+        is_body,
+    };
+}
+
+/// Mechanics: Lagrangians, Hamiltonians, forces, and the equations of motion.
+pub mod mechanics {
+    pub use lagrangian_mechanics::{
+        Actuation, Applied, Balance, Canonical, Command, Curvature, Directional, Dissipation,
+        Drive, Driven, DrySolver, EulerLagrange, Evaluation, Evaluator, GearFriction, Hamiltonian,
+        HamiltonianJet, HamiltonianJets, HamiltonianOf, Jet, Jets, Lagrangian, LagrangianOf, Load,
+        Mechanical, Model, PhaseFlow, Quantities, Regularity, Scalar, Scaling, Sensitive, Slopes,
+        SpeedChart, Stribeck, Sum, SymmetricSolver, analytic, bias, diagonalise, dot, energy,
+        forward, inverse, inverse_root, momenta, product,
+    };
 }
 
 pub use dataset::{Dataset, PrepareOptions, random_starts, random_states, shuffle, split};
 pub use fit::{Fit, FitConfig, fit};
-pub use lagrangian_mechanics as mechanics;
 pub use lagrangian_mechanics::{
     Actuation, Dissipation, Evaluation, Evaluator, Hamiltonian, Lagrangian, Mechanical, Method,
     Model, Outcome, Quantities, RobotConfig, Rollout, RolloutOptions, Visited, analytic,

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use super::bodies::RigidBodies;
 use super::consistent::Quadratic;
 use super::regressor::PER_BODY;
-use lagrangian_motion::samples::Samples;
+use lagrangian_motion::Samples;
 use lagrangian_motion::solve::ridge::{Ridge, scales};
 
 /// Number of samples that are summed at a time.

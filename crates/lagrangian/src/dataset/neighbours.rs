@@ -1,6 +1,6 @@
 //! Triples of neighbouring positions: samples without velocities (theory.md, equation 104).
 
-use lagrangian_motion::samples::Samples;
+use lagrangian_motion::Samples;
 use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
 use lagrangian_recordings::local_polynomial::median_step;
 

@@ -5,8 +5,8 @@ use rand_chacha::ChaCha8Rng;
 
 use super::Dataset;
 use lagrangian_mechanics::analytic::AnalyticModel;
+use lagrangian_motion::Samples;
 use lagrangian_motion::Signals;
-use lagrangian_motion::samples::Samples;
 use lagrangian_motion::{Result, State};
 
 /// A dataset of `train` and `validation` random states of a known system with their true accelerations.

@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::dataset::{Dataset, Timeline};
 use crate::fit::FitConfig;
 use crate::train::Loss;
-use lagrangian_motion::samples::Samples;
+use lagrangian_motion::Samples;
 use lagrangian_motion::{Error, Result, Signals, Trajectory};
 
 /// The number of blocks that long recordings are cut into, together; a short recording is one block.

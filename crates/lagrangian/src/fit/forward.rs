@@ -7,8 +7,8 @@
 //! ADR 0071).
 
 use lagrangian_mechanics::Model;
+use lagrangian_motion::Samples;
 use lagrangian_motion::Signals;
-use lagrangian_motion::samples::Samples;
 use lagrangian_motion::solve::SymmetricSolver;
 use lagrangian_motion::statistics::variances;
 

@@ -14,7 +14,7 @@ use crate::train::loss::Loss;
 use crate::train::observer::{Ending, Observer};
 use crate::train::request::{AutoSetting, Request};
 use crate::train::task::Budget;
-use lagrangian_motion::samples::Samples;
+use lagrangian_motion::Samples;
 use lagrangian_motion::{Error, Result};
 use lagrangian_recordings::Estimate;
 

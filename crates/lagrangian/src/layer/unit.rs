@@ -3,8 +3,8 @@
 use crate::dataset::Dataset;
 use crate::fit::FitConfig;
 use crate::models::{Learned, Plan};
+use lagrangian_motion::Samples;
 use lagrangian_motion::Signals;
-use lagrangian_motion::samples::Samples;
 use lagrangian_motion::{Coordinates, Error, Result};
 
 /// A model with random weights whose scales are all one.

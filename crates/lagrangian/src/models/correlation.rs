@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use crate::dataset::{Dataset, Timeline};
 use lagrangian_mechanics::dynamics::Model;
-use lagrangian_motion::samples::Samples;
+use lagrangian_motion::Samples;
 
 /// κ of the torque residuals of each joint, `[n]`; 1 for samples without motions.
 pub(crate) fn correlations(dataset: &Dataset, model: &dyn Model) -> Vec<f64> {

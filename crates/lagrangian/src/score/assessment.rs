@@ -9,7 +9,7 @@ use super::speed::weakened;
 use super::{Errors, RestartScore, RolloutScore, Score, SignalError, add_torques};
 use crate::models::Entry;
 use lagrangian_mechanics::Model;
-use lagrangian_motion::stop::Stop;
+use lagrangian_motion::Stop;
 use lagrangian_motion::{Coordinates, Trajectory};
 use lagrangian_recordings::check::{CheckReport, LARGEST};
 

@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use super::parts;
 use lagrangian_mechanics::dynamics::Model;
+use lagrangian_motion::Samples;
 use lagrangian_motion::Signal;
-use lagrangian_motion::samples::Samples;
 use lagrangian_motion::{Signals, Stop, Trajectory};
 
 /// Errors of one signal over all samples, by coordinate.

@@ -5,8 +5,8 @@ use crate::dataset::Dataset;
 use lagrangian_mechanics::dynamics::Model;
 use lagrangian_mechanics::lagrangian::Lagrangian;
 use lagrangian_mechanics::rigid::RigidBodies;
+use lagrangian_motion::Samples;
 use lagrangian_motion::Signals;
-use lagrangian_motion::samples::Samples;
 use lagrangian_motion::{Error, Result};
 use nets::simd::Real;
 

@@ -12,7 +12,7 @@ use std::ops::Add;
 use nets::simd::AdamRule;
 
 use super::checkpoint::Checkpoint;
-use lagrangian_motion::samples::Samples;
+use lagrangian_motion::Samples;
 
 /// The samples of a step.
 #[derive(Debug, Clone, Copy)]

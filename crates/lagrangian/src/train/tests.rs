@@ -20,8 +20,8 @@ use crate::models::mlp::{MlpConfig, MlpScaling, MlpShape};
 use crate::models::{delan::DelanShape, lnn::LnnShape};
 use lagrangian_mechanics::lagrangian::{Scaling, SpeedChart};
 use lagrangian_mechanics::rigid::{self, RigidBodies};
+use lagrangian_motion::Samples;
 use lagrangian_motion::Signals;
-use lagrangian_motion::samples::Samples;
 use lagrangian_motion::{Coordinates, Topology};
 
 pub(crate) fn samples(n: usize, m: usize) -> Samples {

@@ -27,8 +27,8 @@ use super::consistent::{Prior, is_consistent};
 use super::limits::{Bounds, JointLimits};
 use super::regressor::PER_BODY;
 use crate::forces::Dissipation;
+use lagrangian_motion::Samples;
 use lagrangian_motion::Signals;
-use lagrangian_motion::samples::Samples;
 use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
 
 /// Requirements of a motion for the identification of a robot.

@@ -13,9 +13,9 @@ use rayon::prelude::*;
 use super::criterion::IdentificationTarget;
 use super::series::{Series, Table, Timing, motion};
 use crate::rigid::limits::Bounds;
+use lagrangian_motion::Samples;
 use lagrangian_motion::Signals;
 use lagrangian_motion::noise::normal;
-use lagrangian_motion::samples::Samples;
 
 /// Times in each period of the fastest wave, for the bounds and for the resulting motion.
 const FINE: usize = 40;

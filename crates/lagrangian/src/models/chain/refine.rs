@@ -26,7 +26,7 @@ use lagrangian_mechanics::rigid::spatial::{
     Twist, Vec3, add, cross, dot, scale, sub, turn_back, turning_to_z,
 };
 use lagrangian_motion::Coordinates;
-use lagrangian_motion::samples::Samples;
+use lagrangian_motion::Samples;
 
 /// The strength of the prior of the bodies.
 const STRENGTH: f64 = 1e-3;

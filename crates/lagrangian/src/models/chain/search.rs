@@ -20,7 +20,7 @@ use lagrangian_mechanics::rigid::consistent::Quadratic;
 use lagrangian_mechanics::rigid::joint_sums::{Friction, JointSums};
 use lagrangian_mechanics::rigid::screws::Screw;
 use lagrangian_mechanics::rigid::{JointKind, RigidBodies};
-use lagrangian_motion::samples::Samples;
+use lagrangian_motion::Samples;
 use lagrangian_motion::solve::ridge::{Ridge, scales};
 use lagrangian_motion::{Coordinates, Error, Result};
 

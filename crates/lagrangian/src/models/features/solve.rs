@@ -25,7 +25,7 @@ use crate::models::Solution;
 use lagrangian_mechanics::dynamics::Mechanical;
 use lagrangian_mechanics::lagrangian::Scaling;
 use lagrangian_mechanics::lagrangian::scaled::Features;
-use lagrangian_motion::samples::Samples;
+use lagrangian_motion::Samples;
 use lagrangian_motion::{Coordinates, Error, Result};
 
 /// The candidate ridges, relative to the norm of each column.

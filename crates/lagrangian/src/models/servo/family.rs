@@ -19,7 +19,7 @@ use crate::models::named::Parameter;
 use crate::saved::WEIGHTS;
 use crate::saved::{self, SavedModel};
 use crate::train::{Loss, Observer, TrainingTask};
-use lagrangian_motion::samples::Samples;
+use lagrangian_motion::Samples;
 use lagrangian_motion::settings::{Kind, Range, Setting, named};
 use lagrangian_motion::{Error, Result};
 

@@ -3,7 +3,7 @@
 use super::config::{Observe, RolloutLoss, Start};
 use crate::dataset::{Dataset, Momenta, Timeline};
 use lagrangian_motion::Coordinates;
-use lagrangian_motion::samples::Samples;
+use lagrangian_motion::Samples;
 
 /// The recorded motion that segments are cut from.
 #[derive(Clone, Copy)]

@@ -29,7 +29,7 @@ use crate::saved::WEIGHTS;
 use crate::saved::{self, SavedModel};
 use lagrangian_mechanics::dynamics::{EulerLagrange, Evaluator, Mechanical};
 use lagrangian_mechanics::lagrangian::Lagrangian;
-use lagrangian_motion::samples::Samples;
+use lagrangian_motion::Samples;
 use lagrangian_motion::{Error, Result};
 
 /// The name under which a chain is saved.

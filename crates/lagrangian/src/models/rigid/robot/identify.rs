@@ -21,7 +21,7 @@ use lagrangian_mechanics::rigid::consistent::{Prior, is_consistent, minimise};
 use lagrangian_mechanics::rigid::joint_sums::{Friction, JointSums};
 use lagrangian_mechanics::rigid::regressor::PER_BODY;
 use lagrangian_mechanics::rigid::{RigidBodies, RobotConfig};
-use lagrangian_motion::samples::Samples;
+use lagrangian_motion::Samples;
 use lagrangian_motion::{Error, Result};
 
 /// Strengths of the prior that are tried, each from the minimum of the one before.
