@@ -74,6 +74,22 @@ export function plotOf(page, id) {
 /** Waits until what was asked for is painted. */
 export const frame = (page) => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
 
+/** Scrolls to the end and back, and waits at each step until the plots in sight are painted, one a frame. */
+export async function scrolledThrough(page) {
+  const tall = await page.evaluate(() => document.documentElement.scrollHeight);
+  for (let y = 0; y < tall; y += 600) {
+    await page.evaluate((y) => scrollTo(0, y), y);
+    await frame(page);
+    await page.waitForFunction(() => [...document.querySelectorAll("canvas.base")].every((canvas) => {
+      const { top, bottom } = canvas.getBoundingClientRect();
+      // A canvas that was never painted has the size that it was made with.
+      return bottom < 0 || top > innerHeight || canvas.width !== 300 || canvas.height !== 150;
+    }));
+  }
+  await page.evaluate(() => scrollTo(0, 0));
+  await frame(page);
+}
+
 /** Fingers on the screen, as the browser's own protocol sends them. */
 export async function fingers(page) {
   const session = await page.context().newCDPSession(page);

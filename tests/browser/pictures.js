@@ -6,7 +6,7 @@ import { dirname } from "node:path";
 import { fileURLToPath } from "node:url";
 import { PNG } from "pngjs";
 
-import { frame, launched } from "./browser.js";
+import { frame, launched, scrolledThrough } from "./browser.js";
 
 export const WIDTHS = [390, 768, 1280];
 export const THEMES = ["light", "dark"];
@@ -55,18 +55,6 @@ async function settled(page) {
     before = shot;
     await frame(page);
   }
-}
-
-/** Scrolls to the end and back until every canvas is painted, which figures are when they come in sight. */
-async function scrolledThrough(page) {
-  const tall = await page.evaluate(() => document.documentElement.scrollHeight);
-  for (let y = 0; y < tall; y += 600) {
-    await page.evaluate((y) => scrollTo(0, y), y);
-    await frame(page);
-  }
-  await page.waitForFunction(() => [...document.querySelectorAll("canvas.base")].every(({ width, height }) => width !== 300 || height !== 150));
-  await page.evaluate(() => scrollTo(0, 0));
-  await frame(page);
 }
 
 /** The mean colours of the blocks of a picture, in steps. */

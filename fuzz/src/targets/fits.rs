@@ -26,8 +26,8 @@ const COSTLY: [(&str, u64); 6] = [
     ("width", 48),
     ("layers", 4),
     ("searches", 1),
-    ("horizon", 12),
-    ("substeps", 8),
+    ("horizon", 8),
+    ("substeps", 4),
     ("batch", 64),
 ];
 
