@@ -90,13 +90,17 @@ pub(super) fn main(flags: &[&str]) -> Result<(), Failure> {
 
 fn build(release: bool) -> Result<(), Failure> {
     let mut command = cargo();
-    // With the features of the other steps of `cargo xtask test`, which have built it.
+    // As the other steps of `cargo xtask test` have built it: a package alone has other features of its dependencies, and so
+    // has a program without an example, which brings in those of tests.
     command.args([
         "build",
         "--quiet",
-        "--package",
-        "lagrangian-cli",
+        "--workspace",
         "--all-features",
+        "--bin",
+        "lagrangian",
+        "--example",
+        "corpus",
     ]);
     if release {
         command.arg("--release");
