@@ -26,8 +26,8 @@ const COSTLY: [(&str, u64); 6] = [
     ("width", 48),
     ("layers", 4),
     ("searches", 1),
-    ("horizon", 12),
-    ("substeps", 8),
+    ("horizon", 4),
+    ("substeps", 4),
     ("batch", 64),
 ];
 
@@ -172,17 +172,9 @@ fn request(rng: &mut impl Rng, scene: &Scene) -> Request {
     let loss = request.loss(&DataFacts::default()).map(|loss| loss.name());
     if loss.is_ok_and(|name| name == "rollout") || rng.random_bool(0.01) {
         request.rollout = drawn(rng, scene, ROLLOUT_SETTINGS, share);
-        // A network as wide as the default takes half a gigabyte under this loss.
-        let width = scene.entry.and_then(|entry| {
-            entry
-                .settings
-                .iter()
-                .find(|setting| setting.name == "width")
-        });
-        if let Some(width) = width {
-            let given = request.settings.entry("width");
-            given.or_insert_with(|| value(rng, scene, width));
-        }
+        // The memory of this loss grows with the square of the evaluations of a rollout, and 20 steps are the default.
+        let horizon = request.rollout.entry("horizon");
+        horizon.or_insert_with(|| json!(rng.random_range(1..=4)));
     }
     let able = abilities.is_some_and(|able| able.nominal);
     if rng.random_bool(if able { 0.1 } else { 0.01 }) {

@@ -21,7 +21,7 @@ impl GaussNewton {
         let count = task.config.evaluations(task.rows.horizon);
         let tile = SEGMENTS * learner.outputs_each();
         let (units, size) = (&self.units, used * count * tile);
-        self.gram.resize(size * size, 0.0);
+        grow(&mut self.gram, size * size);
         let rows = self.gram.par_chunks_mut((tile * size).max(1)).enumerate();
         let scratch = || {
             let scratch = TileScratch::new(&units[0].factors[0]);
@@ -61,7 +61,7 @@ impl GaussNewton {
         let rows = task.rows.count();
         let segments = used * SEGMENTS;
         let (units, gram) = (&self.units[..used], &self.gram);
-        self.kernel.resize((segments * rows).pow(2), 0.0);
+        grow(&mut self.kernel, (segments * rows).pow(2));
         let chunks = self.kernel.par_chunks_mut((rows * segments * rows).max(1));
         chunks.enumerate().for_each(|(left, out)| {
             let mut between = Vec::new();
@@ -140,4 +140,12 @@ fn add_extra(
             }
         }
     }
+}
+
+/// Gives it this length. Where it has to grow, its memory is returned first: all of it is written again, and both would be held.
+fn grow(matrix: &mut Vec<f64>, size: usize) {
+    if size > matrix.capacity() {
+        *matrix = Vec::new();
+    }
+    matrix.resize(size, 0.0);
 }
