@@ -145,13 +145,13 @@ class Ensemble:
             raise InvalidInput("resume and force are about a run folder: give it as run")
         watch = _Watch(progress, callbacks, "Ensemble")
         with watch:
-            training, others, asked, preparing = self.estimator._motions(X, validation)
+            training, others, spec, layout = self.estimator._motions(X, validation)
             place = None
             if run is not None:
                 call = f"lagrangian.{self!r}.fit(X, run={os.fspath(run)!r})"
                 place = {**self.estimator._place(Path(run), bool(resume), bool(force), False), "call": call}
             core, summary = _lagrangian.fit_ensemble(
-                training, others, asked, preparing, max(int(self.n), 0), place, watch.tell
+                training, others, spec, layout, max(int(self.n), 0), place, watch.tell
             )
         self._take(core, summary)
         return self

@@ -223,23 +223,13 @@ class Estimator:
 
     def _motions(
         self, X: Any, validation: Any
-    ) -> tuple[list[Trajectory], list[Trajectory], dict[str, Any], dict[str, Any]]:
-        """Recordings to learn from and to validate on, what is fitted to them, and how they are prepared."""
+    ) -> tuple[list[Trajectory], list[Trajectory], str, str]:
+        """Recordings to learn from and to validate on, the request of the fit, and the layout of the recordings."""
         training = trajectories(X, "X")
         if not training:
             raise InvalidInput("X holds no trajectory: give at least one")
         others = [] if validation is None else trajectories(validation, "validation")
-        return training, others, self._asked(), self._preparing(X.layout if isinstance(X, Trajectories) else None)
-
-    def _preparing(self, layout: str | None) -> dict[str, Any]:
-        return {
-            "smooth": bool(self.smooth),
-            "low_pass": None if self.low_pass is None else _real(self.low_pass, "low_pass"),
-            "baseline": _whole(self.baseline, "baseline"),
-            "validate_fraction": _real(self.validate_fraction, "validate_fraction"),
-            "delay": np.atleast_1d(_numbers(self.delay, "delay")).tolist(),
-            "layout": layout,
-        }
+        return training, others, self._spec(), (X.layout or "") if isinstance(X, Trajectories) else ""
 
     def _fit_samples(
         self,
@@ -270,29 +260,36 @@ class Estimator:
             [parts[0], parts[1], qdd, tau],
             held.tolist(),
             [(c.name, c.unit, c.kind) for c in named],
-            self._asked(),
+            self._spec(),
             watch.tell,
         )
 
-    def _asked(self) -> dict[str, Any]:
-        given = [
+    def _spec(self) -> str:
+        """The request of a fit, as JSON."""
+        tables = [
             {name: _plain(getattr(self, name)) for name in sorted(table) if getattr(self, name) is not None}
             for table in self._tables
         ]
         own = self.urdf if self._takes_robot else None
-        steps = None if self.steps is None else _whole(self.steps, "steps")
-        if steps is not None and self.seconds is not None:
-            raise InvalidInput("steps and seconds both end a fit: give one of them")
-        return {
+        prepare = {
+            "smooth": bool(self.smooth),
+            "low_pass": None if self.low_pass is None else _real(self.low_pass, "low_pass"),
+            "baseline": _whole(self.baseline, "baseline"),
+            "validate_fraction": _real(self.validate_fraction, "validate_fraction"),
+            "delay": np.atleast_1d(_numbers(self.delay, "delay")).tolist(),
+        }
+        spec = {
             "family": self.family,
-            "settings": [_json(table) for table in given],
-            "steps": steps,
+            **dict(zip(("settings", "training", "rollout"), tables, strict=True)),
+            "steps": None if self.steps is None else _whole(self.steps, "steps"),
             "seconds": None if self.seconds is None else _real(self.seconds, "seconds"),
             "seed": _whole(self.seed, "seed"),
+            "prepare": prepare,
             "urdf": None if own is None else urdf_text(own),
             "nominal": None if self.nominal is None else urdf_text(self.nominal),
             "joints": list(self.joints),
         }
+        return _json(spec)
 
     def _take(self, model: Model, summary: dict[str, Any], watch: _Watch) -> None:
         from ._data import CheckReport

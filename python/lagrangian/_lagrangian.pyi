@@ -119,7 +119,7 @@ class Layer:
     @staticmethod
     def of(model: Model) -> Layer: ...
     @staticmethod
-    def fresh(named: Sequence[tuple[str, str, str]], asked: dict[str, Any]) -> Layer: ...
+    def fresh(named: Sequence[tuple[str, str, str]], request: str) -> Layer: ...
     @property
     def n(self) -> int: ...
     @property
@@ -149,16 +149,16 @@ def families() -> str: ...
 def fit(
     training: Sequence[Any],
     validation: Sequence[Any],
-    asked: dict[str, Any],
-    preparing: dict[str, Any],
+    request: str,
+    layout: str,
     run: dict[str, Any] | None = None,
     callback: Callable[[dict[str, Any]], Any] | None = None,
 ) -> tuple[Model, dict[str, Any]]: ...
 def fit_ensemble(
     training: Sequence[Any],
     validation: Sequence[Any],
-    asked: dict[str, Any],
-    preparing: dict[str, Any],
+    request: str,
+    layout: str,
     members: int,
     run: dict[str, Any] | None = None,
     callback: Callable[[dict[str, Any]], Any] | None = None,
@@ -167,7 +167,7 @@ def fit_samples(
     samples: Sequence[_Array | None],
     validation: Sequence[int],
     names: Sequence[tuple[str, str, str]],
-    asked: dict[str, Any],
+    request: str,
     callback: Callable[[dict[str, Any]], Any] | None = None,
 ) -> tuple[Model, dict[str, Any]]: ...
 def follow(
@@ -210,6 +210,6 @@ def systems() -> str: ...
 def times(duration: float, step: float) -> _Array: ...
 def training_settings() -> str: ...
 def unit_name(
-    asked: dict[str, Any], preparing: dict[str, Any], data: Sequence[tuple[str, str]]
+    request: str, layout: str, data: Sequence[tuple[str, str]]
 ) -> str: ...
 def write(path: os.PathLike[str], motions: Sequence[Any]) -> None: ...

@@ -83,7 +83,7 @@ class Layer:
             raise InvalidInput("the best of several models is no family: give one, such as Lnn or Delan")
         named = [(c.name, c.unit, c.kind) for c in _coordinates(_whole(n, "n"), angles, names, units, ())]
         layer = cls.__new__(cls)
-        layer._core = _lagrangian.Layer.fresh(named, estimator._asked())
+        layer._core = _lagrangian.Layer.fresh(named, estimator._spec())
         return layer
 
     @property

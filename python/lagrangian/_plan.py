@@ -150,11 +150,7 @@ class Plan:
 
     def _named(self, varied: dict[str, Any], estimator: Estimator) -> Unit:
         hashes = [(file["role"], file["sha256"]) for file in self.hashes]
-        return Unit(_lagrangian.unit_name(*self.request(estimator), hashes), varied, estimator)
-
-    def request(self, estimator: Estimator) -> tuple[dict[str, Any], dict[str, Any]]:
-        """What is fitted to the recordings, and how they are prepared."""
-        return estimator._asked(), estimator._preparing(self.data.layout)
+        return Unit(_lagrangian.unit_name(estimator._spec(), self.data.layout or "", hashes), varied, estimator)
 
     def unit(self, settings: Mapping[str, Any]) -> Unit:
         """The unit of other settings beside the fixed ones."""
@@ -181,7 +177,7 @@ class Plan:
             json.dumps(own.get_params(), allow_nan=False)
             if not isinstance(own.smooth, bool):
                 raise TypeError("smooth is true or false")
-            _lagrangian.unit_name(own._asked(), own._preparing(""), [])
+            _lagrangian.unit_name(own._spec(), "", [])
         except (LagrangianError, OSError):
             raise
         except (TypeError, ValueError, OverflowError) as error:

@@ -227,7 +227,7 @@ def _run(plan: Plan, unit: Unit, out: Path, tensorboard: bool) -> dict[str, Any]
     settings = json.dumps({"unit": unit.name, "varied": unit.varied, **json.loads(place["settings"])})
     place.update(call=f"unit {unit.name}", settings=settings)
     try:
-        model, summary = _lagrangian.fit(plan.data, plan.validation, *plan.request(unit.estimator), place, None)
+        model, summary = _lagrangian.fit(plan.data, plan.validation, unit.estimator._spec(), plan.data.layout or "", place, None)
         result = _of_fit(model, summary)
     except FolderInUse:
         return None
@@ -243,7 +243,7 @@ def _of_fit(model: _lagrangian.Model, summary: Mapping[str, Any]) -> dict[str, A
     if summary["ending"] == "interrupted":
         raise KeyboardInterrupt
     torque, acceleration = summary["score"]["torque"], summary["score"]["acceleration"]
-    score = (torque or acceleration) if summary["forced"] else (acceleration or torque)
+    score = (torque or acceleration) if summary["samples"]["forces"] else (acceleration or torque)
     nmse = score["nmse"] if score else [None]
     error = None if None in nmse else sum(nmse) / len(nmse)
     own = {"family": model.family, "verdict": summary["verdict"], "error": error, "loss": summary["loss"]}

@@ -107,7 +107,7 @@ def test_what_a_model_does_not_have_is_said(swings: lg.Trajectories) -> None:
         (lambda: lg.Lnn(width=0).fit(lg.simulate("pendulum")), "width"),
         (lambda: lg.Lnn(width="a").fit(lg.simulate("pendulum")), "`width` is \"a\""),
         (lambda: lg.Lnn(loss="none").fit(lg.simulate("pendulum")), "`loss` is \"none\": it must be one of"),
-        (lambda: lg.Lnn(steps=5, seconds=5).fit(lg.simulate("pendulum")), "steps and seconds"),
+        (lambda: lg.Lnn(steps=5, seconds=5).fit(lg.simulate("pendulum")), "both `steps` and `seconds`"),
         (lambda: lg.Lnn(horizon=5, steps=5).fit(lg.simulate("pendulum")), "horizon"),
         (lambda: lg.Rigid().fit(lg.simulate("pendulum")), "forces is none"),
         (lambda: lg.set_threads(10**6), "count is"),

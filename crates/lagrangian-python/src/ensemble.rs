@@ -6,7 +6,7 @@ use std::sync::Arc;
 use lagrangian::ensemble::Prediction as Predicted;
 use lagrangian::train::Ending;
 use lagrangian::{Observer, Provenance, prepared};
-use lagrangian_run::{Fitted, FittedEnsemble, PreparedFit, RunTarget, SavedEnsemble, delayed};
+use lagrangian_run::{FitReport, FittedEnsemble, PreparedFit, RunTarget, SavedEnsemble, delayed};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::json as object;
@@ -14,7 +14,7 @@ use serde_json::json as object;
 use crate::arrays::{Rows, array};
 use crate::error::{OrRaise, invalid, of_json};
 use crate::files::json;
-use crate::fit::{Asked, Preparing, assessed, data, watched};
+use crate::fit::{assessed, data, spec, watched};
 use crate::model::{Model, ModelSource};
 use crate::recording::recordings;
 use crate::run::Run;
@@ -190,23 +190,22 @@ impl Ensemble {
 /// Fits an ensemble to recordings; with several candidates, of the best of them. In a run folder the model whose settings they share
 /// is fitted before, and kept beside them.
 #[pyfunction]
-#[pyo3(name = "fit_ensemble", signature = (training, validation, asked, preparing, members, run=None, callback=None))]
+#[pyo3(name = "fit_ensemble", signature = (training, validation, request, layout, members, run=None, callback=None))]
 #[expect(clippy::too_many_arguments, reason = "one for each of Python's")]
 pub(crate) fn fit<'py>(
     py: Python<'py>,
     training: &Array<'py>,
     validation: &Array<'py>,
-    asked: Asked,
-    preparing: Preparing,
+    request: &str,
+    layout: String,
     members: usize,
     run: Option<Run>,
     callback: Option<Array<'py>>,
 ) -> PyResult<(Ensemble, Bound<'py, PyDict>)> {
-    let data = data(training, validation, &preparing)?;
-    let specification = asked.prepared_by(&preparing)?;
+    let (spec, data) = (spec(request)?, data(training, validation, layout)?);
     let pool = pool(py)?;
     let ready = |data| {
-        let ready = || pool.install(|| specification.ready(data));
+        let ready = || pool.install(|| PreparedFit::new(spec, data));
         py.detach(ready).or_raise(py)
     };
     let fitted = match run {
@@ -239,7 +238,7 @@ fn beside(
     place: &RunTarget,
     callback: Option<&Array<'_>>,
 ) -> PyResult<FittedEnsemble> {
-    let fit = |observer: &mut dyn Observer| -> lagrangian_run::Result<Fitted> {
+    let fit = |observer: &mut dyn Observer| -> lagrangian_run::Result<FitReport> {
         let kept = ready.fit(Some(place), observer)?;
         let ensemble = match kept.selection.fit.ending {
             Ending::Interrupted => None,

@@ -7,17 +7,16 @@ use std::time::{Duration, Instant};
 
 use lagrangian::fit::select;
 use lagrangian::score::time_for;
-use lagrangian::settings::Values;
 use lagrangian::trajectory::Samples;
 use lagrangian::{
-    CheckReport, Coordinates, Dataset, FitConfig, Observer, Progress, Provenance, RolloutOptions,
-    Signals, Trajectory,
+    CheckReport, Coordinates, Dataset, FitConfig, FitSpec, Observer, Progress, Provenance,
+    RolloutOptions, Signals, Trajectory,
 };
-use lagrangian_run::{Data, Evaluation, RunFolder, RunTarget, Specification};
+use lagrangian_run::{Data, Evaluation, FitReport, PreparedFit, RunFolder, RunTarget, SampleFacts};
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use serde_json::{Value, json as object};
+use serde_json::json as object;
 
 use crate::arrays::Rows;
 use crate::check::findings;
@@ -29,76 +28,9 @@ use crate::run::Run;
 use crate::score::Figures;
 use crate::threads::{attended, interruptible, pool};
 
-/// The request of a fit, as in the estimators of Python.
-#[derive(Debug, FromPyObject)]
-pub(crate) struct Asked {
-    #[pyo3(item)]
-    family: Option<String>,
-    /// Settings of the family, of the training and of the rollout loss, as JSON.
-    #[pyo3(item)]
-    settings: [String; 3],
-    #[pyo3(item)]
-    steps: Option<usize>,
-    #[pyo3(item)]
-    seconds: Option<f64>,
-    #[pyo3(item)]
-    seed: u64,
-    #[pyo3(item)]
-    urdf: Option<String>,
-    #[pyo3(item)]
-    nominal: Option<String>,
-    #[pyo3(item)]
-    joints: Vec<String>,
-}
-
-/// The preparation of the recordings.
-#[derive(Debug, FromPyObject)]
-pub(crate) struct Preparing {
-    #[pyo3(item)]
-    smooth: bool,
-    #[pyo3(item)]
-    low_pass: Option<f64>,
-    #[pyo3(item)]
-    baseline: usize,
-    #[pyo3(item)]
-    validate_fraction: f64,
-    #[pyo3(item)]
-    delay: Vec<f64>,
-    #[pyo3(item)]
-    pub(crate) layout: Option<String>,
-}
-
-impl Asked {
-    /// The request as plain data.
-    pub(crate) fn specification(self) -> PyResult<Specification> {
-        let read = |text: &String| of_json(serde_json::from_str::<Values>(text));
-        let [settings, training, rollout] = &self.settings;
-        Ok(Specification {
-            settings: read(settings)?,
-            training: read(training)?,
-            rollout: read(rollout)?,
-            family: self.family,
-            steps: self.steps,
-            seconds: self.seconds,
-            seed: self.seed,
-            urdf: self.urdf,
-            nominal: self.nominal,
-            joints: self.joints,
-            ..Specification::default()
-        })
-    }
-
-    /// The request with the preparation of the recordings.
-    pub(crate) fn prepared_by(self, preparing: &Preparing) -> PyResult<Specification> {
-        Ok(Specification {
-            smooth: preparing.smooth,
-            low_pass: preparing.low_pass,
-            baseline: preparing.baseline,
-            validate_fraction: preparing.validate_fraction,
-            delay: preparing.delay.clone(),
-            ..self.specification()?
-        })
-    }
+/// The request of a fit, from its JSON.
+pub(crate) fn spec(text: &str) -> PyResult<FitSpec> {
+    of_json(serde_json::from_str(text))
 }
 
 /// An event of a fit that runs.
@@ -190,24 +122,23 @@ type Fitted<'py> = (Model, Bound<'py, PyDict>);
 
 /// Fits the best of the requested models to recordings, in a run folder where one is named.
 #[pyfunction]
-#[pyo3(signature = (training, validation, asked, preparing, run=None, callback=None))]
+#[pyo3(signature = (training, validation, request, layout, run=None, callback=None))]
 pub(crate) fn fit<'py>(
     py: Python<'py>,
     training: &Bound<'py, PyAny>,
     validation: &Bound<'py, PyAny>,
-    asked: Asked,
-    preparing: Preparing,
+    request: &str,
+    layout: String,
     run: Option<Run>,
     callback: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Fitted<'py>> {
-    let data = data(training, validation, &preparing)?;
-    let specification = asked.prepared_by(&preparing)?;
+    let (spec, data) = (spec(request)?, data(training, validation, layout)?);
     let folder = run.as_ref().map(|run| run.open(py)).transpose()?;
     let place = match (&folder, &run) {
         (Some(folder), Some(run)) => Some(run.place(folder)?),
         _ => None,
     };
-    let fitted = fit_in(py, specification, data, place.as_ref(), callback.as_ref());
+    let fitted = fit_in(py, spec, data, place.as_ref(), callback.as_ref());
     if fitted.is_err() {
         folder.iter().for_each(RunFolder::remove_if_new_and_empty);
     }
@@ -218,19 +149,19 @@ pub(crate) fn fit<'py>(
 pub(crate) fn data(
     training: &Bound<'_, PyAny>,
     validation: &Bound<'_, PyAny>,
-    preparing: &Preparing,
+    layout: String,
 ) -> PyResult<Data> {
     Ok(Data {
         training: recordings(training)?,
         validation: recordings(validation)?,
-        layout: preparing.layout.clone().unwrap_or_default(),
+        layout,
         ..Data::default()
     })
 }
 
 fn fit_in<'py>(
     py: Python<'py>,
-    specification: Specification,
+    spec: FitSpec,
     data: Data,
     place: Option<&RunTarget>,
     callback: Option<&Bound<'py, PyAny>>,
@@ -241,7 +172,7 @@ fn fit_in<'py>(
             Some(_) => data.hashed(),
             None => data,
         };
-        specification.ready(data)
+        PreparedFit::new(spec, data)
     };
     let ready = py.detach(|| pool.install(prepare)).or_raise(py)?;
     let fitted = watched(py, callback, |observer| ready.fit(place, observer))?.or_raise(py)?;
@@ -253,7 +184,7 @@ fn fit_in<'py>(
 /// The assessment of a fitted model; writes the page of its run.
 pub(crate) fn assessed(
     py: Python<'_>,
-    fitted: &lagrangian_run::Fitted,
+    fitted: &FitReport,
     place: Option<&RunTarget>,
 ) -> PyResult<Figures> {
     let motions = &fitted.evaluation.motions;
@@ -271,46 +202,24 @@ pub(crate) fn assessed(
 
 fn summary<'py>(
     py: Python<'py>,
-    fitted: lagrangian_run::Fitted,
+    fitted: FitReport,
     Figures { score, assessment }: &Figures,
 ) -> PyResult<Fitted<'py>> {
-    let (fit, check) = (fitted.fit, &fitted.evaluation.check);
-    let summary = object!({
-        "family": fit.model.family(),
-        "ending": fit.ending,
-        "improved": fitted.improved,
-        "forced": fitted.forced,
-        "loss": finite(fit.best),
-        "best_step": fit.best_step,
-        "steps": fit.steps,
-        "seconds": fit.seconds,
-        "held_out": fitted.evaluation.held_out,
-        "choices": fitted.choices,
-        "tried": fitted.contestants,
-        "settings": fitted.config,
-        "check": findings(check),
-        "score": score,
-        "verdict": assessment.verdict,
-        "assessment": assessment,
-    });
-    let model = Model::new(ModelSource::Learned(fit.model, fitted.provenance));
+    let mut summary = fitted.summary(score, assessment);
+    summary["check"] = object!(findings(&fitted.evaluation.check));
+    let model = Model::new(ModelSource::Learned(fitted.fit.model, fitted.provenance));
     Ok((model, json(py, &summary)?))
-}
-
-/// JSON has no infinity.
-fn finite(x: f64) -> Value {
-    object!(x.is_finite().then_some(x))
 }
 
 /// Fits a model to samples that belong to no motion: states, forces and accelerations, `(m, n)` each.
 #[pyfunction]
-#[pyo3(signature = (samples, validation, names, asked, callback=None))]
+#[pyo3(signature = (samples, validation, names, request, callback=None))]
 pub(crate) fn fit_samples<'py>(
     py: Python<'py>,
     samples: [Option<Bound<'py, PyAny>>; 4],
     validation: Vec<usize>,
     names: Vec<(String, String, String)>,
-    asked: Asked,
+    request: &str,
     callback: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Fitted<'py>> {
     let coordinates = crate::recording::coordinates(py, names)?;
@@ -322,9 +231,9 @@ pub(crate) fn fit_samples<'py>(
             *column = Rows::new(given, name, n)?.values().to_vec();
         }
     }
-    let request = asked.specification()?.request().or_raise(py)?;
+    let spec = spec(request)?;
     let dataset = divided(coordinates, columns, &validation).or_raise(py)?;
-    let chosen = FitConfig::for_data(&dataset, &[], &request).or_raise(py)?;
+    let chosen = FitConfig::for_data(&dataset, &[], &spec).or_raise(py)?;
     chosen.config.validate(&dataset).or_raise(py)?;
     let held_out = &dataset;
     let selection = watched(py, callback.as_ref(), |observer| {
@@ -344,7 +253,7 @@ pub(crate) fn fit_samples<'py>(
     let figures = py
         .detach(|| Figures::of_samples(&selection.fit.model, &samples))
         .or_raise(py)?;
-    let provenance = Provenance::of_seed(request.seed);
+    let provenance = Provenance::of_seed(spec.seed);
     let assessment = figures.assessment.of_selected(&selection.contestants);
     let evaluation = Evaluation {
         motions: Vec::new(),
@@ -355,7 +264,7 @@ pub(crate) fn fit_samples<'py>(
         assessment: assessment.of_checked(&evaluation.check),
         ..figures
     };
-    let fitted = lagrangian_run::Fitted::of(selection, evaluation, provenance, dataset.forced);
+    let fitted = FitReport::of(selection, evaluation, provenance, SampleFacts::of(&dataset));
     summary(py, fitted, &figures)
 }
 

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 
 use crate::arrays::{Rows, array};
 use crate::error::{OrRaise, invalid, raise};
-use crate::fit::Asked;
+use crate::fit::spec;
 use crate::model::{Model, ModelSource};
 use crate::recording::coordinates;
 use crate::threads::pool;
@@ -41,9 +41,12 @@ impl Layer {
 
     /// The layer of a fresh model with random weights.
     #[staticmethod]
-    fn fresh(py: Python<'_>, named: Vec<(String, String, String)>, asked: Asked) -> PyResult<Self> {
-        let request = asked.specification()?.request().or_raise(py)?;
-        let chosen = request.choose(&DataFacts::default()).or_raise(py)?;
+    fn fresh(
+        py: Python<'_>,
+        named: Vec<(String, String, String)>,
+        request: &str,
+    ) -> PyResult<Self> {
+        let chosen = spec(request)?.choose(&DataFacts::default()).or_raise(py)?;
         let core = Core::new(coordinates(py, named)?, &chosen.config).or_raise(py)?;
         Ok(Self { core })
     }

@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 
 use crate::error::OrRaise;
 use crate::files::value;
-use crate::fit::{Asked, Preparing};
+use crate::fit::spec;
 use crate::recording::recordings;
 
 /// The hashes of the content of recordings, whatever files they come from: an entry for each role.
@@ -27,11 +27,9 @@ pub(crate) fn content_hashes<'py>(
 #[pyfunction]
 pub(crate) fn unit_name(
     py: Python<'_>,
-    asked: Asked,
-    preparing: Preparing,
+    request: &str,
+    layout: &str,
     data: Vec<(String, String)>,
 ) -> PyResult<String> {
-    let layout = preparing.layout.clone().unwrap_or_default();
-    let specification = asked.prepared_by(&preparing)?;
-    specification.unit_name(&data, &layout).or_raise(py)
+    lagrangian_run::unit_name(spec(request)?, &data, layout).or_raise(py)
 }

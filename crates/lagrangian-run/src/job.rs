@@ -3,7 +3,8 @@
 use lagrangian::saved::Preparation;
 use lagrangian::score::{Assessment, predict_all, score_predictions};
 use lagrangian::{
-    Fit, FitConfig, Observer, Prepared, Provenance, Recording, RolloutOptions, Score,
+    Dataset, Fit, FitConfig, FitSpec, Observer, Prepared, Provenance, Recording, RolloutOptions,
+    Score,
 };
 use lagrangian::{
     fit::{ResolvedConfig, Selection, select},
@@ -11,6 +12,7 @@ use lagrangian::{
     train::AutoSetting,
 };
 use lagrangian_report::draw;
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::content::content;
@@ -23,7 +25,6 @@ use crate::page::{Evaluation, Frontend, Page};
 use crate::record::{DataFile, RunRecord, seconds_now};
 use crate::resolved::{Columns, resolved};
 use crate::source::delayed;
-use crate::spec::Specification;
 
 /// The recordings of a fit, as they were read.
 #[derive(Debug, Clone, Default)]
@@ -66,54 +67,25 @@ pub struct PreparedFit {
     pub prepared: Prepared,
     /// The settings of each fit that is tried.
     pub candidates: Vec<ResolvedConfig>,
-    specification: Specification,
+    spec: FitSpec,
     preparation: Preparation,
     columns: Option<Columns>,
     files: Vec<DataFile>,
     held_back: bool,
 }
 
-impl Specification {
-    /// The recordings as the fit takes them.
-    ///
-    /// # Errors
-    /// As [`delayed`] and [`Prepared::new`].
-    pub fn prepared(
-        &self,
-        training: Vec<Recording>,
-        validation: Vec<Recording>,
-    ) -> Result<Prepared> {
-        let training = delayed(training, &self.delay)?;
-        let validation = delayed(validation, &self.delay)?;
-        let (request, options) = (self.request()?, self.prepare());
-        Ok(Prepared::new(training, validation, &request, &options)?)
-    }
-
-    /// Prepares the recordings, and chooses the settings that were not given.
-    ///
-    /// # Errors
-    /// As [`Specification::prepared`] and [`FitConfig::candidates`].
-    pub fn ready(&self, data: Data) -> Result<PreparedFit> {
-        let held_back = data.validation.is_empty();
-        let prepared = self.prepared(data.training, data.validation)?;
-        let request = self.request()?;
-        let candidates = FitConfig::candidates(&prepared.dataset, &prepared.estimates, &request)?;
-        let preparation = Preparation {
-            layout: data.layout,
-            smooth: prepared.options.smooth,
-            low_pass: prepared.options.low_pass,
-            delay: self.delay.clone(),
-        };
-        Ok(PreparedFit {
-            prepared,
-            candidates,
-            specification: self.clone(),
-            preparation,
-            columns: data.columns,
-            files: data.hashes,
-            held_back,
-        })
-    }
+/// The recordings as a fit takes them.
+///
+/// # Errors
+/// As [`delayed`] and [`Prepared::new`].
+pub fn prepared(
+    spec: &FitSpec,
+    training: Vec<Recording>,
+    validation: Vec<Recording>,
+) -> Result<Prepared> {
+    let training = delayed(training, &spec.prepare.delay)?;
+    let validation = delayed(validation, &spec.prepare.delay)?;
+    Ok(Prepared::new(training, validation, spec)?)
 }
 
 /// A run folder that a fit writes.
@@ -155,9 +127,32 @@ pub struct FinishedFit {
     record: Option<RunRecord>,
 }
 
-/// A fit that has ended.
+/// Facts about the samples of a fit.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct SampleFacts {
+    /// The number of samples that were fitted.
+    pub train: usize,
+    /// The number of samples that chose the weights.
+    pub validation: usize,
+    /// Whether forces were recorded.
+    pub forces: bool,
+}
+
+impl SampleFacts {
+    /// The facts about the samples of a data set.
+    #[must_use]
+    pub fn of(dataset: &Dataset) -> Self {
+        Self {
+            train: dataset.train.len(),
+            validation: dataset.validation.len(),
+            forces: dataset.forced,
+        }
+    }
+}
+
+/// The answer to the request of a fit.
 #[derive(Debug)]
-pub struct Fitted {
+pub struct FitReport {
     /// The fit that is kept.
     pub fit: Fit,
     /// The settings of the fit.
@@ -174,12 +169,37 @@ pub struct Fitted {
     pub ensemble: Option<FittedEnsemble>,
     /// Whether the fit made the loss better than that of a model that predicts nothing.
     pub improved: bool,
-    /// Whether forces were recorded.
-    pub forced: bool,
+    /// The facts about the samples.
+    pub samples: SampleFacts,
     record: Option<RunRecord>,
 }
 
 impl PreparedFit {
+    /// Prepares the recordings, and chooses the settings that were not given.
+    ///
+    /// # Errors
+    /// As [`prepared`] and [`FitConfig::candidates`].
+    pub fn new(spec: FitSpec, data: Data) -> Result<Self> {
+        let held_back = data.validation.is_empty();
+        let prepared = prepared(&spec, data.training, data.validation)?;
+        let candidates = FitConfig::candidates(&prepared.dataset, &prepared.estimates, &spec)?;
+        let preparation = Preparation {
+            layout: data.layout,
+            smooth: prepared.options.smooth,
+            low_pass: prepared.options.low_pass,
+            delay: spec.prepare.delay.clone(),
+        };
+        Ok(Self {
+            prepared,
+            candidates,
+            spec,
+            preparation,
+            columns: data.columns,
+            files: data.hashes,
+            held_back,
+        })
+    }
+
     /// Refuses settings that do not suit the data, where the fitted family is known.
     ///
     /// # Errors
@@ -242,6 +262,7 @@ impl PreparedFit {
         shown: &mut dyn Observer,
     ) -> Result<FittedEnsemble> {
         self.validate()?;
+        let provenance = self.provenance(None);
         let config = match self.candidates.len() {
             1 => self.candidates.remove(0).config,
             _ => {
@@ -249,7 +270,6 @@ impl PreparedFit {
                 selection.chosen.config
             }
         };
-        let provenance = self.specification.provenance(self.preparation);
         FittedEnsemble::new(&self.prepared, config, members, provenance, shown)
     }
 
@@ -259,7 +279,10 @@ impl PreparedFit {
         let preparation = self.preparation.clone();
         match record {
             Some(record) => provenance(record, preparation),
-            None => self.specification.provenance(preparation),
+            None => Provenance {
+                preparation: Some(preparation),
+                ..Provenance::of_seed(self.spec.seed)
+            },
         }
     }
 
@@ -273,7 +296,7 @@ impl PreparedFit {
     /// # Errors
     /// [`Error::Refused`](crate::Error::Refused) for settings that TOML cannot represent.
     pub fn record(&self, command: String, settings: Value, begun: f64) -> Result<RunRecord> {
-        let seed = self.specification.seed;
+        let seed = self.spec.seed;
         let settings = without_nulls(settings);
         let files = self.files.clone();
         let mut record = RunRecord::begun(begun, command, seed, &settings, files)?;
@@ -287,7 +310,7 @@ impl PreparedFit {
         record.resolved = resolved(
             columns,
             &self.preparation,
-            &self.specification.prepare(),
+            &self.spec.prepare,
             self.held_back,
             &self.candidates,
         )?;
@@ -317,14 +340,14 @@ impl FinishedFit {
 
     /// The result without the data, when these are no longer needed.
     #[must_use]
-    pub fn ended(self, ensemble: Option<FittedEnsemble>) -> Fitted {
-        let forced = self.prepared.dataset.forced;
+    pub fn ended(self, ensemble: Option<FittedEnsemble>) -> FitReport {
+        let samples = SampleFacts::of(&self.prepared.dataset);
         let Selection {
             fit,
             chosen,
             contestants,
         } = self.selection;
-        Fitted {
+        FitReport {
             improved: fit.improved(&chosen.config, self.held_back),
             fit,
             config: chosen.config,
@@ -333,20 +356,44 @@ impl FinishedFit {
             evaluation: self.prepared.into(),
             provenance: self.provenance,
             ensemble,
-            forced,
+            samples,
             record: self.record,
         }
     }
 }
 
-impl Fitted {
+impl FitReport {
+    /// The answer as plain data, with the errors of the model and the assessment from them.
+    #[must_use]
+    pub fn summary(&self, score: &Score, assessment: &Assessment) -> Value {
+        json!({
+            "family": self.fit.model.family(),
+            "ending": self.fit.ending,
+            "improved": self.improved,
+            "steps": self.fit.steps,
+            "seconds": self.fit.seconds,
+            "loss": self.fit.best,
+            "loss_step": self.fit.best_step,
+            "samples": self.samples,
+            "held_out": self.evaluation.held_out,
+            "settings": self.config,
+            "choices": self.choices,
+            "tried": self.contestants,
+            "verdict": assessment.verdict,
+            "score": score,
+            "assessment": assessment,
+            "parameters": self.fit.model.parameters(),
+            "ensemble": self.ensemble.as_ref().map(FittedEnsemble::summary),
+        })
+    }
+
     /// A fit that ended outside of a folder; a part of its samples was held back.
     #[must_use]
     pub fn of(
         selection: Selection,
         evaluation: Evaluation,
         provenance: Provenance,
-        forced: bool,
+        samples: SampleFacts,
     ) -> Self {
         let Selection {
             fit,
@@ -362,7 +409,7 @@ impl Fitted {
             evaluation,
             provenance,
             ensemble: None,
-            forced,
+            samples,
             record: None,
         }
     }

@@ -2,7 +2,7 @@
 //!
 //! A run is a folder with the inputs and the results of a fit: settings and hashes of the data
 //! ([`RunRecord`]), metrics, checkpoints, the model, and a page. Recordings are read by [`read_file`] with the layout
-//! beside them, a [`RunFolder`] is opened and locked, a [`Specification`] with its [`Data`] is a fit that is [`PreparedFit`], and [`Page`] presents
+//! beside them, a [`RunFolder`] is opened and locked, a [`FitSpec`](lagrangian::FitSpec) with its [`Data`] is a [`PreparedFit`], which ends as a [`FitReport`], and [`Page`] presents
 //! the assessment of its model.
 //!
 //! The crate prints nothing. Errors, notes and pages name settings in backticks, as `low_pass`; a [`Frontend`] writes them as its
@@ -27,8 +27,8 @@ mod record;
 mod resolved;
 mod shell;
 mod source;
-mod spec;
 mod tensorboard;
+mod unit;
 mod watch;
 
 pub use bag_folder::files as bag_files;
@@ -41,7 +41,9 @@ pub use folder::{
 };
 pub use hashing_reader::{FileHash, Hashing, HashingReader, brief_hash};
 pub use input::{MOST_TEXT, is_same_name, open, refuse_overwriting, text};
-pub use job::{Data, Figures, FinishedFit, Fitted, PreparedFit, RunTarget};
+pub use job::{
+    Data, Figures, FinishedFit, FitReport, PreparedFit, RunTarget, SampleFacts, prepared,
+};
 pub use metrics::{Metric, Metrics, Tensorboard};
 pub use page::{
     Evaluation, Frontend, Links, MOST_LINKS, Page, Scored, as_chain, energies, grade_name,
@@ -51,5 +53,5 @@ pub use record::{DataFile, RunRecord};
 pub use resolved::Columns;
 pub use shell::quoted;
 pub use source::{ReadFile, Source, delayed, layout_beside, read_file, unused};
-pub use spec::Specification;
+pub use unit::unit_name;
 pub use watch::Watch;

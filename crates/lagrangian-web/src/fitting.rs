@@ -3,15 +3,14 @@
 use std::ops::ControlFlow;
 
 use lagrangian::score::Assessment;
-use lagrangian::settings::Values;
 use lagrangian::train::{AutoSetting, Ending};
 use lagrangian::{
-    Checkpoint, Dataset, Fit, FitConfig, Learned, Observer, Prepared, Progress, Provenance,
-    Result as LibraryResult, Score, fit,
+    Checkpoint, Dataset, Fit, FitConfig, FitSpec, Learned, Observer, Prepared, Progress,
+    Provenance, Result as LibraryResult, Score, fit,
 };
-use lagrangian_run::{Evaluation, PreparedFit, Specification};
+use lagrangian_run::{Evaluation, PreparedFit};
 use nets::Instant;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use serde_json::Value;
 
 use crate::error::{Error, Result, bounded};
@@ -19,74 +18,31 @@ use crate::limits;
 use crate::recordings::Given;
 use crate::run::{COMMAND, Run};
 
-/// The requested fit.
-#[derive(Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Wanted {
-    /// The family of models, such as `lnn` or `mlp`.
-    #[serde(rename(serialize = "model"))]
-    family: String,
-    /// Settings of the family.
-    #[serde(default)]
-    settings: Values,
-    /// Settings of the training.
-    #[serde(default)]
-    training: Values,
-    /// The length, s …
-    #[serde(default)]
-    seconds: Option<f64>,
-    /// … or in steps, which give the same model on every machine.
-    #[serde(default)]
-    steps: Option<usize>,
-    /// The seed of weights and batches.
-    #[serde(default)]
-    seed: u64,
-    /// The time of the request, ms since 1970.
-    #[serde(default, skip_serializing)]
-    started: f64,
-}
+/// The length of a fit without one, s.
+const SECONDS: f64 = 20.0;
 
-impl Wanted {
-    /// The specification of the fit, within its bounds.
-    fn specification(&self) -> Result<Specification> {
-        let width = self.settings.get("width").and_then(Value::as_f64);
-        let remedy = "take a narrower network, or the command `lagrangian`";
-        bounded(
-            "the width",
-            width.unwrap_or(0.0),
-            limits::WIDTH as f64,
-            remedy,
-        )?;
-        let remedy = "take a shorter fit, or the command `lagrangian`";
-        bounded(
+/// A request within the bounds of the laboratory.
+fn within_bounds(mut spec: FitSpec) -> Result<FitSpec> {
+    let width = spec.settings.get("width").and_then(Value::as_f64);
+    if spec.steps.is_none() {
+        spec.seconds.get_or_insert(SECONDS);
+    }
+    let steps = spec.steps.map(|steps| steps as f64);
+    let shorter = "take a shorter fit, or the command `lagrangian`";
+    let narrower = "take a narrower network, or the command `lagrangian`";
+    for (what, value, most, remedy) in [
+        ("the width", width, limits::WIDTH as f64, narrower),
+        (
             "the time in seconds",
-            self.seconds.unwrap_or(0.0),
+            spec.seconds,
             limits::SECONDS,
-            remedy,
-        )?;
-        bounded(
-            "the number of steps",
-            self.steps.unwrap_or(0) as f64,
-            limits::STEPS as f64,
-            remedy,
-        )?;
-        Ok(Specification {
-            family: Some(self.family.clone()),
-            settings: self.settings.clone(),
-            training: self.training.clone(),
-            steps: self.steps,
-            seconds: self.seconds.or(self.steps.is_none().then_some(20.0)),
-            seed: self.seed,
-            ..Specification::default()
-        })
+            shorter,
+        ),
+        ("the number of steps", steps, limits::STEPS as f64, shorter),
+    ] {
+        bounded(what, value.unwrap_or(0.0), most, remedy)?;
     }
-
-    /// The settings for the record of the run, with the columns of its file.
-    fn given(&self, columns: Value) -> Result<Value> {
-        let mut given = serde_json::to_value(self)?;
-        given["columns"] = columns;
-        Ok(given)
-    }
+    Ok(spec)
 }
 
 /// A fit that is running or finished.
@@ -130,12 +86,13 @@ pub(crate) struct Begun<'a> {
 }
 
 impl Fitting {
-    /// A fit to recordings.
-    pub(crate) fn of_recordings(given: Given, wanted: &Wanted) -> Result<Self> {
+    /// A fit to recordings, requested `started` ms after 1970.
+    pub(crate) fn of_recordings(given: Given, spec: FitSpec, started: f64) -> Result<Self> {
         let Given { data, columns } = given;
-        let settings = wanted.given(columns)?;
-        let ready = wanted.specification()?.ready(data)?;
-        let record = ready.record(COMMAND.into(), settings, wanted.started / 1e3)?;
+        let mut settings = serde_json::to_value(&spec)?;
+        settings["columns"] = columns;
+        let ready = PreparedFit::new(within_bounds(spec)?, data)?;
+        let record = ready.record(COMMAND.into(), settings, started / 1e3)?;
         let provenance = ready.provenance(Some(&record));
         let PreparedFit {
             prepared,
@@ -164,9 +121,8 @@ impl Fitting {
     }
 
     /// A fit to random states of a known system.
-    pub(crate) fn of_states(dataset: Dataset, wanted: &Wanted) -> Result<Self> {
-        let request = wanted.specification()?.request()?;
-        let chosen = FitConfig::for_data(&dataset, &[], &request)?;
+    pub(crate) fn of_states(dataset: Dataset, spec: FitSpec) -> Result<Self> {
+        let chosen = FitConfig::for_data(&dataset, &[], &within_bounds(spec)?)?;
         let provenance = Provenance::of_seed(chosen.config.seed);
         Ok(Self {
             choices: chosen.choices,

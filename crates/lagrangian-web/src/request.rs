@@ -1,10 +1,9 @@
 //! Requests of a page.
 
-use lagrangian::Model;
+use lagrangian::{FitSpec, Model};
 use serde::Deserialize;
 
 use crate::experiment::Experiment;
-use crate::fitting::Wanted;
 use crate::motion::Prediction;
 use crate::recordings::Columns;
 use crate::system::Named;
@@ -38,7 +37,13 @@ pub(crate) enum Request {
     /// The data as CSV.
     Data,
     /// Begins a fit to the data.
-    Start(Wanted),
+    Start {
+        /// The request.
+        fit: Box<FitSpec>,
+        /// Its time, ms since 1970.
+        #[serde(default)]
+        started: f64,
+    },
     /// Continues the fit for about this time.
     Advance {
         /// The time, ms.

@@ -2,13 +2,13 @@
 
 use lagrangian::rollout::{EnergyTest, energy_test, free, rollout_many, times};
 use lagrangian::{
-    CheckOptions, CheckReport, Dataset, Item, Learned, Model, Recording, RolloutOptions,
+    CheckOptions, CheckReport, Dataset, FitSpec, Item, Learned, Model, Recording, RolloutOptions,
     SavedModel, Verdict, Visited, check, random_starts, random_states,
 };
 use serde::Serialize;
 
 use crate::error::{Error, Result, bounded, bounded_file};
-use crate::fitting::{Fitting, Wanted};
+use crate::fitting::Fitting;
 use crate::limits;
 use crate::motion::options;
 use crate::recordings::{self, Columns, Given, Summary, UploadedFile, csv};
@@ -106,7 +106,7 @@ impl Session {
             Request::Read(columns) => self.read(columns),
             Request::Check => Message::json(&self.checked()?),
             Request::Data => Ok(Message::file(csv(self.recordings()?))),
-            Request::Start(wanted) => self.start(&wanted),
+            Request::Start { fit, started } => self.start(*fit, started),
             Request::Advance { milliseconds } => {
                 Message::json(&self.fitting_mut()?.advance(milliseconds)?)
             }
@@ -193,11 +193,13 @@ impl Session {
         })
     }
 
-    fn start(&mut self, wanted: &Wanted) -> Result<Message> {
+    fn start(&mut self, spec: FitSpec, started: f64) -> Result<Message> {
         let fitting = match &self.data {
             None => return Err(NO_DATA),
-            Some(Data::Recordings(given)) => Fitting::of_recordings((**given).clone(), wanted)?,
-            Some(Data::States(dataset)) => Fitting::of_states((**dataset).clone(), wanted)?,
+            Some(Data::Recordings(given)) => {
+                Fitting::of_recordings((**given).clone(), spec, started)?
+            }
+            Some(Data::States(dataset)) => Fitting::of_states((**dataset).clone(), spec)?,
         };
         let answer = Message::json(&fitting.begun());
         self.fitting = Some(fitting);

@@ -150,7 +150,7 @@ pub use prepared::Prepared;
 pub use saved::{Provenance, SavedModel};
 pub use score::{Score, score};
 pub use train::{
-    Budget, Checkpoint, ForceTerms, Loss, Observer, Optimizer, Progress, TrainingTask,
+    Budget, Checkpoint, FitSpec, ForceTerms, Loss, Observer, Optimizer, Progress, TrainingTask,
 };
 
 /// A check that the program of the page compiles.

@@ -3,7 +3,7 @@
 
 use crate::dataset::{Dataset, PrepareOptions, split};
 use crate::models::Momenta;
-use crate::train::{AutoSetting, DataFacts, Loss, Request};
+use crate::train::{AutoSetting, DataFacts, FitSpec, Loss};
 use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
 use lagrangian_recordings::check::{CheckOptions, CheckReport, Verdict, check, check_validation};
 use lagrangian_recordings::{Estimate, EstimateOptions, Recording, Sampling};
@@ -48,7 +48,7 @@ impl Needs {
             false => 0,
         };
         let filtered = !(options.smooth || options.low_pass == Some(0.0));
-        if filtered || options.delayed {
+        if filtered || !options.delay.is_empty() {
             Sampling::LONGEST.max(horizon).max(neighbours)
         } else if options.smooth || horizon + neighbours > 0 || self.momenta {
             Sampling::LONG.max(horizon).max(neighbours)
@@ -58,13 +58,13 @@ impl Needs {
     }
 }
 
-impl Request {
+impl FitSpec {
     /// The requirements of the fit on its data.
     ///
     /// # Errors
     /// [`Error::Setting`] for a setting that does not belong to the fit, instead of ignoring it; [`Error::UnknownName`].
     pub fn needs(&self) -> Result<Needs> {
-        let mut asked = self.clone();
+        let mut asked = self.checked()?;
         if self.is_open() {
             // Every candidate family learns from single samples, and has its own settings.
             asked.settings.retain(|name, _| name == "robot");
@@ -107,10 +107,9 @@ impl Prepared {
     pub fn new(
         training: Vec<Recording>,
         validation: Vec<Recording>,
-        request: &Request,
-        options: &PrepareOptions,
+        spec: &FitSpec,
     ) -> Result<Self> {
-        let needs = request.needs()?;
+        let (needs, options) = (spec.needs()?, &spec.prepare);
         if !needs.positions && options.baseline > 1 {
             return Err(Error::setting(
                 "`baseline` is not for this loss",
@@ -136,7 +135,7 @@ impl Prepared {
         let held_back = validation.is_empty();
         let (trajectories, mut how) = estimated(training, &estimates)?;
         let (train, validation) = match held_back {
-            true => split(trajectories, options.validate_fraction, request.seed)?,
+            true => split(trajectories, options.validate_fraction, spec.seed)?,
             false => {
                 let (validation, own) = estimated(validation, &estimates)?;
                 how.extend(own);

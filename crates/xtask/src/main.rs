@@ -27,8 +27,9 @@ mod web;
 mod wheel;
 
 use std::env;
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode};
+use std::process::{Child, Command, ExitCode, ExitStatus};
 use std::time::Instant;
 
 const USAGE: &str = "\
@@ -61,6 +62,10 @@ struct Step {
     variable: Option<(&'static str, &'static str)>,
     /// The rustup component without which it cannot run.
     component: Option<&'static str>,
+    /// Whether it runs beside the steps that follow it, on the core that they leave idle.
+    beside: bool,
+    /// Whether it waits for the steps that run beside it.
+    waits: bool,
 }
 
 impl Step {
@@ -72,6 +77,8 @@ impl Step {
             arguments,
             variable: None,
             component: None,
+            beside: false,
+            waits: false,
         }
     }
 
@@ -84,8 +91,24 @@ impl Step {
     }
 }
 
+impl Step {
+    /// The command, which is announced, and its text.
+    fn command(&self) -> (Command, String) {
+        let mut command = cargo();
+        let words = [self.before, self.arguments].concat();
+        command.args(&words);
+        let mut shown = format!("cargo {}", words.join(" "));
+        if let Some((name, value)) = self.variable {
+            command.env(name, value);
+            shown = format!("{name}='{value}' {shown}");
+        }
+        eprintln!("xtask: {}: {shown}", self.name);
+        (command, shown)
+    }
+}
+
 /// In the order of what fails soonest.
-const TEST: [Step; 17] = [
+const TEST: [Step; 18] = [
     Step {
         component: Some("rustfmt"),
         ..Step::of_cargo("format", &["fmt", "--all", "--check"])
@@ -108,6 +131,10 @@ const TEST: [Step; 17] = [
     },
     Step::of_cargo("tests", &["test", "--workspace", "--all-features"]),
     Step {
+        beside: true,
+        ..Step::chore("module", &["web", "--build", "--where-possible"])
+    },
+    Step {
         variable: Some(("RUSTDOCFLAGS", "-D warnings")),
         ..Step::of_cargo(
             "documentation",
@@ -127,7 +154,10 @@ const TEST: [Step; 17] = [
     Step::chore("docs", &["docs", "--quick", "--where-possible"]),
     Step::chore("documents", &["documents", "--as-built"]),
     Step::chore("browser", &["browser", "--where-possible"]),
-    Step::chore("web", &["web", "--where-possible"]),
+    Step {
+        waits: true,
+        ..Step::chore("web", &["web", "--where-possible"])
+    },
     Step::chore("sanitizer", &["sanitize", "--where-possible"]),
     Step::chore("kill", &["kill", "--each", "3"]),
     Step::chore("fuzz", &["fuzz"]),
@@ -232,16 +262,24 @@ fn main() -> ExitCode {
 fn run(steps: &[Step]) -> Result<String, String> {
     let start = Instant::now();
     steps.iter().try_for_each(require)?;
-    let mut passed = Vec::new();
+    let (mut times, mut beside) = (Vec::new(), Vec::new());
     for step in steps {
         let begun = Instant::now();
+        if step.beside {
+            beside.push(Beside::start(step)?);
+            continue;
+        }
+        if step.waits {
+            beside.drain(..).try_for_each(Beside::finish)?;
+        }
         carry_out(step)?;
-        passed.push(format!("{} {} s", step.name, begun.elapsed().as_secs()));
+        times.push(format!("{} {} s", step.name, begun.elapsed().as_secs()));
     }
+    beside.drain(..).try_for_each(Beside::finish)?;
     Ok(format!(
         "xtask: passed in {} s: {}",
         start.elapsed().as_secs(),
-        passed.join(", ")
+        times.join(", ")
     ))
 }
 
@@ -264,22 +302,60 @@ fn require(step: &Step) -> Result<(), String> {
 }
 
 fn carry_out(step: &Step) -> Result<(), String> {
-    let mut command = cargo();
-    let words = [step.before, step.arguments].concat();
-    command.args(&words);
-    let mut shown = format!("cargo {}", words.join(" "));
-    if let Some((name, value)) = step.variable {
-        command.env(name, value);
-        shown = format!("{name}='{value}' {shown}");
+    let (mut command, shown) = step.command();
+    let status = command.status();
+    passed(step, &shown, status.map_err(|e| not_started(step, &e))?)
+}
+
+fn not_started(step: &Step, error: &std::io::Error) -> String {
+    format!("step '{}' did not start: {error}", step.name)
+}
+
+fn passed(step: &Step, shown: &str, status: ExitStatus) -> Result<(), String> {
+    match status.success() {
+        true => Ok(()),
+        false => Err(format!("step '{}' failed ({status}): {shown}", step.name)),
     }
-    eprintln!("xtask: {}: {shown}", step.name);
-    let status = command
-        .status()
-        .map_err(|e| format!("step '{}' did not start: {e}", step.name))?;
-    if status.success() {
-        Ok(())
-    } else {
-        Err(format!("step '{}' failed ({status}): {shown}", step.name))
+}
+
+/// A step that runs beside others; what it prints is shown where it fails.
+struct Beside<'a> {
+    step: &'a Step,
+    child: Child,
+    shown: String,
+    log: PathBuf,
+}
+
+impl<'a> Beside<'a> {
+    fn start(step: &'a Step) -> Result<Self, String> {
+        let log = target().join(format!("xtask-{}.log", step.name));
+        let file = File::create(&log).map_err(|e| format!("{}: {e}", log.display()))?;
+        let errors = file.try_clone().map_err(|e| e.to_string())?;
+        let (mut command, shown) = step.command();
+        let child = command.stdout(file).stderr(errors).spawn();
+        Ok(Self {
+            child: child.map_err(|e| not_started(step, &e))?,
+            step,
+            shown,
+            log,
+        })
+    }
+
+    fn finish(mut self) -> Result<(), String> {
+        let status = self.child.wait().map_err(|e| e.to_string())?;
+        passed(self.step, &self.shown, status).inspect_err(|_| {
+            let log = fs::read_to_string(&self.log).unwrap_or_default();
+            eprintln!("{log}");
+        })
+    }
+}
+
+impl Drop for Beside<'_> {
+    /// Ends it where another step has failed.
+    fn drop(&mut self) {
+        // OK to ignore: it has ended.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
     }
 }
 

@@ -9,11 +9,12 @@ use std::fs;
 use std::io::Cursor;
 use std::path::Path;
 
+use lagrangian::FitSpec;
 use lagrangian::models::FAMILIES;
 use lagrangian::rigid;
-use lagrangian::train::{DataFacts, Observer, Progress, Request};
+use lagrangian::train::{DataFacts, Observer, Progress};
 use lagrangian::{
-    Budget, Checkpoint, Coordinates, Dataset, Format, Provenance, Result, Signals, Trajectory, fit,
+    Checkpoint, Coordinates, Dataset, Format, Provenance, Result, Signals, Trajectory, fit,
 };
 use serde_json::Value;
 
@@ -111,11 +112,11 @@ impl Observer for First {
 fn models() {
     let mut fits = toml::Table::new();
     for entry in FAMILIES {
-        let mut request = Request::of(entry.name);
+        let mut request = FitSpec::of(entry.name);
         if entry.settings.iter().any(|setting| setting.name == "width") {
             request.settings.insert("width".into(), 3.into());
         }
-        request.budget = Some(Budget::Steps(2));
+        request.steps = Some(2);
         let known = DataFacts {
             forced: true,
             ..DataFacts::default()

@@ -4,12 +4,13 @@ use lagrangian::models::{Entry, FAMILIES};
 use lagrangian::rigid;
 use lagrangian::settings::{Kind, Range, Setting, Values};
 use lagrangian::{
-    Budget, Coordinates, Dataset, Fit, FitConfig, Loss, Model, Provenance, RobotConfig, Signals,
+    Coordinates, Dataset, Fit, FitConfig, Loss, Model, Provenance, RobotConfig, Signals,
     Trajectory, fit,
 };
 use lagrangian::{
+    FitSpec,
     fit::{ROLLOUT_SETTINGS, SETTINGS},
-    train::{DataFacts, Request},
+    train::DataFacts,
 };
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -140,7 +141,7 @@ fn scene(rng: &mut impl Rng) -> (Scene, Dataset) {
     (Scene { entry, n, speed }, dataset)
 }
 
-fn request(rng: &mut impl Rng, scene: &Scene) -> Request {
+fn request(rng: &mut impl Rng, scene: &Scene) -> FitSpec {
     let all = FAMILIES.iter().flat_map(|entry| entry.settings);
     let family: Vec<&Setting> = scene
         .entry
@@ -151,13 +152,13 @@ fn request(rng: &mut impl Rng, scene: &Scene) -> Request {
         Some(able) if !able.solved => share,
         _ => 0.01,
     };
-    let mut request = Request {
+    let mut request = FitSpec {
         family: scene.entry.map(|entry| entry.name.into()),
         settings: drawn(rng, scene, family, share),
         training: drawn(rng, scene, SETTINGS, of_training),
-        budget: Some(Budget::Steps(STEPS)),
+        steps: Some(STEPS),
         seed: rng.random(),
-        ..Request::default()
+        ..FitSpec::default()
     };
     let losses = abilities.map_or(&[][..], |able| able.losses);
     let given = |name: &str| request.training.contains_key(name);
@@ -178,7 +179,8 @@ fn request(rng: &mut impl Rng, scene: &Scene) -> Request {
     }
     let able = abilities.is_some_and(|able| able.nominal);
     if rng.random_bool(if able { 0.1 } else { 0.01 }) {
-        request.nominal = robot(scene.n);
+        let (name, joints) = robot(scene.n);
+        (request.nominal, request.joints) = (Some(name.into()), joints);
     }
     request
 }
@@ -246,7 +248,7 @@ fn value(rng: &mut impl Rng, scene: &Scene, setting: &Setting) -> Value {
             };
             json!((0..count).map(|_| number(rng, range)).collect::<Vec<_>>())
         }
-        Kind::Robot => robot(scene.n).map_or(Value::Null, |robot| json!(robot)),
+        Kind::Robot => described(scene.n).map_or(Value::Null, |robot| json!(robot)),
     }
 }
 
@@ -262,11 +264,17 @@ fn number(rng: &mut impl Rng, Range { min, max }: Range) -> f64 {
     }
 }
 
-/// An arm of two links, one of which is locked where a single joint moves.
-fn robot(n: usize) -> Option<RobotConfig> {
+/// The example of an arm of two links, one of which is locked where a single joint moves.
+fn robot(n: usize) -> (&'static str, Vec<String>) {
     let joints = match n {
         1 => vec!["shoulder".to_string()],
         _ => Vec::new(),
     };
-    RobotConfig::new(rigid::example("two_link_arm")?, joints).ok()
+    ("two_link_arm", joints)
+}
+
+/// Its description as the value of a setting.
+fn described(n: usize) -> Option<RobotConfig> {
+    let (name, joints) = robot(n);
+    RobotConfig::new(rigid::example(name)?, joints).ok()
 }

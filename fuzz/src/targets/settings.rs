@@ -1,8 +1,9 @@
 //! The settings of a run in its record, `run.toml`.
 
+use lagrangian::FitConfig;
+use lagrangian::FitSpec;
 use lagrangian::settings::Values;
-use lagrangian::train::{DataFacts, Request};
-use lagrangian::{Budget, FitConfig};
+use lagrangian::train::DataFacts;
 use serde_json::Value;
 
 use super::dataset;
@@ -27,14 +28,14 @@ pub fn settings(bytes: &[u8]) -> Outcome {
 }
 
 /// What the library is asked for by the settings of a record.
-fn request(settings: &Value) -> Request {
+fn request(settings: &Value) -> FitSpec {
     let table = |name: &str| -> Values {
         let values = settings[name].as_object();
         values.cloned().unwrap_or_default()
     };
     let (mut family, mut training) = (table("model"), table("training"));
     let seconds = training.remove("seconds").and_then(|s| s.as_f64());
-    Request {
+    FitSpec {
         family: family
             .remove("model")
             .and_then(|name| name.as_str().map(String::from)),
@@ -45,8 +46,8 @@ fn request(settings: &Value) -> Request {
             .unwrap_or(0),
         training,
         rollout: table("rollout"),
-        budget: seconds.map(Budget::Seconds),
-        nominal: None,
+        seconds,
+        ..FitSpec::default()
     }
 }
 

@@ -26,7 +26,7 @@ const figures = await page.evaluate(async (budget) => {
     });
   const of = { name: "double-pendulum" };
   await ask({ ask: "states", of, samples: 100_000, seed: 0 });
-  await ask({ ask: "start", family: "lnn", seconds: budget });
+  await ask({ ask: "start", fit: { family: "lnn", seconds: budget } });
   let advanced;
   do advanced = await ask({ ask: "advance", milliseconds: 250 });
   while (!advanced.done);

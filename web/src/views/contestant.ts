@@ -44,7 +44,7 @@ export class Contestant {
   async learn(task: Task, trial: () => Trial, watching: Watching): Promise<void> {
     await this.engine.ask(task.experiment);
     const { family, settings, length, seed } = task;
-    this.begun = await this.engine.ask<Begun>({ ask: "start", family, settings, ...length, seed });
+    this.begun = await this.engine.ask<Begun>({ ask: "start", fit: { family, settings, ...length, seed } });
     this.losses = [];
     for (let done = false, looked = -Infinity; !done; ) {
       const advanced = await this.engine.ask<Advanced>({ ask: "advance", milliseconds: SLICE });

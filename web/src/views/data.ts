@@ -192,7 +192,7 @@ class Data {
       go.textContent = "Stop and keep the best";
       const friction = this.friction && this.family !== "mlp" ? { dissipation: true } : {};
       const settings = { width: this.width, ...friction };
-      const begun = await this.engine.ask<Begun>({ ask: "start", family: this.family, settings, seconds: this.seconds, started: Date.now() });
+      const begun = await this.engine.ask<Begun>({ ask: "start", fit: { family: this.family, settings, seconds: this.seconds }, started: Date.now() });
       await this.watch(place, begun);
       await this.finish(place, begun);
     });

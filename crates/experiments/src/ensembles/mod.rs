@@ -1,9 +1,9 @@
 //! Ensembles on two real machines: how much of new motions lies in their bands.
 
 use anyhow::Result;
+use lagrangian::FitSpec;
 use lagrangian::ensemble::fit_ensemble;
-use lagrangian::train::Request;
-use lagrangian::{Budget, Coordinates, Dataset, Estimate, FitConfig, Trajectory, split};
+use lagrangian::{Coordinates, Dataset, Estimate, FitConfig, Trajectory, split};
 use serde_json::{Value, json};
 
 use crate::harness::{Contestant, Experiment, Lab, contestants, less, neither};
@@ -96,10 +96,10 @@ fn double_pendulum(lab: &Lab) -> Result<Machine> {
 
 fn compete(lab: &mut Lab, machine: &Machine, who: &Contestant<Recipe>, seed: u64) -> Result<()> {
     let Recipe { family, settings } = &who.config;
-    let mut request = Request {
+    let mut request = FitSpec {
         seed,
-        budget: Some(Budget::Seconds(if lab.quick() { 2.0 } else { 20.0 })),
-        ..Request::of(family)
+        seconds: Some(if lab.quick() { 2.0 } else { 20.0 }),
+        ..FitSpec::of(family)
     };
     request.settings = settings().as_object().cloned().unwrap_or_default();
     request.training.insert("loss".into(), json!("torque"));

@@ -3,10 +3,10 @@
 use anyhow::Result;
 use lagrangian::score::{Assessment, Grade, Reason};
 use lagrangian::{
-    Budget, CheckOptions, CheckReport, Dataset, EstimateOptions, FitConfig, Item, Observer,
-    RobotConfig, RolloutOptions, Verdict, check, check_validation, score,
+    CheckOptions, CheckReport, Dataset, EstimateOptions, FitConfig, Item, Observer, RobotConfig,
+    RolloutOptions, Verdict, check, check_validation, score,
 };
-use lagrangian::{fit::select, train::Request};
+use lagrangian::{FitSpec, fit::select};
 
 use super::case::Case;
 
@@ -134,9 +134,9 @@ fn fit(
     };
     let (train, validation) = (motions(&case.logs)?, motions(&case.validation)?);
     let dataset = Dataset::new(coordinates, &train, &validation)?;
-    let mut request = Request {
-        budget: Some(Budget::Seconds(seconds)),
-        ..Request::default()
+    let mut request = FitSpec {
+        seconds: Some(seconds),
+        ..FitSpec::default()
     };
     if let Some((text, joints)) = &case.urdf {
         let robot = RobotConfig::new(text, joints.clone())?;

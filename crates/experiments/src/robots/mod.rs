@@ -3,11 +3,11 @@
 use std::io::Cursor;
 
 use anyhow::Result;
+use lagrangian::FitSpec;
 use lagrangian::score::Assessment;
-use lagrangian::train::Request;
 use lagrangian::{
-    Budget, Coordinates, Dataset, Estimate, EstimateOptions, FitConfig, Format, Layout,
-    RobotConfig, RolloutOptions, Trajectory, score, split,
+    Coordinates, Dataset, Estimate, EstimateOptions, FitConfig, Format, Layout, RobotConfig,
+    RolloutOptions, Trajectory, score, split,
 };
 use serde_json::{Value, json};
 
@@ -156,13 +156,13 @@ fn compete(
     let coordinates = Coordinates::angles(learned.dof());
     let (train, validation) = split(vec![learned.clone()], VALIDATION, seed)?;
     let dataset = Dataset::new(coordinates, &train, &validation)?;
-    let mut request = Request {
+    let mut request = FitSpec {
         seed,
-        budget: Some(match lab.quick() {
-            true => Budget::Seconds(3.0),
-            false => Budget::Seconds(30.0),
+        seconds: Some(match lab.quick() {
+            true => 3.0,
+            false => 30.0,
         }),
-        ..Request::of(recipe.family)
+        ..FitSpec::of(recipe.family)
     };
     let settings = (recipe.settings)(Some(description));
     request.settings = settings.as_object().cloned().unwrap_or_default();

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use anyhow::Result;
 use lagrangian::models::Parameter;
 use lagrangian::score::Assessment;
-use lagrangian::{Fit, Layout, Prepared, Trajectory, Verdict, counted};
+use lagrangian::{Fit, Layout, Prepared, Score, Trajectory, Verdict, counted};
 use lagrangian::{
     fit::ResolvedConfig,
     score::CandidateResult,
@@ -14,7 +14,7 @@ use lagrangian::{
 };
 use lagrangian_run::{
     Columns, Data, DataFile, Error, Evaluation, ExistingRun, Figures, FileHash, FinishedFit,
-    Fitted, MODEL, PreparedFit, REPORT, RunFolder, RunRecord, RunTarget, Tensorboard, bag_files,
+    FitReport, MODEL, PreparedFit, REPORT, RunFolder, RunRecord, RunTarget, Tensorboard, bag_files,
 };
 use serde_json::json;
 
@@ -65,60 +65,37 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
         Some(members) => ensemble::fitted(&kept, members, mode)?,
         None => None,
     };
-    let dataset = &kept.prepared.dataset;
-    let samples = json!({ "train": dataset.train.len(), "validation": dataset.validation.len() });
     let estimates = kept.prepared.estimates.len();
-    let fitted = kept.ended(ensemble);
-    let assessment = assessed(&fitted, &place, mode)?;
-    let Fitted {
-        fit,
-        choices,
-        contestants,
-        ensemble,
-        improved,
-        forced,
-        ..
-    } = fitted;
+    let report = kept.ended(ensemble);
+    let (score, assessment) = assessed(&report, &place, mode)?;
     if !mode.json {
-        tell(folder, &fit, &assessment);
-        ensemble
-            .iter()
-            .for_each(|own| note!("{}", ensemble::as_text(&own.coverage)));
-        return Ok(exit_code(&fit, improved, &assessment));
+        tell(folder, &report.fit, &assessment);
+        let ensemble = report.ensemble.iter();
+        ensemble.for_each(|own| note!("{}", ensemble::as_text(&own.coverage)));
+        return Ok(exit_code(&report.fit, report.improved, &assessment));
     }
-    output::print_json(&json!({
-        "command": "fit",
-        "out": args.out,
-        "model": folder.file(MODEL),
-        "report": folder.file(REPORT),
-        "family": fit.model.family(),
-        "ending": fit.ending,
-        "improved": improved,
-        "steps": fit.steps,
-        "seconds": fit.seconds,
-        "loss": fit.best,
-        "loss_step": fit.best_step,
-        "samples": samples,
-        "forces": forced,
-        "estimates": estimates,
-        "choices": choices,
-        "tried": contestants,
-        "verdict": assessment.verdict,
-        "assessment": assessment,
-        "parameters": fit.model.parameters(),
-        "ensemble": ensemble.map(|own| own.summary()),
-    }))?;
-    Ok(exit_code(&fit, improved, &assessment))
+    let mut summary = report.summary(&score, &assessment);
+    summary["command"] = json!("fit");
+    summary["out"] = json!(args.out);
+    summary["model"] = json!(folder.file(MODEL));
+    summary["report"] = json!(folder.file(REPORT));
+    summary["estimates"] = json!(estimates);
+    output::print_json(&summary)?;
+    Ok(exit_code(&report.fit, report.improved, &assessment))
 }
 
 /// Writes the page, and reports the reliability of the model; predictions end when their time is up.
-fn assessed(fitted: &Fitted, place: &RunTarget, mode: OutputMode) -> Result<Assessment> {
-    let motions = &fitted.evaluation.motions;
+fn assessed(
+    report: &FitReport,
+    place: &RunTarget,
+    mode: OutputMode,
+) -> Result<(Score, Assessment)> {
+    let motions = &report.evaluation.motions;
     let samples = motions.iter().map(Trajectory::len).sum();
     let _task = Task::of_predictions(PREDICTIONS, mode.quiet, samples)?;
-    let (score, assessment) = fitted.assessed(Some(place), &motion::for_comparison())?;
+    let (score, assessment) = report.assessed(Some(place), &motion::for_comparison())?;
     motion::note_stopped(&score);
-    Ok(assessment)
+    Ok((score, assessment))
 }
 
 /// Reports the models that could not be fitted.
@@ -190,10 +167,10 @@ fn occupied(args: &FitArgs) -> ExistingRun {
 /// The motions of a run's evaluation, read again from the files that it names.
 pub(super) fn evaluation(record: &RunRecord) -> Result<Evaluation> {
     let args = settings(record)?;
-    let (data, specification) = (read(&args)?, args.specification(None)?);
+    let (data, spec) = (read(&args)?, args.spec(None)?);
     // A description of a robot, which is not read again, is the last of the files.
     record.refuse_changed(&data.hashes, "bring the old file back, or repeat the fit")?;
-    let prepared = specification.prepared(data.training, data.validation);
+    let prepared = lagrangian_run::prepared(&spec, data.training, data.validation);
     let mut prepared = prepared.map_err(failure::of_data)?;
     tell_prepared(&mut prepared);
     Ok(prepared.into())
@@ -208,7 +185,7 @@ fn ready(args: &FitArgs, inputs: &[PathBuf], mode: OutputMode) -> Result<Prepare
     data.columns = Some(columns(args)?);
     let file = robot.as_ref().and_then(|robot| args.robot.file(robot));
     data.hashes.extend(file);
-    let ready = args.specification(robot.as_ref())?.ready(data);
+    let ready = PreparedFit::new(args.spec(robot.as_ref())?, data);
     let mut ready = ready.map_err(failure::of_data)?;
     tell_prepared(&mut ready.prepared);
     tell_candidates(&ready.candidates);
@@ -228,8 +205,8 @@ fn ready(args: &FitArgs, inputs: &[PathBuf], mode: OutputMode) -> Result<Prepare
 
 /// Reads the recordings without shifting forces: delays are applied by the fit.
 fn read(args: &FitArgs) -> Result<Data> {
-    let specification = args.specification(None)?;
-    let stretch = (specification.request()?.needs()?).stretch(&specification.prepare());
+    let spec = args.spec(None)?;
+    let stretch = spec.needs()?.stretch(&spec.prepare);
     let sampling = args.sample.sampling(args.training.seed, stretch);
     let columns = DataArgs {
         delay: Vec::new(),

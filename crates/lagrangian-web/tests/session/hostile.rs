@@ -59,7 +59,7 @@ fn as_table(session: &mut Session, name: &str, bytes: &[u8]) -> Result<(), Strin
     let read = json!({ "ask": "read", "t": time, "q": seen["coordinates"], "trajectory": motions });
     answered(session, read, &[])?;
     answered(session, json!({ "ask": "check" }), &[])?;
-    let start = json!({ "ask": "start", "family": "lnn", "settings": { "width": 16 }, "steps": 2 });
+    let start = json!({ "ask": "start", "fit": { "family": "lnn", "settings": { "width": 16 }, "steps": 2 } });
     answered(session, start, &[])?;
     let advance = json!({ "ask": "advance", "milliseconds": 1000 });
     while answered(session, advance.clone(), &[])?["done"] == json!(false) {}
@@ -170,7 +170,7 @@ fn forces_that_are_no_numbers_are_named_with_their_motion() {
             ask(&mut session, &json!({ "ask": "check" }))["verdict"],
             "fail"
         );
-        let start = json!({ "ask": "start", "family": "lnn", "steps": 1 });
+        let start = json!({ "ask": "start", "fit": { "family": "lnn", "steps": 1 } });
         let message = give(&mut session, &start, &[]).unwrap_err();
         assert!(message.contains(motion), "{cell}: {message}");
     }

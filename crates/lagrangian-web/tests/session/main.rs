@@ -21,8 +21,7 @@ fn started(steps: usize) -> Session {
     let mut session = Session::default();
     let recorded = json!({ "ask": "experiment", "of": pendulum(), "motions": 10, "duration": 4, "interval": 0.02 });
     assert_eq!(ask(&mut session, &recorded)["samples"], 2010);
-    let fit =
-        json!({ "ask": "start", "family": "lnn", "settings": { "width": 16 }, "steps": steps });
+    let fit = json!({ "ask": "start", "fit": { "family": "lnn", "settings": { "width": 16 }, "steps": steps } });
     assert!(ask(&mut session, &fit)["samples"].as_u64().unwrap() > 1000);
     session
 }
@@ -131,7 +130,10 @@ fn every_wrong_request_is_an_answer_that_says_what_to_do() {
             json!({ "ask": "advance", "milliseconds": 1 }),
             "start one first",
         ),
-        (json!({ "ask": "start", "family": "lnn" }), "drop a file"),
+        (
+            json!({ "ask": "start", "fit": { "family": "lnn" } }),
+            "drop a file",
+        ),
         (
             json!({ "ask": "states", "of": pendulum(), "samples": 1_000_000_000 }),
             "fewer",
@@ -144,7 +146,8 @@ fn every_wrong_request_is_an_answer_that_says_what_to_do() {
         let message = refused(&mut session, &request);
         assert!(message.contains(remedy), "{request}: {message}");
     }
-    let wide = json!({ "ask": "start", "family": "lnn", "settings": { "width": 100_000 } });
+    let wide =
+        json!({ "ask": "start", "fit": { "family": "lnn", "settings": { "width": 100_000 } } });
     assert!(refused(&mut started(1), &wide).contains("narrower"));
     for bytes in [&b"\0\0\0\0\0\0\0\0"[..], b"", &[255; 64]] {
         assert!(give(&mut session, &json!({ "ask": "load" }), bytes).is_err());

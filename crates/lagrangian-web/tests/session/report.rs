@@ -3,10 +3,10 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use lagrangian::{Format, Layout, RolloutOptions};
+use lagrangian::{FitSpec, Format, Layout, RolloutOptions};
 use lagrangian_report::Command;
 use lagrangian_run::{
-    Data, ExistingRun, Figures, Frontend, REPORT, RunFolder, RunRecord, RunTarget, Specification,
+    Data, ExistingRun, Figures, Frontend, PreparedFit, REPORT, RunFolder, RunRecord, RunTarget,
     Tensorboard,
 };
 use lagrangian_web::Session;
@@ -33,7 +33,7 @@ fn report(steps: usize) -> String {
     });
     ask(&mut session, &read);
     let start = json!({
-        "ask": "start", "family": "lnn", "settings": { "width": 8 }, "steps": steps, "started": 1_735_689_600_000_u64,
+        "ask": "start", "fit": { "family": "lnn", "settings": { "width": 8 }, "steps": steps }, "started": 1_735_689_600_000_u64,
     });
     ask(&mut session, &start);
     advance(&mut session, 1000.0);
@@ -67,11 +67,11 @@ fn of_a_folder(steps: usize) -> String {
         ..Data::default()
     };
     let settings = json!({ "width": 8 });
-    let asked = Specification {
+    let spec = FitSpec {
         family: Some("lnn".into()),
         settings: settings.as_object().unwrap().clone(),
         steps: Some(steps),
-        ..Specification::default()
+        ..FitSpec::default()
     };
     let place = tempfile::tempdir().unwrap();
     let folder = RunFolder::open(place.path(), ExistingRun::Refuse).unwrap();
@@ -83,7 +83,9 @@ fn of_a_folder(steps: usize) -> String {
         tensorboard: Tensorboard::Omitted,
         figures: Figures::Omitted,
     };
-    let kept = asked.ready(data).unwrap().fit(Some(&place), &mut ());
+    let kept = PreparedFit::new(spec, data)
+        .unwrap()
+        .fit(Some(&place), &mut ());
     let fitted = kept.unwrap().ended(None);
     let options = RolloutOptions::for_comparison();
     fitted.assessed(Some(&place), &options).unwrap();
@@ -132,7 +134,7 @@ fn a_report_of_nothing_says_what_to_do_first() {
     ask(&mut session, &states);
     ask(
         &mut session,
-        &json!({ "ask": "start", "family": "lnn", "settings": { "width": 8 }, "steps": 1 }),
+        &json!({ "ask": "start", "fit": { "family": "lnn", "settings": { "width": 8 }, "steps": 1 } }),
     );
     assert!(refused(&mut session, &asked).contains("fit recordings"));
 }

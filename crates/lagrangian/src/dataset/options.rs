@@ -1,9 +1,11 @@
 //! Options of the preparation of recordings before a fit.
 
 use lagrangian_recordings::EstimateOptions;
+use serde::{Deserialize, Serialize};
 
 /// Options of the preparation of recordings before a fit.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct PrepareOptions {
     /// Replace measured q and q̇ by their local polynomials.
     pub smooth: bool,
@@ -14,8 +16,8 @@ pub struct PrepareOptions {
     pub baseline: usize,
     /// The part of the trajectories that is held back where no others are given to validate on.
     pub validate_fraction: f64,
-    /// Whether the forces have been shifted in time.
-    pub delayed: bool,
+    /// The delays of the forces, s: one for all coordinates, one for each, or none.
+    pub delay: Vec<f64>,
 }
 
 impl Default for PrepareOptions {
@@ -25,12 +27,17 @@ impl Default for PrepareOptions {
             low_pass: None,
             baseline: 1,
             validate_fraction: 0.2,
-            delayed: false,
+            delay: Vec::new(),
         }
     }
 }
 
 impl PrepareOptions {
+    /// Whether nothing was given.
+    pub(crate) fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+
     /// The options by which signals that were not measured are estimated.
     #[must_use]
     pub fn estimates(&self) -> EstimateOptions {

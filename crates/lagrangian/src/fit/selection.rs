@@ -12,8 +12,7 @@ use crate::train::checkpoint::Checkpoint;
 use crate::train::known::DataFacts;
 use crate::train::loss::Loss;
 use crate::train::observer::{Ending, Observer};
-use crate::train::request::{AutoSetting, Request};
-use crate::train::task::Budget;
+use crate::train::spec::{AutoSetting, FitSpec};
 use lagrangian_motion::Samples;
 use lagrangian_motion::{Error, Result};
 use lagrangian_recordings::Estimate;
@@ -45,20 +44,19 @@ impl FitConfig {
     pub fn candidates(
         dataset: &Dataset,
         estimates: &[Estimate],
-        request: &Request,
+        spec: &FitSpec,
     ) -> Result<Vec<ResolvedConfig>> {
         let known = DataFacts::of(dataset, estimates);
-        let requests = request.candidates(dataset)?;
-        requests.iter().map(|r| r.choose(&known)).collect()
+        let candidates = spec.checked()?.candidates(dataset)?;
+        candidates.iter().map(|own| own.choose(&known)).collect()
     }
 }
 
-impl Request {
+impl FitSpec {
     /// Whether a robot is given, whose parameters are identified.
     pub(crate) fn has_robot(&self) -> bool {
-        self.settings
-            .get("robot")
-            .is_some_and(|robot| !robot.is_null())
+        let given = self.settings.get("robot");
+        self.urdf.is_some() || given.is_some_and(|robot| !robot.is_null())
     }
 
     /// Whether several families may be tried: the request does not name the fitted one, or includes a robot.
@@ -98,31 +96,28 @@ impl Request {
 
     /// The request for one of several families, with the settings that this family has.
     fn of_candidate(&self, entry: &Entry) -> Self {
-        let mut request = self.clone();
-        request.family = Some(entry.name.into());
-        request.settings.retain(|name, _| entry.has(name));
+        let mut spec = self.clone();
+        spec.family = Some(entry.name.into());
+        spec.settings.retain(|name, _| entry.has(name));
         if (entry.default)().abilities().solved {
-            request.training.retain(|name, _| name == "forward");
-            return request;
+            spec.training.retain(|name, _| name == "forward");
+            return spec;
         }
         let friction = ["forces", "dissipation"];
         if !friction
             .iter()
-            .any(|name| request.settings.contains_key(*name))
+            .any(|name| spec.settings.contains_key(*name))
         {
-            request.settings.insert("forces".into(), json!(FORCES));
+            spec.settings.insert("forces".into(), json!(FORCES));
         }
-        request
-            .training
+        spec.training
             .entry("loss")
             .or_insert(json!(Loss::TORQUE.name()));
         // Half of the time is for families that are solved at once.
-        request.budget = match self.budget {
-            None => Some(Budget::Seconds(0.5 * SECONDS)),
-            Some(Budget::Seconds(seconds)) => Some(Budget::Seconds(0.5 * seconds)),
-            steps => steps,
-        };
-        request
+        if self.steps.is_none() {
+            spec.seconds = Some(0.5 * self.seconds.unwrap_or(SECONDS));
+        }
+        spec
     }
 }
 

@@ -11,7 +11,7 @@ use super::setup::Setup;
 use super::{FAMILIES, Learned};
 use crate::dataset::{Dataset, Momenta};
 use crate::saved::{self, SavedModel};
-use crate::train::{AutoSetting, DataFacts, Learner, Loss, Observer, Request, TrainingTask};
+use crate::train::{AutoSetting, DataFacts, FitSpec, Learner, Loss, Observer, TrainingTask};
 use lagrangian_mechanics::integrate::Method;
 use lagrangian_motion::settings::{Kind, Setting};
 use lagrangian_motion::{Error, Result};
@@ -275,7 +275,7 @@ pub struct Entry {
     ///
     /// # Errors
     /// [`Error::Setting`] for settings that exclude each other.
-    pub choose: fn(&DataFacts, &Request) -> Result<Vec<AutoSetting>>,
+    pub choose: fn(&DataFacts, &FitSpec) -> Result<Vec<AutoSetting>>,
     /// Reads a configuration from its JSON object.
     pub read: fn(Value) -> serde_json::Result<Box<dyn Family>>,
     /// The names under which its models are saved.
@@ -377,7 +377,7 @@ impl Entry {
 }
 
 /// The choices of a family that chooses nothing from the data.
-pub(crate) fn no_choice(_: &DataFacts, _: &Request) -> Result<Vec<AutoSetting>> {
+pub(crate) fn no_choice(_: &DataFacts, _: &FitSpec) -> Result<Vec<AutoSetting>> {
     Ok(Vec::new())
 }
 

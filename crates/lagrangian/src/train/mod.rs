@@ -15,11 +15,11 @@ pub mod observer;
 mod order;
 mod positions;
 pub mod problem;
-pub mod request;
 pub(crate) mod rollout;
 pub mod run;
 mod schedule;
 mod shape;
+pub mod spec;
 pub(crate) mod task;
 #[cfg(test)]
 pub(crate) mod tests;
@@ -38,9 +38,9 @@ pub(crate) use positions::{CHORDS, Derivatives, PointFamily, PositionsLearner};
 pub use problem::{
     Batch, Differentiable, GradientSize, LeastSquares, LossValue, ResidualSize, StepAt,
 };
-pub(crate) use request::LOSS;
-pub use request::{AutoSetting, Request};
 pub use rollout::{Observe, RolloutLoss, Start};
 pub use schedule::cosine;
 pub use shape::{NetworkShape, Parts};
+pub(crate) use spec::LOSS;
+pub use spec::{AutoSetting, FitSpec};
 pub use task::{Budget, Optimizer, Precision, TrainingTask};

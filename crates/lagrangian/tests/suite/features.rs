@@ -1,10 +1,10 @@
 //! Lagrangians that are linear in random features.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+use lagrangian::FitSpec;
 use lagrangian::analytic::by_name;
 use lagrangian::models::FeatureLagrangian;
 use lagrangian::rollout::{free, times};
-use lagrangian::train::Request;
 use lagrangian::trajectory::Samples;
 use lagrangian::{
     Dataset, Error, FeaturesConfig, FitConfig, ForceTerms, Learned, Loss, Model, Outcome,
@@ -151,7 +151,7 @@ fn what_does_not_belong_to_random_features_is_refused() {
         ("dissipation", json!(true)),
         ("depth", json!(1)),
     ] {
-        let mut request = Request::of("features");
+        let mut request = FitSpec::of("features");
         request.settings.insert(name.into(), value);
         let refused = request.family().unwrap_err();
         assert!(

@@ -6,12 +6,12 @@ use std::collections::BTreeMap;
 use lagrangian::models::{Entry, FAMILIES};
 use lagrangian::settings::{Kind, Setting, Values};
 use lagrangian::{
-    Budget, Coordinates, Dataset, FitConfig, LnnConfig, Optimizer, Provenance, Signals, Trajectory,
-    fit,
+    Coordinates, Dataset, FitConfig, LnnConfig, Optimizer, Provenance, Signals, Trajectory, fit,
 };
 use lagrangian::{
+    FitSpec,
     fit::{ROLLOUT_SETTINGS, SETTINGS},
-    train::{DataFacts, Request},
+    train::DataFacts,
 };
 use serde_json::{Value, json};
 
@@ -118,13 +118,13 @@ fn chosen(
         }
         values
     };
-    let request = Request {
+    let request = FitSpec {
         family: Some(family.into()),
         settings: values("family", &context.settings),
         training: values("training", &context.training),
         rollout: values("rollout", &json!({})),
-        budget: Some(Budget::Steps(STEPS)),
-        ..Request::default()
+        steps: Some(STEPS),
+        ..FitSpec::default()
     };
     let config = FitConfig::for_data(dataset, &[], &request).ok()?.config;
     config.validate(dataset).ok()?;
@@ -262,7 +262,7 @@ fn numbers_outside_their_bounds_are_refused_with_the_bounds() {
                 Kind::Numbers(range) => (json!([1e20]), range.words()),
                 _ => continue,
             };
-            let mut request = Request::of(entry.name);
+            let mut request = FitSpec::of(entry.name);
             let values = match table {
                 "family" => &mut request.settings,
                 "training" => &mut request.training,

@@ -3,6 +3,7 @@
 //! Settings that a request omits are chosen here, each with a reason, so that the same request gives the same model in a
 //! command, a program or a script.
 
+mod spec;
 mod training;
 
 use training::TrainingChoices;
@@ -17,9 +18,9 @@ use crate::models::{Abilities, Entry, FAMILIES, Family};
 use crate::train::forces::{ForceTerms, Input};
 use crate::train::known::DataFacts;
 use crate::train::loss::Loss;
-use crate::train::request::{AutoSetting, LOSS, Request};
 use crate::train::rollout::RolloutLoss;
-use crate::train::task::{Budget, FORWARD, TrainingTask};
+use crate::train::spec::{AutoSetting, FitSpec, LOSS};
+use crate::train::task::{FORWARD, TrainingTask};
 use lagrangian_motion::settings::{Need, Setting, Values, is_absent};
 use lagrangian_motion::{Error, Result};
 use lagrangian_recordings::Estimate;
@@ -41,27 +42,31 @@ impl FitConfig {
     pub fn for_data(
         dataset: &Dataset,
         estimates: &[Estimate],
-        request: &Request,
+        spec: &FitSpec,
     ) -> Result<ResolvedConfig> {
-        request.choose(&DataFacts::of(dataset, estimates))
+        spec.choose(&DataFacts::of(dataset, estimates))
     }
 }
 
-impl Request {
+impl FitSpec {
     /// The configuration of the family, with defaults for settings that depend on the data.
     ///
     /// # Errors
-    /// As [`Request::choose`].
+    /// As [`FitSpec::choose`].
     pub fn family(&self) -> Result<Box<dyn Family>> {
-        Ok(self.complete(&DataFacts::default())?.config.family)
+        Ok(self
+            .checked()?
+            .complete(&DataFacts::default())?
+            .config
+            .family)
     }
 
     /// The loss of a fit to such data.
     ///
     /// # Errors
-    /// As [`Request::choose`].
+    /// As [`FitSpec::choose`].
     pub fn loss(&self, known: &DataFacts) -> Result<Loss> {
-        Ok(self.complete(known)?.config.loss)
+        Ok(self.checked()?.complete(known)?.config.loss)
     }
 
     /// All settings of a fit to data with these properties.
@@ -70,8 +75,9 @@ impl Request {
     /// [`Error::Setting`] for a setting that does not belong to the fit or changes nothing of it, [`Error::UnknownName`] for an
     /// unknown family.
     pub fn choose(&self, known: &DataFacts) -> Result<ResolvedConfig> {
-        let chosen = self.complete(known)?;
-        self.refuse_idle(&chosen, known)?;
+        let own = self.checked()?;
+        let chosen = own.complete(known)?;
+        own.refuse_idle(&chosen, known)?;
         Ok(chosen)
     }
 
@@ -115,14 +121,14 @@ impl Request {
         let mut training = TrainingChoices {
             asked: training,
             loss,
-            timed: !matches!(self.budget, Some(Budget::Steps(_))),
+            timed: self.steps.is_none(),
             known: *known,
             choices,
         };
         let name = training.optimizer();
         let optimizer = training.configured(name)?;
         let batch = training.batch(name);
-        let budget = training.budget(self.budget);
+        let budget = training.budget(self.budget());
         let TrainingChoices { asked, choices, .. } = training;
         let solved = family.abilities().solved;
         Ok(ResolvedConfig {
@@ -138,7 +144,11 @@ impl Request {
                     forward: asked.forward.unwrap_or(FORWARD),
                     seed: self.seed,
                     forces,
-                    nominal: self.nominal.clone(),
+                    nominal: self
+                        .nominal
+                        .as_deref()
+                        .map(|text| self.robot(text))
+                        .transpose()?,
                     patience: asked.patience,
                     ..TrainingTask::default()
                 },

@@ -8,7 +8,7 @@ use crate::fit::settings::{DampingName, OptimizerName, TrainingSettings};
 use crate::train::adam::AdamConfig;
 use crate::train::loss::Loss;
 use crate::train::natural::NaturalConfig;
-use crate::train::request::AutoSetting;
+use crate::train::spec::AutoSetting;
 use crate::train::task::{Budget, Optimizer};
 use lagrangian_motion::{Error, Result};
 

@@ -13,7 +13,7 @@ use crate::models::setup::Setup;
 use crate::models::vin;
 use crate::saved::WEIGHTS;
 use crate::saved::{self, SavedModel};
-use crate::train::{AutoSetting, DataFacts, LOSS, Loss, Request, TrainingTask};
+use crate::train::{AutoSetting, DataFacts, FitSpec, LOSS, Loss, TrainingTask};
 use lagrangian_motion::settings::{Kind, Setting, named};
 use lagrangian_motion::{Error, Result};
 use nets::simd::Real;
@@ -89,7 +89,7 @@ pub(crate) fn narrow(known: &DataFacts) -> Option<AutoSetting> {
 
 /// A torque loss needs accelerations as certain as the torques, or both after the same low-pass: where a machine swings nearly
 /// freely, their noise shrinks inertia and gravity alike.
-fn choose(known: &DataFacts, _: &Request) -> Result<Vec<AutoSetting>> {
+fn choose(known: &DataFacts, _: &FitSpec) -> Result<Vec<AutoSetting>> {
     let reason =
         "torques are recorded, and accelerations as certain as they: no inverse of M is needed";
     let torque = known.forced && !known.uncertain();

@@ -13,7 +13,7 @@ use crate::models::learned::{Description, FittedModel, Learned, Stored, not_trai
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::saved::{self, SavedModel};
-use crate::train::{AutoSetting, DataFacts, FittedForces, ForceTerms, Loss, Request, TrainingTask};
+use crate::train::{AutoSetting, DataFacts, FitSpec, FittedForces, ForceTerms, Loss, TrainingTask};
 use lagrangian_mechanics::expression::Equations;
 use lagrangian_mechanics::hamiltonian::{Canonical, Hamiltonian};
 use lagrangian_mechanics::lagrangian::Lagrangian;
@@ -86,9 +86,9 @@ fn read(mut settings: Value) -> serde_json::Result<Box<dyn Family>> {
 }
 
 /// Refuses momenta that are impossible.
-fn choose(_: &DataFacts, request: &Request) -> Result<Vec<AutoSetting>> {
-    let given = |name: &str| request.settings.get(name).and_then(Value::as_str);
-    if given("momenta").is_some() && request.settings.contains_key(MASSES) {
+fn choose(_: &DataFacts, spec: &FitSpec) -> Result<Vec<AutoSetting>> {
+    let given = |name: &str| spec.settings.get(name).and_then(Value::as_str);
+    if given("momenta").is_some() && spec.settings.contains_key(MASSES) {
         return Err(Error::setting(
             "`momenta` and `masses` exclude each other",
             "give one of them",

@@ -13,7 +13,7 @@ use crate::models::learned::{Description, Learned, LearnedLagrangian, Stored, no
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::saved::{self, SavedModel};
-use crate::train::{AutoSetting, DataFacts, Loss, Request, TrainingTask};
+use crate::train::{AutoSetting, DataFacts, FitSpec, Loss, TrainingTask};
 use lagrangian_motion::settings::{Kind, Setting, named};
 use lagrangian_motion::{Error, Result};
 use nets::simd::Real;
@@ -70,9 +70,9 @@ const SETTINGS: &[Setting] = &[
 ];
 
 /// Beyond noisy data only a convex Lagrangian stays physical; on exact data a free one is more accurate (ADR 0005).
-fn choose(known: &DataFacts, request: &Request) -> Result<Vec<AutoSetting>> {
-    let given = &request.settings;
-    let form = if request.nominal.is_some() {
+fn choose(known: &DataFacts, spec: &FitSpec) -> Result<Vec<AutoSetting>> {
+    let given = &spec.settings;
+    let form = if spec.nominal.is_some() {
         let reason = "with a nominal model the network must be able to take inertia away";
         AutoSetting::new("form", "free", reason)
     } else if known.noisy() {
@@ -98,7 +98,7 @@ fn choose(known: &DataFacts, request: &Request) -> Result<Vec<AutoSetting>> {
         ));
     }
     let mut choices = vec![form];
-    if request.nominal.is_some() && free {
+    if spec.nominal.is_some() && free {
         let reason =
             "with a nominal model the network begins at zero, without a mass matrix of its own";
         choices.push(AutoSetting::new("kinetic", 0.0, reason));
@@ -217,19 +217,19 @@ mod tests {
             uncertainty: 0.03,
             ..DataFacts::default()
         };
-        let mut request = Request::of(NAME);
-        request.settings.insert("width".into(), 24.into());
-        assert!(request.choose(&DataFacts::default()).is_ok());
-        let error = request.choose(&noisy).unwrap_err().to_string();
+        let mut spec = FitSpec::of(NAME);
+        spec.settings.insert("width".into(), 24.into());
+        assert!(spec.choose(&DataFacts::default()).is_ok());
+        let error = spec.choose(&noisy).unwrap_err().to_string();
         assert!(
             error.contains("`width` 24") && error.contains("`width` 32") && error.contains("noisy"),
             "{error}"
         );
-        request.settings.insert("form".into(), "free".into());
-        assert!(request.choose(&noisy).is_ok());
-        request.settings.insert("form".into(), "convex".into());
-        assert!(request.choose(&DataFacts::default()).is_err());
-        request.settings.insert("width".into(), 32.into());
-        assert!(request.choose(&noisy).is_ok());
+        spec.settings.insert("form".into(), "free".into());
+        assert!(spec.choose(&noisy).is_ok());
+        spec.settings.insert("form".into(), "convex".into());
+        assert!(spec.choose(&DataFacts::default()).is_err());
+        spec.settings.insert("width".into(), 32.into());
+        assert!(spec.choose(&noisy).is_ok());
     }
 }

@@ -11,7 +11,7 @@ use crate::models::mlp::{Mlp, MlpShape};
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::saved::SavedModel;
-use crate::train::{AutoSetting, DataFacts, LOSS, Loss, Request, TrainingTask};
+use crate::train::{AutoSetting, DataFacts, FitSpec, LOSS, Loss, TrainingTask};
 use lagrangian_mechanics::expression::{self, Equations};
 use lagrangian_motion::Result;
 use lagrangian_motion::settings::{Kind, Setting, named};
@@ -49,7 +49,7 @@ const SETTINGS: &[Setting] = &[
     .or("second"),
 ];
 
-fn choose(_: &DataFacts, _: &Request) -> Result<Vec<AutoSetting>> {
+fn choose(_: &DataFacts, _: &FitSpec) -> Result<Vec<AutoSetting>> {
     let reason = "the family is trained through its integrator";
     Ok(vec![AutoSetting::new(LOSS, Loss::ROLLOUT.name(), reason)])
 }

@@ -15,7 +15,7 @@ use super::family::{self, Abilities, Entry, Family, Plan};
 use super::settings as shared;
 use crate::dataset::Dataset;
 use crate::models::family::Candidate;
-use crate::train::{AutoSetting, DataFacts, Loss, Request, TrainingTask};
+use crate::train::{AutoSetting, DataFacts, FitSpec, Loss, TrainingTask};
 use lagrangian_mechanics::rigid::RobotConfig;
 use lagrangian_motion::settings::{Kind, Setting};
 use lagrangian_motion::{Error, Result};
@@ -57,8 +57,8 @@ const SETTINGS: &[Setting] = &[
 pub(crate) const NAME: &str = "rigid";
 
 /// Machines whose forces are recorded have friction.
-fn choose(_: &DataFacts, request: &Request) -> Result<Vec<AutoSetting>> {
-    let Some(forces) = request.settings.get("forces").and_then(Value::as_array) else {
+fn choose(_: &DataFacts, spec: &FitSpec) -> Result<Vec<AutoSetting>> {
+    let Some(forces) = spec.settings.get("forces").and_then(Value::as_array) else {
         let reason =
             "forces are recorded, and real machines have friction (`dissipation`=false for none)";
         return Ok(vec![AutoSetting::new("dissipation", true, reason)]);

@@ -7,7 +7,7 @@ use super::delan::{DelanConfig, Inertia, Trunks, family as delan};
 use super::family::{self, Abilities, Entry, Family, Plan};
 use super::settings as shared;
 use crate::dataset::Dataset;
-use crate::train::{AutoSetting, DataFacts, LOSS, Loss, Request, TrainingTask};
+use crate::train::{AutoSetting, DataFacts, FitSpec, LOSS, Loss, TrainingTask};
 use lagrangian_motion::Result;
 use lagrangian_motion::settings::Setting;
 use nets::Activation;
@@ -39,7 +39,7 @@ const SETTINGS: &[Setting] = &[
     shared::VECTOR_POTENTIAL,
 ];
 
-fn choose(known: &DataFacts, _: &Request) -> Result<Vec<AutoSetting>> {
+fn choose(known: &DataFacts, _: &FitSpec) -> Result<Vec<AutoSetting>> {
     let reason = "the family learns from positions alone";
     let loss = AutoSetting::new(LOSS, Loss::POSITIONS.name(), reason);
     Ok(delan::narrow(known).into_iter().chain([loss]).collect())
