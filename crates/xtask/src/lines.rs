@@ -1,18 +1,19 @@
-//! `cargo xtask lines`: the lines of each crate of the product against `budget.toml`.
+//! `cargo xtask lines`: the lines of each crate of the product against `budget.toml`, and the sizes of its items.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use super::{Failure, root};
+use super::{Failure, root, sizes};
 
 /// Its line of the usage.
 pub(super) const USAGE: &str = "\
 lines [--lower]
 
   lines  lines of product source in each crate, without tests, against budget.toml
-           --lower   writes the lines of today as the budget of every crate that is below its own";
+           and its largest functions, structs and traits against sizes.toml
+           --lower   writes the lines and sizes of today as the budget of all that is below its own";
 
 /// Crates that are not shipped: comparisons of papers, and these chores.
 const APART: [&str; 2] = ["experiments", "xtask"];
@@ -40,6 +41,7 @@ pub(super) fn main(arguments: &[&str]) -> Result<(), Failure> {
             above.join(", ")
         )));
     }
+    sizes::check(lower)?;
     if lower {
         fs::write(&file, written(&counted))
             .map_err(|e| format!("cannot write {}: {e}", file.display()))?;
@@ -90,41 +92,60 @@ fn table(counted: &Lines, budget: &Lines) -> String {
 
 /// The lines of each crate in the folder.
 fn count(crates: &Path) -> Result<Lines, String> {
-    let mut counted = Lines::new();
-    for entry in entries(crates)? {
-        let name = entry
-            .file_name()
-            .map_or(String::new(), |name| name.to_string_lossy().into_owned());
-        if !APART.contains(&name.as_str()) && entry.join("src").is_dir() {
-            counted.insert(name, of_folder(&entry.join("src"))?);
-        }
+    let shipped = shipped(crates)?;
+    let mut counted: Lines = shipped.into_iter().map(|name| (name, 0)).collect();
+    for (path, text) in sources(crates)? {
+        let name = path.iter().next().unwrap_or_default();
+        *counted.entry(name.to_string_lossy().into()).or_default() += text.lines().count();
     }
     Ok(counted)
 }
 
-fn entries(folder: &Path) -> Result<Vec<std::path::PathBuf>, String> {
+fn entries(folder: &Path) -> Result<Vec<PathBuf>, String> {
     let listed =
         fs::read_dir(folder).map_err(|e| format!("cannot list {}: {e}", folder.display()))?;
     Ok(listed.flatten().map(|entry| entry.path()).collect())
 }
 
-fn of_folder(folder: &Path) -> Result<usize, String> {
-    let mut lines = 0;
-    for path in entries(folder)? {
+/// The files of the crates of the product with their text without tests, by their paths from the folder of the crates.
+pub(super) fn sources(crates: &Path) -> Result<Vec<(PathBuf, String)>, String> {
+    let mut found = Vec::new();
+    for name in shipped(crates)? {
+        of_folder(crates, &Path::new(&name).join("src"), &mut found)?;
+    }
+    Ok(found)
+}
+
+/// The names of the crates of the product.
+fn shipped(crates: &Path) -> Result<Vec<String>, String> {
+    let name = |path: PathBuf| Some(path.file_name()?.to_str()?.to_string());
+    let names = entries(crates)?.into_iter().filter_map(name);
+    let is_shipped =
+        |name: &String| !APART.contains(&name.as_str()) && crates.join(name).join("src").is_dir();
+    Ok(names.filter(is_shipped).collect())
+}
+
+fn of_folder(
+    crates: &Path,
+    folder: &Path,
+    found: &mut Vec<(PathBuf, String)>,
+) -> Result<(), String> {
+    for path in entries(&crates.join(folder))? {
+        let own = folder.join(path.file_name().unwrap_or_default());
         if path.is_dir() && !path.ends_with("tests") {
-            lines += of_folder(&path)?;
+            of_folder(crates, &own, found)?;
         } else if path.extension().is_some_and(|e| e == "rs") && !path.ends_with("tests.rs") {
             let text = fs::read_to_string(&path)
                 .map_err(|e| format!("cannot read {}: {e}", path.display()))?;
-            lines += without_tests(&text);
+            found.push((own, without_tests(&text)));
         }
     }
-    Ok(lines)
+    Ok(())
 }
 
-/// The lines of a file without its modules of tests, which end at a brace in the first column.
-fn without_tests(text: &str) -> usize {
-    let mut lines = 0;
+/// The text of a file without its modules of tests, which end at a brace in the first column.
+fn without_tests(text: &str) -> String {
+    let mut lines = Vec::new();
     let mut inside = false;
     let mut kept = text.lines().peekable();
     while let Some(line) = kept.next() {
@@ -133,10 +154,10 @@ fn without_tests(text: &str) -> usize {
                 next.starts_with("#[allow") || (next.starts_with("mod ") && next.ends_with('{'))
             });
         inside |= opens;
-        lines += usize::from(!inside);
+        lines.extend((!inside).then_some(line));
         inside &= line != "}";
     }
-    lines
+    lines.join("\n")
 }
 
 #[cfg(test)]
@@ -152,8 +173,9 @@ mod tests {
     #[test]
     fn modules_of_tests_do_not_count() {
         let text = "fn a() {\n}\n\n#[cfg(test)]\nmod tests {\n    fn b() {\n    }\n}\nfn c() {}\n";
-        assert_eq!(without_tests(text), 4);
-        assert_eq!(without_tests("#[cfg(test)]\nmod tests;\nfn a() {}\n"), 3);
+        assert_eq!(without_tests(text).lines().count(), 4);
+        let text = "#[cfg(test)]\nmod tests;\nfn a() {}";
+        assert_eq!(without_tests(text), text);
     }
 
     #[test]

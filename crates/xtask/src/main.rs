@@ -23,6 +23,7 @@ mod plain;
 mod python;
 mod race;
 mod sanitize;
+mod sizes;
 mod web;
 mod wheel;
 

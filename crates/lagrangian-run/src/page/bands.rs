@@ -178,30 +178,20 @@ fn figures_of(ensemble: &Ensemble, motion: &Trajectory, predicted: &[Rollout]) -
         .ok()
         .filter(|own| own.mean.len() > n);
     let coordinates = &ensemble.members()[0].coordinates().0;
+    let signals = [
+        ("torque", &torques, &motion.tau),
+        ("acceleration", &accelerations, qdd),
+        ("position", &positions, q),
+    ];
     let mut figures = Vec::new();
     for (i, coordinate) in coordinates.iter().enumerate() {
         let name = &coordinate.name;
-        let known = [
-            (
-                "torque",
-                format!("Force on {name}, in its band"),
-                &torques,
-                &motion.tau,
-            ),
-            (
-                "acceleration",
-                format!("Acceleration of {name}, in its band"),
-                &accelerations,
-                qdd,
-            ),
-            (
-                "position",
-                format!("{name} from the first state, in its band"),
-                &positions,
-                q,
-            ),
-        ];
-        for (signal, title, own, measured) in known {
+        for (signal, own, measured) in signals {
+            let title = match signal {
+                "torque" => format!("Force on {name}, in its band"),
+                "acceleration" => format!("Acceleration of {name}, in its band"),
+                _ => format!("{name} from the first state, in its band"),
+            };
             let banded = own
                 .as_ref()
                 .and_then(|own| banded(own, &motion.t, measured, (i, n)));

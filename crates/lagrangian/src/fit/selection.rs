@@ -137,39 +137,31 @@ pub fn select(
     let mut failure = None;
     let mut contestants = Vec::new();
     for chosen in candidates {
-        let (clock, family) = (Instant::now(), chosen.config.family.name());
+        let clock = Instant::now();
         let own = resume.filter(|_| !chosen.config.family.abilities().solved);
         let fitted = fit(dataset, &chosen.config, own, observer);
-        let mut contestant = CandidateResult {
-            family: family.into(),
-            torque_nmse: None,
-            seconds: 0.0,
-            failure: None,
-        };
-        let mut interrupted = false;
+        let error = fitted.as_ref().map_or(f64::INFINITY, |fit| match several {
+            true => held_out(fit, dataset),
+            false => 0.0,
+        });
+        contestants.push(CandidateResult {
+            family: chosen.config.family.name().into(),
+            torque_nmse: (several && fitted.is_ok()).then_some(error),
+            seconds: clock.elapsed().as_secs_f64(),
+            failure: fitted.as_ref().err().map(Error::to_string),
+        });
         match fitted {
             Ok(fit) => {
-                interrupted = fit.ending == Ending::Interrupted;
-                let error = if several {
-                    held_out(&fit, dataset)
-                } else {
-                    0.0
-                };
-                contestant.torque_nmse = several.then_some(error);
+                let interrupted = fit.ending == Ending::Interrupted;
                 let better = |least: f64| least.is_nan() || error <= MARGIN * least;
                 if best.as_ref().is_none_or(|(least, ..)| better(*least)) {
                     best = Some((error, fit, chosen));
                 }
+                if interrupted {
+                    break;
+                }
             }
-            Err(error) => {
-                contestant.failure = Some(error.to_string());
-                failure = Some(error);
-            }
-        }
-        contestant.seconds = clock.elapsed().as_secs_f64();
-        contestants.push(contestant);
-        if interrupted {
-            break;
+            Err(error) => failure = Some(error),
         }
     }
     let Some((_, fit, mut chosen)) = best else {

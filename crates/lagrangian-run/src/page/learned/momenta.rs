@@ -129,6 +129,11 @@ fn gyroscopic(subject: &Subject) -> Option<Figure> {
         at,
         data,
     };
+    Some(gyroscopic_figure(subject, &sweep, [i, j]))
+}
+
+/// The figure of the gyroscopic force on coordinate `i` by the velocity of `j`.
+fn gyroscopic_figure(subject: &Subject, sweep: &Sweep, [i, j]: [usize; 2]) -> Figure {
     let [on, of] = [i, j].map(|k| &subject.coordinates.0[k]);
     let label = match (force_unit(&on.unit), of.unit.as_str()) {
         ("", _) | (_, "") => String::new(),
@@ -141,12 +146,12 @@ fn gyroscopic(subject: &Subject) -> Option<Figure> {
         on.name, of.name
     );
     let figure = sweep.figure("learned-gyroscopic", title, axes);
-    Some(Figure {
+    Figure {
         caption: format!(
             "The part of the forces that changes its sign with the velocity and does no work, for each unit of velocity.{}{}",
             subject.elsewhere(),
             subject.aligned()
         ),
         ..figure
-    })
+    }
 }

@@ -106,14 +106,13 @@ impl FitSpec {
             ..self.clone()
         };
         let mut choices = (entry.choose)(known, &given)?;
-        let mut settings = given.settings;
         choices.retain(|choice| match choice.setting.as_str() {
             LOSS => training.loss.is_none(),
             setting => self.settings.get(setting).is_none_or(Value::is_null),
         });
-        for choice in choices.iter().filter(|choice| choice.setting != LOSS) {
-            settings.insert(choice.setting.clone(), choice.value.clone());
-        }
+        let mut settings = given.settings;
+        let of_family = choices.iter().filter(|choice| choice.setting != LOSS);
+        settings.extend(of_family.map(|choice| (choice.setting.clone(), choice.value.clone())));
         let forces = ForceTerms::take(&mut settings)?;
         let loss = loss(&training, &mut choices)?;
         let family = (entry.read)(Value::Object(settings)).map_err(|e| setting_error(&e))?;
@@ -129,8 +128,12 @@ impl FitSpec {
         let optimizer = training.configured(name)?;
         let batch = training.batch(name);
         let budget = training.budget(self.budget());
-        let TrainingChoices { asked, choices, .. } = training;
-        let solved = family.abilities().solved;
+        let TrainingChoices {
+            asked, mut choices, ..
+        } = training;
+        if family.abilities().solved {
+            choices.retain(|choice| !DESCENT.contains(&choice.setting.as_str()));
+        }
         Ok(ResolvedConfig {
             config: FitConfig {
                 family,
@@ -153,10 +156,7 @@ impl FitSpec {
                     ..TrainingTask::default()
                 },
             },
-            choices: choices
-                .into_iter()
-                .filter(|choice| !(solved && DESCENT.contains(&choice.setting.as_str())))
-                .collect(),
+            choices,
         })
     }
 
