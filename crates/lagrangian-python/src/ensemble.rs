@@ -6,7 +6,7 @@ use std::sync::Arc;
 use lagrangian::ensemble::Prediction as Predicted;
 use lagrangian::train::Ending;
 use lagrangian::{Observer, Provenance, prepared};
-use lagrangian_run::{FitReport, FittedEnsemble, PreparedFit, RunTarget, SavedEnsemble, delayed};
+use lagrangian_run::{FitReport, PreparedFit, RunTarget, SavedEnsemble, delayed};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::json as object;
@@ -222,7 +222,7 @@ pub(crate) fn fit<'py>(
             fitted.inspect_err(|_| folder.remove_if_new_and_empty())?
         }
     };
-    let summary = json(py, &fitted.summary())?;
+    let summary = json(py, &fitted.summary)?;
     let ensemble = Ensemble {
         ensemble: Arc::new(fitted.ensemble),
         provenance: fitted.provenance,
@@ -237,7 +237,7 @@ fn beside(
     members: usize,
     place: &RunTarget,
     callback: Option<&Array<'_>>,
-) -> PyResult<FittedEnsemble> {
+) -> PyResult<SavedEnsemble> {
     let fit = |observer: &mut dyn Observer| -> lagrangian_run::Result<FitReport> {
         let kept = ready.fit(Some(place), observer)?;
         let ensemble = match kept.selection.fit.ending {

@@ -2,10 +2,8 @@
 
 use std::path::Path;
 
-use lagrangian::ensemble::{Calibration, Coverage, Ensemble, MEMBERS, fit_ensemble};
-use lagrangian::{
-    CheckReport, FitConfig, Learned, Observer, Prepared, Provenance, SavedModel, Trajectory,
-};
+use lagrangian::ensemble::{Calibration, Ensemble, MEMBERS, fit_ensemble};
+use lagrangian::{FitConfig, Learned, Observer, Prepared, Provenance, SavedModel};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
@@ -29,103 +27,42 @@ struct Description {
     summary: Value,
 }
 
-/// An ensemble that was read from its folder.
+/// An ensemble with its origin, as its folder holds it.
 #[derive(Debug)]
 pub struct SavedEnsemble {
     /// The ensemble.
     pub ensemble: Ensemble,
     /// The origin of the members.
     pub provenance: Provenance,
-    /// The summary of the fit.
+    /// The summary of the fit: settings, findings of the check, and the part of the motions of its evaluation in its bands.
     pub summary: Value,
 }
 
-/// An ensemble that was fitted.
-#[derive(Debug)]
-pub struct FittedEnsemble {
-    /// The ensemble.
-    pub ensemble: Ensemble,
-    /// The part of the motions of its evaluation that lies in its bands.
-    pub coverage: Coverage,
-    /// The settings of each member, except for its seed.
-    pub config: FitConfig,
-    /// The origin of the members.
-    pub provenance: Provenance,
-    held_out: bool,
-    check: CheckReport,
-}
-
-impl FittedEnsemble {
+impl SavedEnsemble {
     /// Fits an ensemble of this number of members.
-    pub(crate) fn new(
+    pub(crate) fn fitted(
         data: &Prepared,
-        config: FitConfig,
+        config: &FitConfig,
         members: usize,
         provenance: Provenance,
         shown: &mut dyn Observer,
     ) -> Result<Self> {
-        let ensemble = fit_ensemble(&data.dataset, &config, members, shown)?;
+        let ensemble = fit_ensemble(&data.dataset, config, members, shown)?;
+        let summary = json!({
+            "family": config.family.name(),
+            "settings": config,
+            "members": ensemble.members().len(),
+            "held_out": data.held_out,
+            "check": { "verdict": data.check.verdict(), "items": data.check.items },
+            "coverage": ensemble.coverage(&data.motions),
+        });
         Ok(Self {
-            coverage: ensemble.coverage(&data.motions),
             ensemble,
-            config,
             provenance,
-            held_out: data.held_out,
-            check: data.check.clone(),
+            summary,
         })
     }
 
-    /// The summary of the fit, as plain data.
-    #[must_use]
-    pub fn summary(&self) -> Value {
-        json!({
-            "family": self.config.family.name(),
-            "settings": self.config,
-            "members": self.ensemble.members().len(),
-            "held_out": self.held_out,
-            "check": { "verdict": self.check.verdict(), "items": self.check.items },
-            "coverage": self.coverage,
-        })
-    }
-
-    /// The form of the ensemble in a folder.
-    #[must_use]
-    pub fn saved(&self) -> SavedEnsemble {
-        SavedEnsemble {
-            ensemble: self.ensemble.clone(),
-            provenance: self.provenance.clone(),
-            summary: self.summary(),
-        }
-    }
-
-    /// The ensemble with its coverage, for a page.
-    pub(crate) fn measured(&self) -> Measured<'_> {
-        Measured {
-            ensemble: &self.ensemble,
-            coverage: self.coverage.clone(),
-        }
-    }
-}
-
-/// An ensemble, and the part of some motions that lies in its bands.
-#[derive(Debug)]
-pub struct Measured<'a> {
-    pub(crate) ensemble: &'a Ensemble,
-    pub(crate) coverage: Coverage,
-}
-
-impl<'a> Measured<'a> {
-    /// Measures an ensemble on motions.
-    #[must_use]
-    pub fn new(ensemble: &'a Ensemble, motions: &[Trajectory]) -> Self {
-        Self {
-            ensemble,
-            coverage: ensemble.coverage(motions),
-        }
-    }
-}
-
-impl SavedEnsemble {
     /// Writes the ensemble to a folder, which must exist; files of an earlier one are replaced.
     ///
     /// # Errors

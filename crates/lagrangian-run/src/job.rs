@@ -16,7 +16,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::content::content;
-use crate::ensemble::FittedEnsemble;
+use crate::ensemble::SavedEnsemble;
 use crate::error::{Advise, Result};
 use crate::fit::provenance;
 use crate::folder::{FIGURES, REPORT, RunFolder};
@@ -166,7 +166,7 @@ pub struct FitReport {
     /// The origin of the model.
     pub provenance: Provenance,
     /// The ensemble that was fitted to these data, where one was.
-    pub ensemble: Option<FittedEnsemble>,
+    pub ensemble: Option<SavedEnsemble>,
     /// Whether the fit made the loss better than that of a model that predicts nothing.
     pub improved: bool,
     /// The facts about the samples.
@@ -260,7 +260,7 @@ impl PreparedFit {
         mut self,
         members: usize,
         shown: &mut dyn Observer,
-    ) -> Result<FittedEnsemble> {
+    ) -> Result<SavedEnsemble> {
         self.validate()?;
         let provenance = self.provenance(None);
         let config = match self.candidates.len() {
@@ -270,7 +270,7 @@ impl PreparedFit {
                 selection.chosen.config
             }
         };
-        FittedEnsemble::new(&self.prepared, config, members, provenance, shown)
+        SavedEnsemble::fitted(&self.prepared, &config, members, provenance, shown)
     }
 
     /// The origin of its model: the data and the command of its run, where there is one.
@@ -333,14 +333,14 @@ impl FinishedFit {
     ///
     /// # Errors
     /// As [`fit_ensemble`](lagrangian::ensemble::fit_ensemble).
-    pub fn fit_ensemble(&self, members: usize, shown: &mut dyn Observer) -> Result<FittedEnsemble> {
+    pub fn fit_ensemble(&self, members: usize, shown: &mut dyn Observer) -> Result<SavedEnsemble> {
         let (config, provenance) = (&self.selection.chosen.config, self.provenance.clone());
-        FittedEnsemble::new(&self.prepared, config.clone(), members, provenance, shown)
+        SavedEnsemble::fitted(&self.prepared, config, members, provenance, shown)
     }
 
     /// The result without the data, when these are no longer needed.
     #[must_use]
-    pub fn ended(self, ensemble: Option<FittedEnsemble>) -> FitReport {
+    pub fn ended(self, ensemble: Option<SavedEnsemble>) -> FitReport {
         let samples = SampleFacts::of(&self.prepared.dataset);
         let Selection {
             fit,
@@ -383,7 +383,7 @@ impl FitReport {
             "score": score,
             "assessment": assessment,
             "parameters": self.fit.model.parameters(),
-            "ensemble": self.ensemble.as_ref().map(FittedEnsemble::summary),
+            "ensemble": self.ensemble.as_ref().map(|own| &own.summary),
         })
     }
 
@@ -437,7 +437,7 @@ impl FitReport {
             record,
             metrics: &place.folder.read_metrics()?,
             model: &self.fit.model,
-            ensemble: self.ensemble.as_ref().map(FittedEnsemble::measured),
+            ensemble: self.ensemble.as_ref().map(|own| &own.ensemble),
             evaluation: &self.evaluation,
         };
         let scored = page.scored(options)?;
@@ -449,7 +449,7 @@ impl FitReport {
         }
         place.folder.write(REPORT, draw::html(&report).as_bytes())?;
         if let Some(ensemble) = &self.ensemble {
-            ensemble.saved().write(place.folder.path())?;
+            ensemble.write(place.folder.path())?;
         }
         Ok(result)
     }

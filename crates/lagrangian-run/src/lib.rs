@@ -32,7 +32,7 @@ mod unit;
 mod watch;
 
 pub use bag_folder::files as bag_files;
-pub use ensemble::{ENSEMBLE, FittedEnsemble, Measured, SavedEnsemble};
+pub use ensemble::{ENSEMBLE, SavedEnsemble};
 pub use error::{Advise, Cause, Error, Result};
 pub use file_names::{file_name, file_names};
 pub use files::{Existing, Sink, format_named, refuse_existing, write_bytes, write_file};

@@ -6,7 +6,7 @@ use anyhow::Result;
 use lagrangian::Model;
 use lagrangian::ensemble::{Coverage, Covered};
 use lagrangian::train::Ending;
-use lagrangian_run::{FinishedFit, FittedEnsemble, SavedEnsemble};
+use lagrangian_run::{FinishedFit, SavedEnsemble};
 use serde_json::json;
 
 use super::OutputMode;
@@ -25,7 +25,7 @@ pub(super) fn fitted(
     kept: &FinishedFit,
     members: u32,
     mode: OutputMode,
-) -> Result<Option<FittedEnsemble>> {
+) -> Result<Option<SavedEnsemble>> {
     if kept.selection.fit.ending == Ending::Interrupted {
         note!("note: the fit was interrupted, so there is no ensemble; --resume goes on");
         return Ok(None);

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Result;
+use lagrangian::ensemble::Coverage;
 use lagrangian::models::Parameter;
 use lagrangian::score::Assessment;
 use lagrangian::{Fit, Layout, Prepared, Score, Trajectory, Verdict, counted};
@@ -14,8 +15,10 @@ use lagrangian::{
 };
 use lagrangian_run::{
     Columns, Data, DataFile, Error, Evaluation, ExistingRun, Figures, FileHash, FinishedFit,
-    FitReport, MODEL, PreparedFit, REPORT, RunFolder, RunRecord, RunTarget, Tensorboard, bag_files,
+    FitReport, MODEL, PreparedFit, REPORT, RunFolder, RunRecord, RunTarget, SavedEnsemble,
+    Tensorboard, bag_files,
 };
+use serde::Deserialize;
 use serde_json::json;
 
 use super::{OutputMode, ensemble};
@@ -70,8 +73,10 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
     let (score, assessment) = assessed(&report, &place, mode)?;
     if !mode.json {
         tell(folder, &report.fit, &assessment);
-        let ensemble = report.ensemble.iter();
-        ensemble.for_each(|own| note!("{}", ensemble::as_text(&own.coverage)));
+        let covered = |own: &SavedEnsemble| Coverage::deserialize(&own.summary["coverage"]);
+        if let Some(Ok(covered)) = report.ensemble.as_ref().map(covered) {
+            note!("{}", ensemble::as_text(&covered));
+        }
         return Ok(exit_code(&report.fit, report.improved, &assessment));
     }
     let mut summary = report.summary(&score, &assessment);

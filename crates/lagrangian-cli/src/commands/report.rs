@@ -9,7 +9,7 @@ use lagrangian::Trajectory;
 use lagrangian_report::Report;
 use lagrangian_report::draw;
 use lagrangian_run::{
-    ENSEMBLE, Existing, FIGURES, Links, METRICS, MODEL, Measured, Page, REPORT, RUN, RunFolder,
+    ENSEMBLE, Existing, FIGURES, Links, METRICS, MODEL, Page, REPORT, RUN, RunFolder,
     SavedEnsemble, file_names,
 };
 use serde_json::json;
@@ -97,9 +97,7 @@ fn of_run(folder: &RunFolder, links: Option<Links>, mode: OutputMode) -> Result<
         record: &record,
         metrics: &metrics,
         model: &model,
-        ensemble: ensemble
-            .as_ref()
-            .map(|own| Measured::new(own, &evaluation.motions)),
+        ensemble: ensemble.as_ref(),
         evaluation: &evaluation,
     };
     let scored = page.scored(&motion::for_comparison())?;

@@ -8,7 +8,6 @@ use lagrangian_report::draw::short;
 use lagrangian_report::{Axis, Banded, Figure, Headline, Table};
 
 use super::Evaluation;
-use crate::ensemble::Measured;
 use crate::error::Result;
 use lagrangian_report::force_unit;
 
@@ -26,11 +25,12 @@ pub(super) struct Shown {
 impl Shown {
     /// The parts for an ensemble on the motions of the evaluation, the first of which each member predicts.
     pub(super) fn new(
-        own: &Measured,
+        ensemble: &Ensemble,
         evaluation: &Evaluation,
         options: &RolloutOptions,
     ) -> Result<Self> {
-        let (ensemble, motions) = (own.ensemble, &evaluation.motions);
+        let motions = &evaluation.motions;
+        let covered = ensemble.coverage(motions);
         let predicted = match motions.first() {
             Some(first) if ensemble.members()[0].moves() => {
                 let follow = |member: &Learned| predict(member, first, options);
@@ -42,12 +42,9 @@ impl Shown {
         let figures = motions.first().into_iter();
         let figures = figures.flat_map(|first| figures_of(ensemble, first, &predicted));
         Ok(Self {
-            headline: headline(&own.coverage, evaluation.held_out),
+            headline: headline(&covered, evaluation.held_out),
             figures: figures.collect(),
-            tables: vec![
-                coverage(&own.coverage, ensemble),
-                members(ensemble, motions)?,
-            ],
+            tables: vec![coverage(&covered, ensemble), members(ensemble, motions)?],
         })
     }
 }

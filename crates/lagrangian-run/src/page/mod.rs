@@ -11,6 +11,7 @@ use std::path::Path;
 pub use animation::{Links, MOST_LINKS, as_chain};
 use figures::Followed;
 pub use figures::energies;
+use lagrangian::ensemble::Ensemble;
 use lagrangian::score::{
     Assessment, Grade, Judgement, Predictions, Reason, SignalError, predict_all, score_predictions,
 };
@@ -20,7 +21,6 @@ use lagrangian::{
 use lagrangian_report::draw::short;
 use lagrangian_report::{Command, Figure, Headline, Report, Role};
 
-use crate::ensemble::Measured;
 use crate::error::Result;
 use crate::metrics::Metric;
 use crate::record::RunRecord;
@@ -47,7 +47,7 @@ pub struct Page<'a> {
     /// The model of the run.
     pub model: &'a Learned,
     /// The ensemble beside the model, where there is one.
-    pub ensemble: Option<Measured<'a>>,
+    pub ensemble: Option<&'a Ensemble>,
     /// Motions that the model is evaluated on, and the check of the data.
     pub evaluation: &'a Evaluation,
 }
@@ -101,8 +101,9 @@ impl Page<'_> {
         for reason in &mut assessment.reasons {
             reason.remedy = self.frontend.words(&reason.remedy);
         }
-        let ensemble = self.ensemble.as_ref();
-        let ensemble = ensemble.map(|own| bands::Shown::new(own, self.evaluation, options));
+        let ensemble = self
+            .ensemble
+            .map(|own| bands::Shown::new(own, self.evaluation, options));
         Ok(Scored {
             ensemble: ensemble.transpose()?,
             assessment,

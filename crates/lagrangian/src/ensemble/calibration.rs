@@ -97,7 +97,7 @@ impl Scale {
 }
 
 /// The part of the samples that lies in the bands of an ensemble; `None` for a signal that cannot be compared.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Coverage {
     /// The coverage of accelerations.
     pub acceleration: Option<Covered>,

@@ -79,10 +79,7 @@ impl<'a> Subject<'a> {
         if moved.is_empty() || motions.iter().all(|motion| motion.is_empty()) {
             return None;
         }
-        let members = page
-            .ensemble
-            .as_ref()
-            .map_or(&[][..], |own| own.ensemble.members());
+        let members = page.ensemble.as_ref().map_or(&[][..], |own| own.members());
         let middle: Vec<f64> = (0..n).map(|i| median(motions, i)).collect();
         let truth = Truth::of(page.record, model, &middle);
         Some(Self {
