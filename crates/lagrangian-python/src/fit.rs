@@ -264,7 +264,12 @@ pub(crate) fn fit_samples<'py>(
         assessment: assessment.of_checked(&evaluation.check),
         ..figures
     };
-    let fitted = FitReport::of(selection, evaluation, provenance, SampleFacts::of(&dataset));
+    let fitted = FitReport::of(
+        selection,
+        evaluation,
+        provenance,
+        SampleFacts::of(&dataset, &[]),
+    );
     summary(py, fitted, &figures)
 }
 

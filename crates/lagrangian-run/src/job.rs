@@ -3,8 +3,8 @@
 use lagrangian::saved::Preparation;
 use lagrangian::score::{Assessment, predict_all, score_predictions};
 use lagrangian::{
-    Dataset, Fit, FitConfig, FitSpec, Observer, Prepared, Provenance, Recording, RolloutOptions,
-    Score,
+    Dataset, Estimate, Fit, FitConfig, FitSpec, Observer, Prepared, Provenance, Recording,
+    RolloutOptions, Score,
 };
 use lagrangian::{
     fit::{ResolvedConfig, Selection, select},
@@ -136,16 +136,19 @@ pub struct SampleFacts {
     pub validation: usize,
     /// Whether forces were recorded.
     pub forces: bool,
+    /// The number of signals that were not measured but estimated.
+    pub estimates: usize,
 }
 
 impl SampleFacts {
     /// The facts about the samples of a data set.
     #[must_use]
-    pub fn of(dataset: &Dataset) -> Self {
+    pub fn of(dataset: &Dataset, estimates: &[Estimate]) -> Self {
         Self {
             train: dataset.train.len(),
             validation: dataset.validation.len(),
             forces: dataset.forced,
+            estimates: estimates.len(),
         }
     }
 }
@@ -341,7 +344,7 @@ impl FinishedFit {
     /// The result without the data, when these are no longer needed.
     #[must_use]
     pub fn ended(self, ensemble: Option<SavedEnsemble>) -> FitReport {
-        let samples = SampleFacts::of(&self.prepared.dataset);
+        let samples = SampleFacts::of(&self.prepared.dataset, &self.prepared.estimates);
         let Selection {
             fit,
             chosen,

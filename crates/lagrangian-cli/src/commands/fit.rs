@@ -68,7 +68,6 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
         Some(members) => ensemble::fitted(&kept, members, mode)?,
         None => None,
     };
-    let estimates = kept.prepared.estimates.len();
     let report = kept.ended(ensemble);
     let (score, assessment) = assessed(&report, &place, mode)?;
     if !mode.json {
@@ -79,26 +78,21 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCo
         }
         return Ok(exit_code(&report.fit, report.improved, &assessment));
     }
-    let mut summary = report.summary(&score, &assessment);
-    summary["command"] = json!("fit");
-    summary["out"] = json!(args.out);
-    summary["model"] = json!(folder.file(MODEL));
-    summary["report"] = json!(folder.file(REPORT));
-    summary["estimates"] = json!(estimates);
-    output::print_json(&summary)?;
+    let mut figures = report.summary(&score, &assessment);
+    figures["command"] = json!("fit");
+    figures["out"] = json!(args.out);
+    figures["model"] = json!(folder.file(MODEL));
+    figures["report"] = json!(folder.file(REPORT));
+    output::print_json(&figures)?;
     Ok(exit_code(&report.fit, report.improved, &assessment))
 }
 
 /// Writes the page, and reports the reliability of the model; predictions end when their time is up.
-fn assessed(
-    report: &FitReport,
-    place: &RunTarget,
-    mode: OutputMode,
-) -> Result<(Score, Assessment)> {
-    let motions = &report.evaluation.motions;
+fn assessed(run: &FitReport, place: &RunTarget, mode: OutputMode) -> Result<(Score, Assessment)> {
+    let motions = &run.evaluation.motions;
     let samples = motions.iter().map(Trajectory::len).sum();
     let _task = Task::of_predictions(PREDICTIONS, mode.quiet, samples)?;
-    let (score, assessment) = report.assessed(Some(place), &motion::for_comparison())?;
+    let (score, assessment) = run.assessed(Some(place), &motion::for_comparison())?;
     motion::note_stopped(&score);
     Ok((score, assessment))
 }
