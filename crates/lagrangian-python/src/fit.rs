@@ -138,11 +138,8 @@ pub(crate) fn fit<'py>(
         (Some(folder), Some(run)) => Some(run.place(folder)?),
         _ => None,
     };
-    let fitted = fit_in(py, spec, data, place.as_ref(), callback.as_ref());
-    if fitted.is_err() {
-        folder.iter().for_each(RunFolder::remove_if_new_and_empty);
-    }
-    fitted
+    fit_in(py, spec, data, place.as_ref(), callback.as_ref())
+        .inspect_err(|_| folder.iter().for_each(RunFolder::remove_if_new_and_empty))
 }
 
 /// The recordings of a fit.
@@ -175,8 +172,8 @@ fn fit_in<'py>(
         PreparedFit::new(spec, data)
     };
     let ready = py.detach(|| pool.install(prepare)).or_raise(py)?;
-    let fitted = watched(py, callback, |observer| ready.fit(place, observer))?.or_raise(py)?;
-    let fitted = fitted.ended(None);
+    let kept = watched(py, callback, |observer| ready.fit(place, observer))?.or_raise(py)?;
+    let fitted = kept.ended(None);
     let figures = assessed(py, &fitted, place)?;
     summary(py, fitted, &figures)
 }
@@ -187,8 +184,8 @@ pub(crate) fn assessed(
     fitted: &FitReport,
     place: Option<&RunTarget>,
 ) -> PyResult<Figures> {
-    let motions = &fitted.evaluation.motions;
-    let limit = time_for(motions.iter().map(Trajectory::len).sum());
+    let samples = fitted.evaluation.motions.iter().map(Trajectory::len);
+    let limit = time_for(samples.sum());
     let assess = |stop| {
         let options = RolloutOptions {
             stop,
@@ -264,12 +261,8 @@ pub(crate) fn fit_samples<'py>(
         assessment: assessment.of_checked(&evaluation.check),
         ..figures
     };
-    let fitted = FitReport::of(
-        selection,
-        evaluation,
-        provenance,
-        SampleFacts::of(&dataset, &[]),
-    );
+    let facts = SampleFacts::of(&dataset, &[]);
+    let fitted = FitReport::of(selection, evaluation, provenance, facts);
     summary(py, fitted, &figures)
 }
 
