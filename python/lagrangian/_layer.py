@@ -80,7 +80,7 @@ class Layer:
             angles, names, units: Of the coordinates, as those of ``Trajectory``.
         """
         if estimator.family is None:
-            raise InvalidInput("the best of several models is no family: give one, such as Lnn or Delan")
+            raise InvalidInput("the best of several models is not a family: give one, such as Lnn or Delan")
         named = [(c.name, c.unit, c.kind) for c in _coordinates(_whole(n, "n"), angles, names, units, ())]
         layer = cls.__new__(cls)
         layer._core = _lagrangian.Layer.fresh(named, estimator._spec())

@@ -98,7 +98,7 @@ class Plan:
         path = Path(path)
         shown = f"cannot read the plan '{path}'"
         if path.stat().st_size > MOST_TEXT or not path.is_file():
-            raise InvalidInput(f"{shown}: it is no file of at most {MOST_TEXT >> 20} MiB: give a TOML file with [data], [fixed] and [space]")
+            raise InvalidInput(f"{shown}: it is not a file of at most {MOST_TEXT >> 20} MiB: give a TOML file with [data], [fixed] and [space]")
         try:
             table = tomllib.loads(path.read_text(encoding="utf-8"))
         except (ValueError, RecursionError) as error:

@@ -355,7 +355,7 @@ def _numbered(what: str, given: str | Iterable[str | int], names: list[str]) -> 
             numbers.add(int(item))
         else:
             raise InvalidInput(
-                f"{what} has {item!r}, which is no coordinate: give names of {names} or numbers from 0"
+                f"{what} has {item!r}, which is not a coordinate: give names of {names} or numbers from 0"
             )
     return numbers
 

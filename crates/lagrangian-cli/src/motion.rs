@@ -33,7 +33,7 @@ pub(crate) fn note_early_end(motion: &str, outcome: Outcome) {
 pub(crate) fn note_stopped(score: &Score) {
     if score.stopped > 0 {
         note!(
-            "note: {} predictions were stopped and are left out; the other figures are complete as far as they are given",
+            "note: {} predictions were stopped and are omitted; the other figures are complete as far as they are given",
             score.stopped
         );
     }

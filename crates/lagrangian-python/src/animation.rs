@@ -47,7 +47,7 @@ pub(crate) fn animation(
         let angles = (0..recording.dof()).all(|i| recording.coordinates.is_circle(i));
         if recording.dof() != n || !angles || n > MOST_LINKS {
             let message = format!(
-                "'{}' is no motion of a chain: all coordinates must be angles, {n} as in the first, and at most {MOST_LINKS}",
+                "'{}' is not a motion of a chain: all coordinates must be angles, {n} as in the first, and at most {MOST_LINKS}",
                 recording.name
             );
             return Err(invalid(py, message));

@@ -153,7 +153,7 @@ pub(crate) fn writable<'py>(
     };
     let array = out
         .cast::<PyArrayDyn<f64>>()
-        .map_err(|_| refuse("is no array of float64".into()))?;
+        .map_err(|_| refuse("is not an array of float64".into()))?;
     if array.shape() != shape {
         return Err(refuse(format!("has shape {}", shown(array.shape()))));
     }

@@ -172,7 +172,7 @@ impl Number {
 
     fn __float__(&self) -> PyResult<f64> {
         Err(PyTypeError::new_err(
-            "a number with derivatives is no plain float: use functions of numpy (numpy.sin), not of math, and no float()",
+            "a number with derivatives is not a plain float: use functions of numpy (numpy.sin), not of math, and no float()",
         ))
     }
 

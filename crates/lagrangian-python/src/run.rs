@@ -36,7 +36,7 @@ impl Run {
         let occupied = match (self.resume, self.force) {
             (true, true) => {
                 let message =
-                    "resume and force exclude each other: go on with the run, or begin it again";
+                    "resume and force exclude each other: continue the run, or restart it";
                 return Err(invalid(py, message));
             }
             (true, false) => ExistingRun::Resume,

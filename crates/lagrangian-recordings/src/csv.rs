@@ -321,7 +321,7 @@ fn other_format(start: &[u8]) -> Option<&'static str> {
     found.map(|(_, remedy)| remedy)
 }
 
-const NO_TEXT: &str = "it holds bytes that are no letters of text: export it again, as UTF-8";
+const NO_TEXT: &str = "it holds bytes that are not text: export it again, as UTF-8";
 
 fn not_csv(reason: impl Into<String>) -> Error {
     Error::malformed("CSV", reason.into())

@@ -116,7 +116,7 @@ impl<R: Read> Read for Decoded<R> {
 fn not_text() -> io::Error {
     io::Error::new(
         io::ErrorKind::InvalidData,
-        "it begins as UTF-16 text does, and is none: export it again, as UTF-8",
+        "it begins like UTF-16 text, but is not: export it again, as UTF-8",
     )
 }
 

@@ -240,7 +240,7 @@ impl Layout {
                 Some(ColumnSpec::Flag(flag)) => {
                     let name = signal.name();
                     let text =
-                        format!("'{name} = {flag}' in [drive] is no column, number or pattern");
+                        format!("'{name} = {flag}' in [drive] is not a column, number or pattern");
                     return Err(Error::Layout(text));
                 }
             }

@@ -219,7 +219,7 @@ fn list<R: Read + Seek>(shared: &Shared<R>) -> Result<(Vec<Array>, Vec<Unread>)>
         unpacked = unpacked.saturating_add(claimed);
         if unpacked > limit {
             return Err(malformed(format!(
-                "with array '{name}' it unpacks to more than {limit} bytes: the file is damaged, or is no motion"
+                "with array '{name}' it unpacks to more than {limit} bytes: the file is damaged, or is not a motion"
             )));
         }
         arrays.push(Array { name, header });

@@ -57,7 +57,7 @@ impl FromStr for Polar {
         };
         parse().ok_or_else(|| {
             Error::layout(format_args!(
-                "'{}' is no angle of two points: write it as theta=x,y@x0,y0, with columns, or numbers after the @",
+                "'{}' is not an angle of two points: write it as theta=x,y@x0,y0, with columns, or numbers after the @",
                 shortened(text)
             ))
         })

@@ -145,7 +145,7 @@ fn misused(name: &str, written: &str, what: &str, unit: &Unit, setting: &str) ->
         None => format!("name another with `{setting}`"),
     };
     Error::Columns {
-        finding: format!("column '{name}' is in {written}, which is no unit of {what}"),
+        finding: format!("column '{name}' is in {written}, which is not a unit of {what}"),
         found: name.into(),
         remedy: format!("{remedy}, or rename it if that is not its unit"),
     }

@@ -183,7 +183,7 @@ function whenItFails(): HTMLElement[] {
   ];
   return [
     text("A learned Lagrangian keeps an energy, but not always the right one: where the data never went it is a guess, and where they are noisy it is blurred."),
-    text("Friction is no part of a Lagrangian: it has to be learned as a force beside it. Here it is; a Lagrangian alone would say that the motion never ends."),
+    text("Friction is not part of a Lagrangian: it has to be learned as a force beside it. Here it is; a Lagrangian alone would say that the motion never ends."),
     more("dissipation", "dissipation"),
     el("h4", {}, "Try"),
     el("ul", {}, ...tries.map(([words, values]) => el("li", {}, el("a", { href: address.link("learn", values) }, words)))),

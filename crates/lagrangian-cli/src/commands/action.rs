@@ -93,7 +93,7 @@ fn ends(args: &ActionArgs, coordinates: &Coordinates) -> Result<Boundary> {
         true => Ok(ends),
         false => Ok(ends.winding(coordinates, &args.turns).advise(
             "cannot turn so",
-            "give --turns one whole number per coordinate, 0 for those that are no angles",
+            "give --turns one whole number per coordinate, 0 for those that are not angles",
         )?),
     }
 }

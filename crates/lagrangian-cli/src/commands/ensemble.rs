@@ -27,7 +27,7 @@ pub(super) fn fitted(
     mode: OutputMode,
 ) -> Result<Option<SavedEnsemble>> {
     if kept.selection.fit.ending == Ending::Interrupted {
-        note!("note: the fit was interrupted, so there is no ensemble; --resume goes on");
+        note!("note: the fit was interrupted, so there is no ensemble; --resume continues it");
         return Ok(None);
     }
     let mut shown = ProgressDisplay::start("ensemble", mode.quiet);

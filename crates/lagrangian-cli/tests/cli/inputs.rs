@@ -128,7 +128,7 @@ fn files_of_another_kind_say_what_they_are_and_what_to_do() {
     let bench = Workbench::new();
     let files: [(&str, &[u8], &str); 8] = [
         ("zipped.csv", b"\x1f\x8b\x08rest", "gunzip"),
-        ("zero.csv", b"t,q1\n0,\0\n", "no letters of text"),
+        ("zero.csv", b"t,q1\n0,\0\n", "not text"),
         ("bom.csv", b"\xff\xfet\0\n\0", "no column 'q1'"),
         (
             "quote.csv",

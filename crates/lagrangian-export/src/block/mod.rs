@@ -399,7 +399,7 @@ fn name(function: Function) -> &'static str {
         Function::Arsinh => "ASINH",
         Function::Artanh => "ATANH",
         Function::WithinTurn => "within_turn",
-        other => unreachable!("{other:?} is no function of C"),
+        other => unreachable!("{other:?} is not a function of C"),
     }
 }
 

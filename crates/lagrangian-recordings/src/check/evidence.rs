@@ -62,7 +62,7 @@ pub(super) fn confirm(
         .sum();
     for k in open {
         let item = &mut items[k];
-        item.finding += "; but not in each half of the data, so that it cannot be told";
+        item.finding += "; but not in each half of the data, so it is not certain";
         item.remedy = Some(format!(
             "to tell it, record {:.0} s or more with such motion",
             2.0 * seconds

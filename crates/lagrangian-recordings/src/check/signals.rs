@@ -155,7 +155,7 @@ fn ranges(recording: &Recording, columns: &[Column<'_>], errors: f64) -> Item {
         let circle = recording.coordinates.is_circle(c.coordinate);
         let is_angle = c.signal == Signal::Q && (circle || !recording.tau.is_empty());
         let otherwise = match circle {
-            true => "if it is no angle, omit it from `angles`",
+            true => "if it is not an angle, omit it from `angles`",
             false => "if it slides, give metres",
         };
         let remedy = format!(

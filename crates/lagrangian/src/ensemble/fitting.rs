@@ -56,7 +56,7 @@ pub fn fit_ensemble(
     if fitted.len() < 2 {
         return Err(Error::setting(
             format!("the fit ended after {} of {members} members", fitted.len()),
-            "let it go on until two are fitted, or ask for fewer",
+            "let it run until two are fitted, or ask for fewer",
         ));
     }
     let calibration = calibrate(dataset, &bags, &fitted);

@@ -562,7 +562,7 @@ impl Learned {
         rest.header.family = family.into();
         let rest = load(&rest)?.model.boxed_motion().ok_or_else(|| {
             saved::damaged(format!(
-                "'{family}' is no family that is combined with a nominal model"
+                "'{family}' cannot be combined with a nominal model"
             ))
         })?;
         let shape: RobotShape = saved::read("nominal model", &header.nominal)?;
@@ -574,7 +574,7 @@ impl Learned {
 fn load(saved: &SavedModel) -> Result<Learned> {
     let name = &*saved.header.family;
     let entry = FAMILIES.iter().find(|entry| entry.saved_as.contains(&name));
-    let entry = entry
-        .ok_or_else(|| saved::damaged(format!("'{name}' is no family of models that is known")))?;
+    let entry =
+        entry.ok_or_else(|| saved::damaged(format!("'{name}' is not a known family of models")))?;
     (entry.load)(saved)
 }

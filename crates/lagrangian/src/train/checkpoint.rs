@@ -132,7 +132,7 @@ impl Checkpoint {
         }
         let damped = |damping: f64| damping.is_finite() && damping > 0.0;
         if fits && !self.damping.is_none_or(damped) {
-            return Err(refused("its damping is no positive number"));
+            return Err(refused("its damping is not a positive number"));
         }
         if fits && (self.best.is_nan() || !(self.seconds.is_finite() && self.seconds >= 0.0)) {
             return Err(refused("its loss or its clock is not a number"));

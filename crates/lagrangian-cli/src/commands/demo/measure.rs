@@ -51,7 +51,7 @@ pub(super) fn options() -> RolloutOptions {
 /// Ends the comparison at Ctrl-C.
 fn refuse_interrupted() -> Result<()> {
     match interrupt::is_pressed() {
-        true => bail!("interrupted: both models are kept, the comparison is left out"),
+        true => bail!("interrupted: both models are kept, the comparison is omitted"),
         false => Ok(()),
     }
 }

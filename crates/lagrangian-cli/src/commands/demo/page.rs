@@ -74,7 +74,7 @@ const COMPARABLE: (f64, u32) = (10.0, 10);
 
 /// The remark on a quick demo, on its page and in the terminal.
 pub(super) const QUICK: &str =
-    "This was a quick demo: its numbers are no comparison; omit --seconds and --starts for one.";
+    "This was a quick demo: its numbers are not a comparison; omit --seconds and --starts for one.";
 
 /// Whether fits or starts are too few for a comparison.
 pub(super) fn is_quick(args: &DemoArgs) -> bool {

@@ -72,7 +72,7 @@ fn bodies(path: &Path, args: &TruthArgs, model: &Learned) -> Result<RigidBodies>
     let shown = path.display();
     if !args.parameters.is_empty() {
         return Err(mistake(
-            format!("--set is for systems, and '{shown}' is none"),
+            format!("--set is for systems, and '{shown}' is not one"),
             "change the URDF instead; `lagrangian simulate list` names the systems",
         ));
     }

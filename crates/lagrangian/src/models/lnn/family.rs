@@ -93,7 +93,7 @@ fn choose(known: &DataFacts, spec: &FitSpec) -> Result<Vec<AutoSetting>> {
             false => format!(", which was chosen here because {}", form.reason),
         };
         return Err(Error::setting(
-            format!("`width` {width} is no multiple of {UNITS}, as the convex form needs{why}"),
+            format!("`width` {width} is not a multiple of {UNITS}, as the convex form needs{why}"),
             format!("give `width` {next}, or `form` free"),
         ));
     }
