@@ -59,7 +59,7 @@ def test_motions_move_side_by_side() -> None:
     for lengths in ([1.0], [1.0, -1.0], [1.0, float("nan")]):
         with pytest.raises(lg.errors.InvalidInput, match="lengths"):
             motion.animate(lengths=lengths)
-    with pytest.raises(lg.errors.InvalidInput, match="no motion of a chain"):
+    with pytest.raises(lg.errors.InvalidInput, match="not a motion of a chain"):
         lg.system("mass-spring").rollout([1.0], [0.0], duration=1.0).animate()
     with pytest.raises(lg.errors.InvalidInput, match="7 motions"):
         motion.animate(*[motion] * 6)
