@@ -82,7 +82,7 @@ fn wrong_questions_of_the_action_are_refused_with_the_way_out() {
         ),
         (
             "action mass-spring --from 0 --to 1 --time 1 --turns 1",
-            "no angle",
+            "not angles",
         ),
         (
             "action pendulum --from 0 --to 1 --time 1 --steps 7",
