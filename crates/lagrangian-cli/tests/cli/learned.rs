@@ -145,7 +145,11 @@ fn each_number_of_a_score_has_a_verdict() {
 fn a_quick_demo_says_that_it_is_no_comparison() {
     let bench = Workbench::new();
     let quick = bench.succeed("demo --seconds 0.5 --samples 500 --starts 2 --out demo --quiet");
-    assert!(quick.stderr.contains("not a comparison"), "{}", quick.stderr);
+    assert!(
+        quick.stderr.contains("not a comparison"),
+        "{}",
+        quick.stderr
+    );
     let page = String::from_utf8(bench.read("demo/report.html")).unwrap();
     assert!(page.contains("its numbers are not a comparison"));
 }

@@ -31,8 +31,11 @@ const DEGREES: f64 = 0.5;
 const IMPLAUSIBLE: f64 = 1e4;
 /// A wrong sign is certain beyond this many standard errors …
 const SIGN_ERRORS: f64 = 5.0;
-/// … where inertia accounts for this part of the force.
+/// … where inertia accounts for this part of the force, and …
 const INERTIAL_PART: f64 = 0.2;
+/// … a mean inertia of 0 lets the unexplained variance of the force grow by this factor: below it, the misfit of the
+/// terms themselves may make an inertia.
+const WORSE: f64 = 4.0;
 /// Friction is certain beyond this many standard errors, where it is this part of a force …
 const FRICTION_ERRORS: f64 = 5.0;
 const FRICTION_PART: f64 = 0.03;
@@ -353,8 +356,9 @@ fn inertias(recordings: &[Recording], fits: &JointFits, errors: f64) -> Vec<Item
         let circle = recordings[0].coordinates.0[i].topology == Topology::Circle;
         let unit = if circle { "kg m²" } else { "kg or kg m²" };
         let finding = format!("{name}: inertia {inertia:.3e} ± {error:.1e} {unit}");
-        let certain =
-            inertia.abs() > errors * SIGN_ERRORS * error && found.inertial_part > INERTIAL_PART;
+        let certain = inertia.abs() > errors * SIGN_ERRORS * error
+            && found.inertial_part > INERTIAL_PART
+            && found.worse_without > WORSE;
         if !certain {
             return None; // The inertia of one joint alone does not determine the others.
         }

@@ -93,10 +93,10 @@ fn phones_and_spreadsheets_are_read_in_their_encodings_separators_and_units() {
 fn a_rate_is_refused_as_a_coordinate_with_the_flag_that_takes_it() {
     let layout = layout("", "Gyroscope x (rad/s)", "", "");
     let message = read("phyphox.csv", &layout).unwrap_err().to_string();
-    assert!(message.contains("no unit of coordinates") && message.contains("`qd`"));
+    assert!(message.contains("not a unit of coordinates") && message.contains("`qd`"));
     let layout = self::layout("Tilt up/down (deg)", "Time (s)", "", "");
     let message = read("phyphox.csv", &layout).unwrap_err().to_string();
-    assert!(message.contains("no unit of time"), "{message}");
+    assert!(message.contains("not a unit of time"), "{message}");
 }
 
 #[test]

@@ -145,7 +145,14 @@ impl Part {
 
     /// Least-squares coefficients for every delay, `[P, K]`, with this ridge in units of the diagonal.
     pub(super) fn coefficients(&self, ridge: f64) -> Option<Mat<f64>> {
-        let (delays, size) = (self.tau.len(), self.size());
+        let delays = self.tau.len();
+        let ridge = self.ridge(ridge)?;
+        Some(ridge.solve(delays, |k, d| self.right[k * delays + d]))
+    }
+
+    /// The system with this ridge in units of the diagonal.
+    fn ridge(&self, ridge: f64) -> Option<Ridge> {
+        let size = self.size();
         let scale: Vec<f64> = (0..size)
             .map(|k| {
                 Some(self.square(k, k).sqrt())
@@ -153,8 +160,7 @@ impl Part {
                     .unwrap_or(1.0)
             })
             .collect();
-        let ridge = Ridge::new(|k, j| self.square(k, j), scale, ridge)?;
-        Some(ridge.solve(delays, |k, d| self.right[k * delays + d]))
+        Ridge::new(|k, j| self.square(k, j), scale, ridge)
     }
 
     /// Sum of the squared residuals for these coefficients, without delay.
@@ -175,6 +181,7 @@ struct Solution {
     unexplained: (f64, f64),
     inertia: f64,
     inertial_part: f64,
+    worse_without: f64,
 }
 
 /// The jackknife standard error of an estimate, from the estimates without one stretch each (Efron 1982).
@@ -203,6 +210,7 @@ pub(super) fn estimate(parts: &[Part], shifts: usize, step: f64) -> Option<Joint
         inertia: (whole.inertia, scatter(|l| l.1)),
         growth: 0.0,
         inertial_part: whole.inertial_part,
+        worse_without: whole.worse_without,
     })
 }
 
@@ -236,14 +244,22 @@ fn solve(sums: &Part, shifts: usize) -> Option<Solution> {
             0.0
         }
     };
-    let inertia = (0..sums.own)
-        .map(|k| solved[(k, best)] * sums.factors[k] / sums.count)
-        .sum::<f64>();
+    let factors: Vec<f64> = sums.factors.iter().map(|f| f / sums.count).collect();
+    let own = factors.iter().enumerate();
+    let inertia: f64 = own.clone().map(|(k, f)| solved[(k, best)] * f).sum();
+    // Least squares under the condition that the mean inertia is 0 (Lagrange): the sum of squares grows by this.
+    let along = sums
+        .ridge(RIDGE)?
+        .solve_one(|k| factors.get(k).copied().unwrap_or(0.0))?;
+    let growth = inertia * inertia / own.map(|(k, f)| along[k] * f).sum::<f64>();
+    let (sum, square) = sums.tau[best];
+    let left = unexplained[best] * (square - sum * sum / sums.count);
     Some(Solution {
         delay: best as f64 - shifts as f64 + vertex,
         at_end,
         unexplained: (unexplained[best], unexplained[shifts]),
         inertia,
-        inertial_part: inertia.abs() * (sums.acceleration / sums.tau[best].1).sqrt(),
+        inertial_part: inertia.abs() * (sums.acceleration / square).sqrt(),
+        worse_without: growth / left,
     })
 }

@@ -62,6 +62,8 @@ pub(in crate::check) struct JointFit {
     pub(in crate::check) growth: f64,
     /// Root mean square of inertia × acceleration over that of the force.
     pub(in crate::check) inertial_part: f64,
+    /// Relative growth of the unexplained variance where the mean inertia is set to 0.
+    pub(in crate::check) worse_without: f64,
 }
 
 /// The regressions of all joints of some recordings.
