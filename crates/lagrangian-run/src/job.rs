@@ -23,7 +23,7 @@ use crate::folder::{FIGURES, REPORT, RunFolder};
 use crate::metrics::Tensorboard;
 use crate::page::{Evaluation, Frontend, Page};
 use crate::record::{DataFile, RunRecord, seconds_now};
-use crate::resolved::{Columns, resolved};
+use crate::resolved::{Columns, for_toml, resolved};
 use crate::source::delayed;
 
 /// The recordings of a fit, as they were read.
@@ -300,7 +300,7 @@ impl PreparedFit {
     /// [`Error::Refused`](crate::Error::Refused) for settings that TOML cannot represent.
     pub fn record(&self, command: String, settings: Value, begun: f64) -> Result<RunRecord> {
         let seed = self.spec.seed;
-        let settings = without_nulls(settings);
+        let settings = for_toml(settings);
         let files = self.files.clone();
         let mut record = RunRecord::begun(begun, command, seed, &settings, files)?;
         if let [ResolvedConfig { choices, .. }] = &self.candidates[..] {
@@ -455,18 +455,5 @@ impl FitReport {
             ensemble.write(place.folder.path())?;
         }
         Ok(result)
-    }
-}
-
-/// Removes values that were not given, which TOML cannot represent.
-fn without_nulls(value: Value) -> Value {
-    match value {
-        Value::Object(entries) => {
-            let given = entries.into_iter().filter(|(_, value)| !value.is_null());
-            let given = given.map(|(key, value)| (key, without_nulls(value)));
-            Value::Object(given.collect())
-        }
-        Value::Array(items) => json!(items.into_iter().map(without_nulls).collect::<Vec<_>>()),
-        value => value,
     }
 }

@@ -104,7 +104,7 @@ fn in_short(value: Value) -> Value {
 }
 
 /// Removes values that were not given, which TOML cannot represent.
-fn for_toml(value: Value) -> Value {
+pub(crate) fn for_toml(value: Value) -> Value {
     let entry = |(key, value): (String, Value)| match value {
         Value::Null => None,
         value => Some((key, for_toml(value))),

@@ -7,6 +7,7 @@ use super::states::States;
 use super::symmetry::Symmetry;
 use lagrangian::Coordinates;
 use lagrangian::mechanics::{Jet, dot};
+use lagrangian_motion::statistics::root_mean_square;
 
 /// Part F of a charge Q = ξ·p − F (theory.md, equation 79).
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
@@ -214,5 +215,5 @@ pub(super) fn rates_of_functions(states: &States) -> Vec<Vec<f64>> {
 }
 
 fn rms(x: &[f64]) -> f64 {
-    (x.iter().map(|x| x * x).sum::<f64>() / x.len().max(1) as f64).sqrt()
+    root_mean_square(&mut x.iter().copied())
 }

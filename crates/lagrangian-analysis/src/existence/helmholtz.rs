@@ -14,6 +14,7 @@ use super::field::{Field, FieldScale, Q, QD, States, states};
 use super::verdict::TIMES_CHANCE;
 use lagrangian::rollout::{free, times};
 use lagrangian::{Method, Model, Result, RolloutOptions, rollout};
+use lagrangian_motion::statistics::upper_median;
 
 /// Length of a motion in times of [`FieldScale`], and number of steps of the frame along it; Φ is evaluated at twice as many.
 const LENGTH: f64 = 6.0;
@@ -78,8 +79,7 @@ pub(super) fn asymmetry(
 
 fn median(mut values: Vec<f64>) -> Option<f64> {
     values.retain(|x| x.is_finite());
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
+    (!values.is_empty()).then(|| upper_median(&mut values))
 }
 
 /// Free motions from these states, with two samples for each step of the frame; those that end early are omitted.

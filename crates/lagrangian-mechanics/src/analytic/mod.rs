@@ -17,6 +17,7 @@ pub use rand::Rng;
 
 use super::lagrangian::Lagrangian;
 use crate::dynamics::Model;
+pub use lagrangian_motion::noise::normal;
 use lagrangian_motion::{Coordinate, Coordinates, Error, Result, State, Topology};
 
 /// A mechanical system whose Lagrangian is known in closed form.
@@ -193,13 +194,6 @@ fn unknown<'a>(kind: &'static str, name: &str, known: impl Iterator<Item = &'a s
         name: name.into(),
         known,
     }
-}
-
-/// A normal deviate of variance 1 (Box and Muller 1958).
-pub fn normal(rng: &mut dyn Rng) -> f64 {
-    use rand::RngExt;
-    let radius = (-2.0 * (1.0 - rng.random::<f64>()).ln()).sqrt();
-    radius * (std::f64::consts::TAU * rng.random::<f64>()).cos()
 }
 
 /// `n` uniform deviates from `low` to `high`.

@@ -9,6 +9,7 @@ use crate::Recording;
 use crate::derivatives::velocity;
 use crate::local_polynomial::{Series, median_step, segments};
 use lagrangian_motion::Signal;
+use lagrangian_motion::statistics::root_mean_square;
 
 /// A lag is searched up to this many samples in both directions.
 const LONGEST_LAG: usize = 30;
@@ -230,12 +231,7 @@ fn omit_uncertain(series: Series<'_>, derivatives: &mut [Vec<f64>; 2]) {
 }
 
 fn rms(values: &[f64]) -> f64 {
-    let finite = values.iter().filter(|x| x.is_finite());
-    let (sum, count) = finite.fold((0.0, 0.0), |(s, c), x| (s + x * x, c + 1.0));
-    match count > 0.0 {
-        true => f64::sqrt(sum / count),
-        false => 0.0,
-    }
+    root_mean_square(&mut values.iter().copied().filter(|x| x.is_finite()))
 }
 
 /// Sums (⟨v d⟩, ⟨d d⟩, ⟨v v⟩) over the samples where both are known, with v shifted by `lag` samples.
