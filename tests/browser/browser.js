@@ -58,14 +58,14 @@ export function plotOf(page, id) {
     /** Brings it into sight, and waits until it is painted. */
     async seen() {
       await box.scrollIntoViewIfNeeded();
-      await page.waitForFunction((box) => box.querySelector("canvas.base").width > 300 || box.clientWidth < 300, await box.elementHandle());
+      await page.waitForFunction((box) => box.querySelector(".mount canvas"), await box.elementHandle());
       await frame(page);
       return box.boundingBox();
     },
     /** A hash of the picture in its canvas, to tell whether something was painted. */
     picture: async () => {
       await frame(page);
-      const data = await figure.locator("canvas.base").evaluate((canvas) => canvas.toDataURL());
+      const data = await figure.locator(".mount canvas").evaluate((canvas) => canvas.toDataURL());
       return createHash("sha256").update(data).digest("hex");
     },
   };
@@ -80,10 +80,9 @@ export async function scrolledThrough(page) {
   for (let y = 0; y < tall; y += 600) {
     await page.evaluate((y) => scrollTo(0, y), y);
     await frame(page);
-    await page.waitForFunction(() => [...document.querySelectorAll("canvas.base")].every((canvas) => {
-      const { top, bottom } = canvas.getBoundingClientRect();
-      // A canvas that was never painted has the size that it was made with.
-      return bottom < 0 || top > innerHeight || canvas.width !== 300 || canvas.height !== 150;
+    await page.waitForFunction(() => [...document.querySelectorAll(".plot")].every((box) => {
+      const { top, bottom, height } = box.getBoundingClientRect();
+      return height === 0 || bottom < 0 || top > innerHeight || box.querySelector(".mount canvas");
     }));
   }
   await page.evaluate(() => scrollTo(0, 0));

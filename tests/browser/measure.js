@@ -1,14 +1,14 @@
-// How long frames take while the page of ten plots is scrolled, and what it weighs: `node measure.js`.
+// How long frames take while the page of ten plots is scrolled, and what it weighs: `node measure.js [PAGE]`.
 
 import { statSync } from "node:fs";
 
 import { folder, launched, opened } from "./browser.js";
 
 const browser = await launched();
-const { page } = await opened(browser, "large.html");
+const { page } = await opened(browser, process.argv[2] ?? "large.html");
 await page.waitForTimeout(1000);
 const load = await page.evaluate(() => performance.getEntriesByType("navigation")[0].loadEventEnd);
-console.log(`size ${(statSync(`${folder}/large.html`).size / 1e6).toFixed(2)} MB, loaded after ${load.toFixed(0)} ms`);
+console.log(`size ${(statSync(`${folder}/${process.argv[2] ?? "large.html"}`).size / 1e6).toFixed(2)} MB, loaded after ${load.toFixed(0)} ms`);
 
 // Scrolls to the end, so many px a frame (12 are 720 px a second), and returns the times between frames.
 const scrolled = (step) => page.evaluate(async (step) => {
@@ -30,12 +30,12 @@ for (const [pass, step] of [["first, while plots are painted", 12], ["again", 12
   console.log(`${pass}: ${times.length} frames, ${rate.toFixed(1)} a second; median ${quantile(0.5)} ms, 95 % ${quantile(0.95)} ms, longest ${quantile(1)} ms`);
 }
 
-// The time that the page's own code takes to paint one plot and to follow the pointer.
+// The time that the page's own code takes to follow the pointer.
 const cost = await page.evaluate(() => {
-  const box = document.querySelector(".plot"), edge = box.getBoundingClientRect();
+  const over = document.querySelector(".u-over"), edge = over.getBoundingClientRect();
   const moves = 200, start = performance.now();
-  for (let k = 0; k < moves; k++) box.dispatchEvent(new PointerEvent("pointermove", { clientX: edge.left + 60 + k, clientY: edge.top + 100, pointerType: "mouse" }));
+  for (let k = 0; k < moves; k++) over.dispatchEvent(new MouseEvent("mousemove", { clientX: edge.left + 60 + k, clientY: edge.top + 100 }));
   return (performance.now() - start) / moves;
 });
-console.log(`a move of the pointer over ten linked plots: ${cost.toFixed(2)} ms`);
+console.log(`a move of the pointer over the linked plots: ${cost.toFixed(2)} ms`);
 await browser.close();

@@ -116,7 +116,7 @@ impl PlotArgs {
         let figure = || page.figures.first().cloned().unwrap_or_default();
         match drawing {
             Drawing::Page => write_bytes(path, existing, draw::html(&page).as_bytes()),
-            Drawing::Svg => write_bytes(path, existing, draw::svg(&figure()).as_bytes()),
+            Drawing::Svg => write_bytes(path, existing, draw::svg(&figure())?.as_bytes()),
             Drawing::Png => write_png(path, existing, &figure()),
         }?;
         Ok(())
@@ -129,9 +129,7 @@ pub(crate) fn write_png(
     existing: Existing,
     figure: &Figure,
 ) -> lagrangian_run::Result<()> {
-    write_file(path, existing, |sink| {
-        Ok(draw::png(figure, 1280, 840, sink)?)
-    })
+    write_file(path, existing, |sink| Ok(draw::png(figure, sink)?))
 }
 
 /// The kind of a drawing.

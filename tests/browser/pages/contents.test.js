@@ -38,7 +38,7 @@ test("a figure of a section that was folded is drawn when it is unfolded", async
   await page.reload();
   await section.evaluate((own) => { own.open = false; });
   await page.locator(".contents a", { hasText: "Forces" }).click();
-  await page.waitForFunction(() => document.querySelector("#figure-torque-1 canvas.base").width > 300);
+  await page.waitForFunction(() => document.querySelector("#figure-torque-1 .mount canvas"));
   await close();
 });
 

@@ -156,8 +156,9 @@ test("a scale is offered where all values are positive, without those of a shade
 test("a shade reaches over the whole height of its plot, and has no line in the legend and no value", async () => {
   const shaded = plotOf(page, "shaded"), edge = await shaded.seen();
   // 0.9 of the width lies outside of the data; just within the frame at its upper and at its lower end.
-  const places = [29 / edge.height, 1 - 45 / edge.height];
-  const inks = await shaded.figure.locator("canvas.base").evaluate((canvas, places) => {
+  const frame = await shaded.figure.locator(".u-over").boundingBox();
+  const places = [frame.y + 3, frame.y + frame.height - 3].map((y) => (y - edge.y) / edge.height);
+  const inks = await shaded.figure.locator(".mount canvas").evaluate((canvas, places) => {
     const { data } = canvas.getContext("2d").getImageData(0.9 * canvas.width, 0, 1, canvas.height);
     return places.map((v) => data[4 * Math.floor(v * canvas.height) + 3]);
   }, places);
@@ -187,20 +188,20 @@ test("a figure is saved as numbers: a column a curve, with their units", async (
   assert.ok(Math.abs(value - (2 / 10 - 1 / 5)) < 1e-3 && Math.abs(place - 0.25) < 1e-6 && Math.abs(time - 0.15) < 1e-6, map[23]);
 });
 
-test("a figure is saved as a picture that needs no page, by the keyboard too", async () => {
-  const loss = plotOf(page, "loss");
-  const svg = await saved(loss, "SVG", (button) => button.press("Enter"));
-  assert.equal(svg.name, "known-values-loss.svg");
-  const text = svg.bytes.toString();
-  assert.match(text, /^<svg [^>]*xmlns="http:\/\/www.w3.org\/2000\/svg"/);
-  assert.ok(text.includes(">Loss</text>") && text.includes(".l.lnn { stroke: #1d63d1; }") && !text.includes("var("), text.slice(0, 3000));
-  const png = await saved(plotOf(page, "field"), "PNG", (button) => button.click());
-  assert.equal(png.name, "known-values-field.png");
-  const picture = PNG.sync.read(png.bytes);
-  assert.deepEqual([picture.width, picture.height], [1572, 1140]);
-  // White around, and ink within.
-  const dark = picture.data.filter((value, k) => k % 4 < 3 && value < 200).length;
-  assert.ok(picture.data[3] === 255 && picture.data[0] === 255 && dark > 10_000, `${dark}`);
+test("a figure is saved as a picture that needs no page, on white in the dark too, by the keyboard", async () => {
+  await page.emulateMedia({ colorScheme: "dark" });
+  const png = await saved(plotOf(page, "loss"), "PNG", (button) => button.press("Enter"));
+  assert.equal(png.name, "known-values-loss.png");
+  const { data, width, height } = PNG.sync.read(png.bytes);
+  assert.ok(width > 1500 && height > 900, `${width} × ${height}`);
+  // White around, ink within, and the blue of the learned curve.
+  const at = (k) => [...data.subarray(4 * k, 4 * k + 3)];
+  const pixels = Array.from({ length: width * height }, (_, k) => at(k));
+  assert.deepEqual(pixels[0], [255, 255, 255]);
+  assert.ok(pixels.filter(([r, g, b]) => r + g + b < 600).length > 10_000);
+  assert.ok(pixels.filter((pixel) => pixel.join() === "29,99,209").length > 1000);
+  const map = await saved(plotOf(page, "field"), "PNG", (button) => button.click());
+  assert.equal(map.name, "known-values-field.png");
 });
 
 test("arrow keys read values, and they are announced", async () => {
@@ -267,9 +268,22 @@ test("a figure without values says so, and no other is lost", async () => {
   assert.equal(await page.locator("figure.figure.live").count(), (await page.locator("figure.figure").count()) - 1);
 });
 
-test("the page prints the pictures, not the canvases, and always on white", async () => {
+test("the page prints a picture of every plot, of those that were never in sight too, always on white", async () => {
+  await page.emulateMedia({ colorScheme: "dark" });
+  await page.evaluate(() => dispatchEvent(new Event("beforeprint")));
   await page.emulateMedia({ media: "print", colorScheme: "dark" });
   assert.equal(await page.evaluate(() => getComputedStyle(document.documentElement).getPropertyValue("--surface").trim()), "#ffffff");
-  assert.ok(await page.locator("#figure-loss svg.static").isVisible());
-  assert.ok(await page.locator("#figure-loss .plot").isHidden());
+  assert.equal(await page.locator(".printed").count(), await page.locator("[data-plot]").count());
+  const printed = page.locator("#figure-loss .printed");
+  assert.ok(await printed.isVisible());
+  assert.ok(await page.locator("#figure-loss .mount").isHidden());
+  const blue = await printed.evaluate((canvas) => {
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    let count = 0;
+    for (let k = 0; k < data.length; k += 4) if (data[k] === 29 && data[k + 1] === 99 && data[k + 2] === 209 && data[k + 3] === 255) count++;
+    return count;
+  });
+  assert.ok(blue > 1000, `${blue} pixels of the learned curve`);
+  await page.evaluate(() => dispatchEvent(new Event("afterprint")));
+  assert.equal(await page.locator(".printed").count(), 0);
 });

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 
-import { launched, opened, scrolledThrough, violations } from "../browser.js";
+import { folder, launched, opened, scrolledThrough, violations } from "../browser.js";
 
 let browser;
 before(async () => { browser = await launched(); });
@@ -31,11 +31,14 @@ test("a caption uses the width of its figure", async () => {
   await close();
 });
 
-test("without scripts the pictures stand as they are", async () => {
+test("without scripts verdicts, tables and words about each figure stand, and a sentence says where the numbers are", async () => {
   const context = await browser.newContext({ javaScriptEnabled: false });
   const page = await context.newPage();
-  const { folder } = await import("../browser.js");
   await page.goto(`file://${folder}/known.html`);
-  assert.ok(await page.locator("#figure-loss svg.static").isVisible());
+  assert.ok(await page.locator(".answer").isVisible());
+  assert.ok(await page.getByRole("cell", { name: "9", exact: true }).last().isVisible());
+  assert.match(await page.locator("#figure-loss .unseen").innerText(), /loss over step\. Lagrangian, training: from .* to 1\.00/);
+  assert.ok(await page.locator("#figure-loss .unseen").isVisible());
+  assert.match(await page.locator("#figure-loss").innerText(), /Scripts are off: .* numbers as CSV/);
   await context.close();
 });

@@ -53,7 +53,7 @@ test("eight values stand beneath the plot of a phone and hide none of it", async
   const before = await tall();
   await touch("touchStart", [edge.x + 0.5 * edge.width, edge.y + 100]);
   assert.equal((await torque.values()).length, 9);
-  const [canvas, values] = [await torque.figure.locator("canvas.base").boundingBox(), await torque.readout.boundingBox()];
+  const [canvas, values] = [await torque.figure.locator(".mount").boundingBox(), await torque.readout.boundingBox()];
   assert.ok(values.y >= canvas.y + canvas.height, JSON.stringify({ canvas, values }));
   assert.ok(values.y + values.height <= edge.y + edge.height && values.x + values.width <= 390, "the values leave their place");
   assert.equal(await tall(), before, "the page moves under the finger");

@@ -124,7 +124,7 @@ fn draw_figures(report: &Report, folder: &Path, existing: Existing) -> Result<()
     let names = file_names(report.figures.iter().map(|figure| figure.id.as_str()));
     for (figure, name) in report.figures.iter().zip(names) {
         let file = |format: &str| folder.join(format!("{name}.{format}"));
-        lagrangian_run::write_bytes(&file("svg"), existing, draw::svg(figure).as_bytes())?;
+        lagrangian_run::write_bytes(&file("svg"), existing, draw::svg(figure)?.as_bytes())?;
         write_png(&file("png"), existing, figure)?;
     }
     Ok(())

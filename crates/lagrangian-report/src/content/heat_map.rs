@@ -33,46 +33,4 @@ impl HeatMap {
     pub fn rows(&self) -> usize {
         self.values.len().checked_div(self.columns).unwrap_or(0)
     }
-
-    /// The cells of one row as runs of equal colour: (first column, end, level), the level from −`levels` to `levels`,
-    /// without 0 and gaps.
-    #[must_use]
-    pub fn runs(&self, row: usize, levels: i32) -> Vec<(usize, usize, i32)> {
-        let level = |x: &f64| {
-            let ratio = (x / self.limit).clamp(-1.0, 1.0);
-            if ratio.is_finite() {
-                (ratio * f64::from(levels)).round() as i32
-            } else {
-                0
-            }
-        };
-        let mut runs: Vec<(usize, usize, i32)> = Vec::new();
-        let from = row * self.columns;
-        let cells = self.values.iter().skip(from).take(self.columns);
-        for (column, value) in cells.map(level).enumerate() {
-            match runs.last_mut() {
-                Some(run) if run.1 == column && run.2 == value => run.1 = column + 1,
-                _ if value == 0 => {}
-                _ => runs.push((column, column + 1, value)),
-            }
-        }
-        runs
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn equal_cells_make_one_run_and_gaps_none() {
-        let map = HeatMap {
-            columns: 6,
-            values: vec![0.0, 1.0, 1.0, f64::NAN, -0.5, 9.0],
-            limit: 1.0,
-            ..HeatMap::default()
-        };
-        assert_eq!(map.rows(), 1);
-        assert_eq!(map.runs(0, 4), [(1, 3, 4), (4, 5, -2), (5, 6, 4)]);
-    }
 }

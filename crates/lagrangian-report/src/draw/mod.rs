@@ -1,46 +1,79 @@
-//! Draws a report: pages, SVG files and bitmaps, from plain figures.
-//!
-//! Every picture is one SVG. A page and an SVG file contain it unchanged; a PNG and the frames of a GIF are rendered
-//! from it, with its words as outlines of an embedded font, so that they are identical on every machine.
+//! Draws a report: pages whose plots a script draws, and pictures of figures and motions as files.
 
-mod axes;
-mod chart;
-mod curve;
-mod drawing;
-mod heat_map;
-mod legend;
 mod page;
-#[cfg(feature = "raster")]
-mod raster;
-mod scale;
-mod series;
-mod svg;
-mod text;
+#[cfg(feature = "pictures")]
+mod pictures;
+mod short;
 mod theme;
 
 pub use page::html;
-#[cfg(feature = "raster")]
-pub use raster::{Error, Result, gif, png};
-pub use scale::short;
-pub use svg::svg;
+#[cfg(feature = "pictures")]
+pub use pictures::{Error, Result, gif, png, svg};
+pub use short::short;
 
-/// A text made safe for HTML and SVG, in elements and in attributes.
+use crate::{Axis, Scale};
+
+/// Larger values cannot be placed on a plot: the arithmetic of its axes would overflow.
+const LARGEST: f64 = 1e300;
+
+impl Axis {
+    /// The place of a value on the axis, its logarithm on a logarithmic one; NaN where it has none.
+    fn inner(&self, value: f64) -> f64 {
+        match self.scale {
+            _ if value.is_nan() || value.abs() >= LARGEST => f64::NAN,
+            Scale::Linear => value,
+            Scale::Log if value > 0.0 => value.log10(),
+            Scale::Log => f64::NAN,
+        }
+    }
+
+    /// Its fixed ends, if they can be drawn.
+    fn fixed(&self) -> Option<(f64, f64)> {
+        let (low, high) = self.range?;
+        (self.inner(low) < self.inner(high)).then_some((low, high))
+    }
+
+    /// The least and the largest place of values; `None` without any.
+    fn extent<'a>(&self, values: impl Iterator<Item = &'a f64>) -> Option<(f64, f64)> {
+        let places = values.map(|value| self.inner(*value));
+        let places = places.filter(|place| place.is_finite());
+        places.fold(None, |ends, place| {
+            let (low, high) = ends.unwrap_or((place, place));
+            Some((low.min(place), high.max(place)))
+        })
+    }
+}
+
+/// A text of one line without signs that cannot be seen.
+fn plain(text: &str) -> String {
+    let seen = |letter| match letter {
+        '\n' | '\t' => ' ',
+        hidden if lagrangian::is_hidden(hidden) => '\u{fffd}',
+        other => other,
+    };
+    text.chars().map(seen).collect()
+}
+
+/// A text made safe for HTML, in elements and in attributes.
 fn escaped(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
-    for letter in text.chars() {
+    for letter in plain(text).chars() {
         match letter {
             '&' => safe.push_str("&amp;"),
             '<' => safe.push_str("&lt;"),
             '>' => safe.push_str("&gt;"),
             '"' => safe.push_str("&quot;"),
             '\'' => safe.push_str("&#39;"),
-            '\n' | '\t' => safe.push(' '),
-            hidden if lagrangian::is_hidden(hidden) => safe.push('\u{fffd}'),
             other => safe.push(other),
         }
     }
     safe
 }
 
-#[cfg(all(test, feature = "raster"))]
+/// Appends to a text.
+fn add(text: &mut String, more: std::fmt::Arguments) {
+    std::fmt::Write::write_fmt(text, more).ok(); // OK because writing to a string cannot fail
+}
+
+#[cfg(all(test, feature = "pictures"))]
 mod tests;

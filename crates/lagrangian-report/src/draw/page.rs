@@ -12,9 +12,8 @@ use plots::Plots;
 
 use lagrangian::score::Grade;
 
-use super::drawing::add;
 use super::theme::Ink;
-use super::{escaped, theme};
+use super::{add, escaped, theme};
 use crate::{Headline, Report};
 use terms::explained;
 
@@ -22,21 +21,20 @@ const STYLE: &str = include_str!("page/style.css");
 const PLOT_STYLE: &str = include_str!("page/plot/style.css");
 const THEME: &str = include_str!("page/theme.js");
 const PLAYER: &str = include_str!("page/player.js");
-/// The script of plots, with its parts in order of dependence.
-const PLOT: &str = concat!(
-    "(() => {\n\"use strict\";\n",
+/// The library that draws plots, and its style.
+const LIBRARY: &str = include_str!("page/uplot/uPlot.iife.min.js");
+const LIBRARY_STYLE: &str = include_str!("page/uplot/uPlot.min.css");
+/// The parts of the script of plots, in order of dependence.
+const PLOT: [&str; 8] = [
     include_str!("page/plot/arrays.js"),
     include_str!("page/plot/axis.js"),
     include_str!("page/plot/paint.js"),
-    include_str!("page/plot/cursor.js"),
+    include_str!("page/plot/hands.js"),
     include_str!("page/plot/plot.js"),
-    include_str!("page/plot/gestures.js"),
-    include_str!("page/plot/keys.js"),
-    include_str!("page/plot/save.js"),
     include_str!("page/plot/legend.js"),
+    include_str!("page/plot/save.js"),
     include_str!("page/plot/start.js"),
-    "})();\n",
-);
+];
 /// Forbids all loading: the page contains everything that it needs.
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; \
     base-uri 'none'; form-action 'none'";
@@ -52,17 +50,18 @@ pub fn html(report: &Report) -> String {
     sections.iter().for_each(|one| one.write(&mut body));
     terms::meanings(&mut body);
     let scripts = scripts(report, &plots);
+    let library_style = if plots.is_empty() { "" } else { LIBRARY_STYLE };
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n\
          <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n\
          <link rel=\"icon\" href=\"data:,\">\n<title>{}</title>\n\
-         <style>\n{}{STYLE}{PLOT_STYLE}{}</style>\n<script>{THEME}</script>\n</head>\n<body>\n<main>\n{body}\
+         <style>\n{}{STYLE}{library_style}{PLOT_STYLE}{}</style>\n<script>{THEME}</script>\n</head>\n<body>\n<main>\n{body}\
          <footer>Drawn by lagrangian {}. This file needs nothing else: keep it, send it, print it.</footer>\n\
          </main>\n{scripts}</body>\n</html>\n",
         escaped(&report.title),
         theme::variables(),
-        theme::classes() + &theme::dots(),
+        theme::dots(),
         env!("CARGO_PKG_VERSION"),
     )
 }
@@ -74,10 +73,15 @@ fn scripts(report: &Report, plots: &Plots) -> String {
         add(&mut scripts, format_args!("<script>{PLAYER}</script>\n"));
     }
     if let Some(data) = plots.json() {
+        // One script has all parts: what they import from each other is in it.
+        let lines = PLOT.iter().flat_map(|part| part.lines());
+        let own: Vec<&str> = lines.filter(|line| !line.starts_with("import ")).collect();
+        let own = own.join("\n");
         add(
             &mut scripts,
             format_args!(
-                "<script type=\"application/json\" id=\"plots\">{data}</script>\n<script>{PLOT}</script>\n"
+                "<script type=\"application/json\" id=\"plots\">{data}</script>\n<script>{LIBRARY}</script>\n\
+                 <script type=\"module\">\n{own}\n</script>\n"
             ),
         );
     }

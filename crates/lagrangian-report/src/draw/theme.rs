@@ -1,31 +1,22 @@
-//! Colours of a report, defined once for charts, pages, SVG files and bitmaps.
+//! Colours of a report, and the widths and the order of its curves, defined once for pages and pictures.
+
+use std::collections::BTreeMap;
 
 use crate::Role;
 
 /// A colour by its purpose, on a light and on a dark background.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Ink {
-    /// Class in SVG, variable in CSS.
+    /// Variable in CSS.
     pub(super) name: &'static str,
-    light: [u8; 3],
+    /// On paper and on light screens.
+    pub(super) light: [u8; 3],
     dark: [u8; 3],
-    /// Opacity from 0, invisible, to 1.
-    pub(super) opacity: f64,
 }
 
 impl Ink {
     const fn new(name: &'static str, light: [u8; 3], dark: [u8; 3]) -> Self {
-        Self {
-            name,
-            light,
-            dark,
-            opacity: 1.0,
-        }
-    }
-
-    /// The colour with this opacity.
-    pub(super) const fn with_opacity(self, opacity: f64) -> Self {
-        Self { opacity, ..self }
+        Self { name, light, dark }
     }
 }
 
@@ -82,17 +73,6 @@ fn block(shade: impl Fn(&Ink) -> [u8; 3]) -> String {
     INKS.iter().chain([&GROUND]).map(variable).collect()
 }
 
-/// CSS: classes of a drawing that follow the variables.
-pub(super) fn classes() -> String {
-    rules(|ink| format!("var(--{})", ink.name))
-}
-
-/// CSS: classes of a drawing on a light background, for renderers without variables.
-#[cfg(feature = "raster")]
-pub(super) fn light_classes() -> String {
-    rules(|ink| hex(ink.light))
-}
-
 /// CSS: the dots and swatches of a page that represent inks.
 pub(super) fn dots() -> String {
     let rule = |ink: &Ink| {
@@ -104,13 +84,31 @@ pub(super) fn dots() -> String {
     INKS.iter().map(rule).collect()
 }
 
-fn rules(colour: impl Fn(&Ink) -> String) -> String {
-    let rule = |ink: &Ink| {
-        let (name, colour) = (ink.name, colour(ink));
-        format!(".l.{name}{{stroke:{colour}}}.f.{name}{{fill:{colour}}}\n")
-    };
-    let rules: String = INKS.iter().map(rule).collect();
-    format!(".l{{fill:none;stroke-linejoin:round;stroke-linecap:round}}\n{rules}")
+/// The inks on paper by their names.
+pub(super) fn paper() -> BTreeMap<&'static str, String> {
+    let shade = |ink: &Ink| (ink.name, hex(ink.light));
+    INKS.iter().map(shade).collect()
+}
+
+/// Width of a line, px: truth is broad and pale, so that a model that follows it is visible on top of it.
+pub(super) fn width(role: Role) -> f64 {
+    match role {
+        Role::Truth => 3.2,
+        Role::Lnn => 1.7,
+        Role::Reference => 1.3,
+        Role::Baseline | Role::Other(_) => 1.5,
+    }
+}
+
+/// The order of drawing: later series cover earlier ones.
+pub(super) fn depth(role: Role) -> u8 {
+    match role {
+        Role::Truth => 0,
+        Role::Baseline => 1,
+        Role::Other(_) => 2,
+        Role::Lnn => 3,
+        Role::Reference => 4,
+    }
 }
 
 fn hex([r, g, b]: [u8; 3]) -> String {

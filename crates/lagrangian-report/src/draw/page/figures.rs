@@ -1,14 +1,10 @@
-//! The figures and maps of a page: each as an SVG, which the script makes interactive, in groups that share a legend.
+//! The figures and maps of a page: a box for the plot of each, which the script draws, in groups that share a legend.
 
-use super::add;
 use super::plots::{Plots, words_id};
 use super::terms::explained;
 use super::words;
-use crate::draw::{escaped, svg};
+use crate::draw::{add, escaped};
 use crate::{Figure, HeatMap, Series};
-
-/// The size of the static picture of a figure, px.
-const SIZE: (u32, u32) = (524, 350);
 
 /// Figures in two columns where they fit; consecutive ones with equal series have one legend.
 pub(super) fn figures(body: &mut String, figures: &[Figure], plots: &mut Plots) {
@@ -24,18 +20,12 @@ pub(super) fn figures(body: &mut String, figures: &[Figure], plots: &mut Plots) 
             format_args!("<div class=\"group{shared}\"><div class=\"figures{odd}\">\n"),
         );
         for figure in group.figures {
-            let number = plots.figure(figure);
-            let drawn = match number {
-                Some(_) => svg::inline(figure, SIZE, "static"),
-                None => EMPTY.into(),
-            };
             let card = Card {
                 id: format!("figure-{}", figure.id),
                 title: &figure.title,
                 caption: &figure.caption,
                 words: words::of_figure(figure),
-                drawn,
-                number,
+                number: plots.figure(figure),
             };
             card.write(body);
         }
@@ -52,7 +42,6 @@ pub(super) fn maps(body: &mut String, maps: &[HeatMap], plots: &mut Plots) {
             title: &map.title,
             caption: &map.caption,
             words: words::of_map(map),
-            drawn: svg::inline_map(map, SIZE, "static map"),
             number: plots.map(map),
         };
         card.write(body);
@@ -62,12 +51,14 @@ pub(super) fn maps(body: &mut String, maps: &[HeatMap], plots: &mut Plots) {
 
 const EMPTY: &str = "<p class=\"empty\">There is nothing to draw: no value is finite, or none is positive on a logarithmic axis.</p>";
 
+const NO_SCRIPT: &str = "<noscript><p class=\"caption\">Scripts are off: the figure is not drawn. Its range is told above, the tables of this \
+    page have the results, and with scripts each figure saves its numbers as CSV.</p></noscript>";
+
 struct Card<'a> {
     id: String,
     title: &'a str,
     caption: &'a str,
     words: String,
-    drawn: String,
     /// The number of its plot, if there is something to draw.
     number: Option<usize>,
 }
@@ -76,26 +67,26 @@ impl Card<'_> {
     fn write(&self, body: &mut String) {
         let [id, title, words] = [&self.id, self.title, &self.words].map(escaped);
         let caption = explained(self.caption);
-        let (live, unseen) = self.number.map_or_else(Default::default, |number| {
-            (
+        let (live, drawn) = match self.number {
+            None => (String::new(), EMPTY.into()),
+            Some(number) => (
                 format!(" data-plot=\"{number}\""),
                 format!(
-                    "<p class=\"unseen\" id=\"{}\">{words}</p>",
+                    "<p class=\"unseen\" id=\"{}\">{words}</p><div class=\"plot\"></div>{NO_SCRIPT}",
                     words_id(number)
                 ),
-            )
-        });
+            ),
+        };
         let caption = if caption.is_empty() {
             caption
         } else {
             format!("<p class=\"caption\">{caption}</p>")
         };
-        let drawn = &self.drawn;
         add(
             body,
             format_args!(
                 "<figure class=\"card figure\" id=\"{id}\"{live}><figcaption><h3>{title}</h3>{caption}</figcaption>\
-                 {unseen}{drawn}</figure>\n"
+                 {drawn}</figure>\n"
             ),
         );
     }

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::{add, dot};
-use crate::draw::{escaped, theme};
+use super::dot;
+use crate::draw::{add, escaped, theme};
 use crate::{Animation, Panel, Shape};
 
 /// Frames per second of an animation, which look smooth; the limit of 4 000 allows two minutes, and less with many values per frame.

@@ -1,10 +1,11 @@
 //! Data of the plots for the script of a page: axes, series and maps, with their numbers.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use super::arrays::{Arrays, Spread, is_regular};
-use crate::draw::axes::Axes;
-use crate::draw::{series, theme};
+use crate::draw::theme;
 use crate::{Axis, Figure, HeatMap, Kind, Role, Scale, Series, decimate};
 
 /// Largest number of values in a page: with four letters each, a page stays below 2 MB.
@@ -17,6 +18,8 @@ const RUNAWAY: f64 = 100.0;
 pub(super) struct Plots {
     arrays: Arrays,
     plots: Vec<Plot>,
+    /// The inks on paper.
+    paper: BTreeMap<&'static str, String>,
     /// Largest number of samples of a series.
     #[serde(skip)]
     most: usize,
@@ -39,10 +42,9 @@ struct PlotAxis {
     label: String,
     unit: String,
     log: bool,
-    /// Whether its ends are independent of the data.
-    fixed: bool,
-    /// Its ends; logarithms on a logarithmic axis.
-    ends: [f64; 2],
+    /// Its ends, if they do not follow from the data.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    range: Option<(f64, f64)>,
     #[serde(skip_serializing_if = "Option::is_none")]
     names: Option<Vec<String>>,
 }
@@ -81,16 +83,18 @@ impl Plots {
         }
         Self {
             most,
+            paper: theme::paper(),
             ..Self::default()
         }
     }
 
     /// The number of the plot of a figure; `None` if there is nothing to draw.
     pub(super) fn figure(&mut self, figure: &Figure) -> Option<usize> {
-        let axes = Axes::new(figure)?;
-        let [x, y] = axes.ends();
-        let along = by_scale(&figure.x);
-        let series = figure.series.iter().map(|one| {
+        let all = || figure.series.iter();
+        let x = figure.x.extent(all().flat_map(|one| &one.x))?;
+        let ordinates = all().flat_map(|one| [&one.y, &one.y_low, &one.y_high]);
+        let y = figure.y.extent(ordinates.flatten())?;
+        let series = all().map(|one| {
             let one = thinned(one, self.most);
             let mut add = |values: &[f64]| {
                 let spread = spread(&figure.y, y, values);
@@ -104,21 +108,21 @@ impl Plots {
                 name: one.name.clone(),
                 ink: theme::of(one.role).name,
                 kind: one.kind,
-                width: series::width(one.role),
+                width: theme::width(one.role),
                 dash: one.role == Role::Reference,
-                depth: series::depth(one.role),
+                depth: theme::depth(one.role),
                 y: add(&one.y),
                 low,
                 high,
-                x: self.arrays.add(&one.x, along),
+                x: self.arrays.add(&one.x, spread(&figure.x, x, &one.x)),
             }
         });
         let series = series.collect();
         Some(self.push(Plot {
             title: figure.title.clone(),
             words: String::new(),
-            x: axis(&figure.x, x),
-            y: axis(&figure.y, y),
+            x: axis(&figure.x),
+            y: axis(&figure.y),
             series,
             map: None,
         }))
@@ -126,10 +130,8 @@ impl Plots {
 
     /// The number of the plot of a map; `None` if it has no cells or no axes.
     pub(super) fn map(&mut self, map: &HeatMap) -> Option<usize> {
-        let (x, y) = (map.x.range?, map.y.range?);
-        let drawn = |(low, high): (f64, f64)| low < high && (high - low).is_finite();
-        let limited = map.limit.is_finite() && map.limit > 0.0;
-        if map.rows() == 0 || !limited || !drawn(x) || !drawn(y) {
+        map.x.fixed().and(map.y.fixed())?;
+        if map.rows() == 0 || !map.limit.is_finite() || map.limit <= 0.0 {
             return None;
         }
         let cells = &map.values[..map.rows() * map.columns];
@@ -142,8 +144,8 @@ impl Plots {
         Some(self.push(Plot {
             title: map.title.clone(),
             words: String::new(),
-            x: axis(&map.x, [x.0, x.1]),
-            y: axis(&map.y, [y.0, y.1]),
+            x: axis(&map.x),
+            y: axis(&map.y),
             series: Vec::new(),
             map: Some(cells),
         }))
@@ -156,11 +158,16 @@ impl Plots {
         number
     }
 
+    /// Whether the page has no plot.
+    pub(super) fn is_empty(&self) -> bool {
+        self.plots.is_empty()
+    }
+
     /// The data for a script element; `None` without plots.
     pub(super) fn json(&self) -> Option<String> {
         let json = serde_json::to_string(self).ok()?;
         let safe = |json: String| json.replace('<', "\\u003c").replace('\'', "\\u0027");
-        (!self.plots.is_empty()).then(|| safe(lagrangian::shown_json(&json)))
+        (!self.is_empty()).then(|| safe(lagrangian::shown_json(&json)))
     }
 }
 
@@ -173,32 +180,24 @@ fn optional(values: &[f64], add: &mut impl FnMut(&[f64]) -> usize) -> Option<usi
     (!values.is_empty()).then(|| add(values))
 }
 
-fn axis(axis: &Axis, ends: [f64; 2]) -> PlotAxis {
+fn axis(axis: &Axis) -> PlotAxis {
     PlotAxis {
         label: axis.label.clone(),
         unit: axis.unit.clone(),
         log: axis.scale == Scale::Log,
-        fixed: axis.range.is_some(),
-        ends,
+        range: axis.fixed(),
         names: (!axis.names.is_empty()).then(|| axis.names.clone()),
     }
 }
 
-/// Ratios on a logarithmic axis, and for values far outside of their axis.
-fn spread(axis: &Axis, ends: [f64; 2], values: &[f64]) -> Spread {
-    let limit = RUNAWAY * (ends[1] - ends[0]);
-    let middle = 0.5 * (ends[0] + ends[1]);
-    let runs_away = |value: &f64| value.is_finite() && (value - middle).abs() > limit;
-    if values.iter().any(runs_away) {
-        return Spread::Wide;
-    }
-    by_scale(axis)
-}
-
-fn by_scale(axis: &Axis) -> Spread {
+/// Ratios on a logarithmic axis, and for values far outside of their axis, which ends where the data do unless it is fixed.
+fn spread(axis: &Axis, data: (f64, f64), values: &[f64]) -> Spread {
+    let (low, high) = axis.fixed().unwrap_or(data);
+    let limit = RUNAWAY * (high - low);
+    let runs_away = |value: &f64| value.is_finite() && (value - 0.5 * (low + high)).abs() > limit;
     match axis.scale {
-        Scale::Log => Spread::Wide,
-        Scale::Linear => Spread::Even,
+        Scale::Linear if !values.iter().any(runs_away) => Spread::Even,
+        _ => Spread::Wide,
     }
 }
 

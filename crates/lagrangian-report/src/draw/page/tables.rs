@@ -2,9 +2,8 @@
 
 use lagrangian::score::Judgement;
 
-use super::add;
 use super::terms::explained;
-use crate::draw::escaped;
+use crate::draw::{add, escaped};
 use crate::{Command, Table};
 
 /// Number of rows above which a table is folded.

@@ -1,7 +1,6 @@
 //! Terms with an explanation on demand: a button in the text, and the explanation.
 
-use super::add;
-use crate::draw::escaped;
+use crate::draw::{add, escaped};
 use crate::{Piece, TERMS, pieces};
 
 /// A text made safe for HTML, with buttons for its terms.

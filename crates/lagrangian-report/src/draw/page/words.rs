@@ -1,6 +1,6 @@
 //! Description of a figure in words, for those who cannot see it.
 
-use crate::draw::scale::short;
+use crate::draw::short;
 use crate::{Axis, Figure, HeatMap, Kind, Series};
 
 /// The axes and, for each series, its first and last value and its span.

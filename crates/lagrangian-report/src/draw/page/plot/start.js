@@ -1,78 +1,117 @@
-  // Makes the static figures of the page live.
+// Fills the figures of the page with plots.
 
-  const holder = document.getElementById("plots");
-  const page = holder ? JSON.parse(holder.textContent) : { arrays: [], plots: [] };
-  const none = new Float64Array(0), read = [];
-  const pool = (k) => (k === undefined || k === null ? none : (read[k] ??= unpacked(page.arrays[k])));
-  const links = new Map(), live = new Map();
+import { unpacked } from "./arrays.js";
+import { significant } from "./axis.js";
+import { KEYS } from "./hands.js";
+import { legend } from "./legend.js";
+import { element, forgetInks, Plot } from "./plot.js";
+import { saving } from "./save.js";
 
-  for (const figure of document.querySelectorAll("[data-plot]")) {
-    const plot = new Plot(figure, page.plots[figure.dataset.plot], pool);
-    live.set(figure, plot);
-    gestures(plot);
-    keys(plot);
-    figure.querySelector("figcaption").prepend(tools(plot));
-    if (plot.map) figure.querySelector("figcaption").append(ramp(plot.map));
-    if (plot.sweeps) {
-      if (!links.has(plot.x.text)) links.set(plot.x.text, new Link());
-      links.get(plot.x.text).add(plot);
-    }
-    figure.classList.add("live");
+const MANY = 6; // curves from which values stand beneath the plot of a phone (style.css), where they would hide it
+const HINTS = {
+  fine: "Point at a figure to read values, drag to zoom into a box, drag with Shift to pan, turn the wheel with Ctrl (or after a click) to zoom, double-click to reset. Click a name to hide its curve, double-click to see it alone. Keys: arrows, +, −, 0, L.",
+  coarse: "Touch a figure to read values, drag sideways to move along it, pinch to zoom, tap twice to reset. Tap a name to hide its curve.",
+};
+
+const { arrays, plots, paper } = JSON.parse(document.getElementById("plots").textContent);
+const read = [], links = new Map(), live = new Map();
+const pool = (k) => (k === undefined ? undefined : (read[k] ??= unpacked(arrays[k])));
+const spoken = element("div", "unseen");
+spoken.setAttribute("aria-live", "polite");
+
+// The buttons of a plot: its scale, where it can be another one, the initial view, and files.
+function tools(plot, figure) {
+  const bar = element("div", "tools"), reset = element("button", "reset", "Reset"), scale = element("button", "scale", "Log");
+  reset.type = scale.type = "button";
+  scale.hidden = !plot.canBeLog;
+  reset.setAttribute("aria-label", "Reset the view: " + plot.title);
+  scale.setAttribute("aria-label", "Log scale: " + plot.title);
+  reset.addEventListener("click", () => { plot.reset(); plot.box.focus(); });
+  scale.addEventListener("click", () => plot.toggleLog());
+  plot.onchange = () => {
+    reset.hidden = !plot.zoomed;
+    scale.setAttribute("aria-pressed", plot.y.log);
+  };
+  plot.onchange();
+  bar.append(reset, scale, saving(plot, figure.id, (name) => paper[name]));
+  return bar;
+}
+
+for (const figure of document.querySelectorAll("[data-plot]")) {
+  const { series, words, ...spec } = plots[figure.dataset.plot], box = figure.querySelector(".plot"), caption = figure.querySelector("figcaption");
+  if (spec.map) spec.map.values = pool(spec.map.values);
+  const plot = new Plot(uPlot, box, spec);
+  const attributes = { tabindex: 0, role: "application", "aria-roledescription": "interactive figure", "aria-label": spec.title, "aria-describedby": words + " keys" };
+  for (const [name, value] of Object.entries(attributes)) box.setAttribute(name, value);
+  plot.announce = (text) => { spoken.textContent = text; };
+  plot.set(series.map((one) => ({ ...one, x: pool(one.x), y: pool(one.y), low: pool(one.low) ?? [], high: pool(one.high) ?? [] })));
+  if (series.length >= MANY) {
+    box.classList.add("many");
+    box.style.setProperty("--lines", 1 + Math.ceil(series.length / 2));
   }
-
-  for (const group of document.querySelectorAll(".group")) {
-    const plots = [...group.querySelectorAll("[data-plot]")].map((figure) => live.get(figure));
-    if (group.classList.contains("shared")) {
-      const shared = legend(plots);
-      if (shared) group.prepend(shared);
-      continue;
-    }
-    for (const plot of plots) {
-      const own = legend([plot]);
-      if (own) plot.box.before(own);
-    }
+  caption.prepend(tools(plot, figure));
+  if (plot.map) {
+    const bar = element("div", "ramp");
+    bar.append(element("span", "", significant(-plot.map.limit)), element("i"), element("span", "", significant(plot.map.limit)));
+    caption.append(bar);
   }
+  if (plot.sweeps) {
+    plot.link = links.get(plot.x.text) ?? plot.link;
+    if (!plot.link.includes(plot)) plot.link.push(plot);
+    links.set(plot.x.text, plot.link);
+  }
+  live.set(box, plot);
+  figure.classList.add("live");
+}
 
-  if (live.size) {
-    const help = element("p", "unseen", KEYS);
-    help.id = "keys";
-    document.querySelector("main").append(help, spoken);
-    document.querySelector(".group").before(hint());
-    const plotOf = new Map([...live.values()].map((plot) => [plot.box, plot]));
-    const sight = new IntersectionObserver((entries) => {
-      for (const { target, isIntersecting } of entries) {
-        const plot = plotOf.get(target);
-        plot.near = isIntersecting;
-        if (isIntersecting && plot.stale) later.add(plot);
-        else if (isIntersecting) plot.paintCursor();
-      }
-      next();
-    }, { rootMargin: "800px 0px" });
-    // What comes into sight is painted one plot a frame, so that the page scrolls smoothly.
-    const later = new Set();
-    let waiting = 0;
-    const next = () => {
-      if (waiting || later.size === 0) return;
-      waiting = requestAnimationFrame(() => {
-        waiting = 0;
-        const [plot] = later;
-        later.delete(plot);
-        if (plot.stale && plot.near) plot.paint();
-        next();
-      });
-    };
-    const size = new ResizeObserver((entries) => entries.forEach(({ target }) => plotOf.get(target).draw()));
-    for (const box of plotOf.keys()) {
-      sight.observe(box);
-      size.observe(box);
-    }
-    root.addEventListener("themechange", () => {
-      for (const plot of live.values()) {
-        plot.picture = null;
-        plot.draw();
-      }
+for (const group of document.querySelectorAll(".group")) {
+  const own = [...group.querySelectorAll("[data-plot] .plot")].map((box) => live.get(box));
+  if (group.classList.contains("shared")) group.prepend(legend(own) ?? "");
+  else for (const plot of own) plot.box.before(legend([plot]) ?? "");
+}
+
+const help = element("p", "unseen", KEYS);
+help.id = "keys";
+document.querySelector("main").append(help, spoken);
+document.querySelector(".group").before(element("p", "caption hint", HINTS[matchMedia("(pointer: coarse)").matches ? "coarse" : "fine"]));
+
+// What comes into sight is drawn one plot a frame, so that the page scrolls smoothly.
+const later = new Set();
+const next = () => {
+  const [plot] = later;
+  later.delete(plot);
+  if (plot?.near && plot.unseen) plot.draw();
+  if (later.size) requestAnimationFrame(next);
+};
+const sight = new IntersectionObserver((entries) => {
+  const idle = later.size === 0;
+  for (const { target, isIntersecting } of entries) {
+    const plot = live.get(target);
+    plot.near = isIntersecting;
+    if (isIntersecting && plot.unseen) later.add(plot);
+  }
+  if (idle && later.size) requestAnimationFrame(next);
+}, { rootMargin: "800px 0px" });
+const size = new ResizeObserver((entries) => entries.forEach(({ target }) => live.get(target).changed(false)));
+for (const box of live.keys()) {
+  sight.observe(box);
+  size.observe(box);
+}
+document.documentElement.addEventListener("themechange", () => {
+  forgetInks();
+  for (const plot of live.values()) plot.changed(false);
+});
+addEventListener("pointerdown", ({ target }) => {
+  for (const plot of live.values()) if (plot.cursor && !target.closest?.(".plot")) plot.point(null);
+});
+
+// Paper shows a picture of each plot, on white and in sharp lines, of plots that were never in sight too.
+addEventListener("beforeprint", () => {
+  for (const plot of live.values()) {
+    plot.still(3, (name) => paper[name]).then((canvas) => {
+      canvas.className = "printed";
+      plot.box.append(canvas);
     });
-    addEventListener("pointerdown", ({ target }) => {
-      for (const plot of live.values()) if (plot.cursor && !target.closest?.(".plot")) point(plot, null);
-    });
   }
+});
+addEventListener("afterprint", () => document.querySelectorAll(".printed").forEach((canvas) => canvas.remove()));
