@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import zipfile
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -158,9 +159,17 @@ def _table(source: Any) -> tuple[bytes, dict[str, str]]:
         if array.dtype.kind in "OUST":
             array, words = _numbered(name, array)
         arrays[name] = array
+    return _archive(arrays), words
+
+
+def _archive(arrays: Mapping[str, Any]) -> bytes:
+    """An NPZ file; ``numpy.savez`` has no array named ``file``, and cuts names at a zero."""
     file = io.BytesIO()
-    np.savez(file, **arrays)
-    return file.getvalue(), words
+    with zipfile.ZipFile(file, "w") as archive:
+        for name, values in arrays.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as entry:
+                np.lib.format.write_array(entry, np.asanyarray(values), allow_pickle=False)
+    return file.getvalue()
 
 
 def _numbered(name: str, array: Any) -> tuple[Any, dict[str, str]]:

@@ -1,5 +1,6 @@
 //! The command line: every flag, its meaning and its default, in one place.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
@@ -10,6 +11,7 @@ use lagrangian::{Coordinates, Layout, Method};
 use lagrangian_run::Links;
 
 use crate::column_args::ColumnArgs;
+use crate::command_line::arguments;
 use crate::commands::OutputMode;
 use crate::compare_args::CompareArgs;
 use crate::excite_args::ExciteArgs;
@@ -118,7 +120,8 @@ pub(crate) struct FileArgs {
     #[arg(long, value_name = "NAME", value_parser = name)]
     pub(crate) trajectory: Option<String>,
 
-    /// Topic of a ROS 2 bag; its joints are columns that --q names [default: the one with joint states]
+    /// Topic of a ROS 2 bag (read after `pip install 'lagrangian[ros]'`); its joints are columns that --q names [default: the one with
+    /// joint states]
     #[arg(long, value_name = "NAME", value_parser = name)]
     pub(crate) topic: Option<String>,
 
@@ -569,19 +572,23 @@ impl Cli {
     /// # Errors
     /// If the requested help cannot be printed.
     pub(crate) fn from_command_line() -> Result<Self> {
-        let matches = Self::numeric().try_get_matches();
+        let program = std::iter::once(OsString::from("lagrangian"));
+        let words = program.chain(arguments().iter().cloned());
+        let matches = Self::numeric().try_get_matches_from(words);
         let parsed = matches.and_then(|matches| Self::from_arg_matches(&matches));
         let error = match parsed {
             Ok(own) => return Ok(own),
             Err(error) => error,
         };
         // The parser repeats words of any length and content.
-        let is_plain =
-            |word: String| word.len() <= LONG_WORD && !word.contains(lagrangian::is_hidden);
+        let is_plain = |word: &OsString| {
+            let word = word.to_string_lossy();
+            word.len() <= LONG_WORD && !word.contains(lagrangian::is_hidden)
+        };
         if !error.use_stderr() {
             output::refuse_closed()?;
             error.print().context(output::CANNOT_PRINT)?;
-        } else if std::env::args().all(is_plain) {
+        } else if arguments().iter().all(is_plain) {
             error.exit();
         } else {
             note!("{}", lagrangian::brief(&error.render().to_string()));

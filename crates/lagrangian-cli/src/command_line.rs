@@ -1,6 +1,22 @@
 //! The command line as it could be typed again.
 
+use std::ffi::OsString;
+use std::sync::OnceLock;
+
 use lagrangian_run::quoted;
+
+/// The arguments of the command, without the name of the program.
+static ARGUMENTS: OnceLock<Vec<OsString>> = OnceLock::new();
+
+/// Sets the arguments of the command.
+pub(crate) fn set(arguments: impl IntoIterator<Item = OsString>) {
+    ARGUMENTS.get_or_init(|| arguments.into_iter().collect());
+}
+
+/// The arguments of the command.
+pub(crate) fn arguments() -> &'static [OsString] {
+    ARGUMENTS.get().map_or(&[], Vec::as_slice)
+}
 
 /// The command line.
 pub(crate) fn command_line() -> String {
@@ -9,8 +25,7 @@ pub(crate) fn command_line() -> String {
 
 /// The words of the command line, quoted for a shell.
 pub(crate) fn command_words() -> Vec<String> {
-    let words = std::env::args_os()
-        .skip(1)
-        .map(|word| quoted(&word.to_string_lossy()));
+    let words = arguments().iter();
+    let words = words.map(|word| quoted(&word.to_string_lossy()));
     std::iter::once("lagrangian".into()).chain(words).collect()
 }

@@ -11,7 +11,7 @@ use lagrangian::{
     Recording, Signal, Trajectory, prepared,
 };
 use lagrangian_run::{
-    FileHash, ReadFile, Source, bag_files, delayed, format_named, layout_beside, read_file, text,
+    FileHash, ReadFile, Source, bag_files, delayed, is_bag, layout_beside, read_file, text,
 };
 
 use crate::cli::{DataArgs, EstimateArgs};
@@ -223,9 +223,8 @@ fn refuse_other_dof(path: &Path, args: &DataArgs, sample: Option<Sampling>) -> R
 
 /// Refuses --topic without a file that has topics.
 fn refuse_needless_topic(files: &[PathBuf], args: &DataArgs) -> Result<()> {
-    let is_bag = |path: &PathBuf| format_named(path).is_ok_and(|f| !f.is_written());
     match args.file.topic {
-        Some(_) if !files.iter().any(is_bag) => Err(mistake(
+        Some(_) if !files.iter().any(|path| is_bag(path)) => Err(mistake(
             "--topic chooses a topic of a bag, and no file is one",
             "omit --topic, or give a .db3 or .mcap file",
         )),

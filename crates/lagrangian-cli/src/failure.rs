@@ -10,6 +10,9 @@ pub(crate) use lagrangian_run::Advise;
 
 use crate::cli::Cli;
 
+/// Exit code of a command that did what it was asked to.
+pub(crate) const SUCCESS: u8 = 0;
+
 /// Exit code of a failure that no change of the command line corrects (full disk, interrupted, unusable data).
 pub(crate) const FAILED: u8 = 1;
 

@@ -16,13 +16,7 @@ use crate::failure::{Advise, mistake};
 pub(crate) fn format_of(path: &Path) -> Result<Format> {
     let shown = format!("cannot write '{}'", path.display());
     let hint = "end the name of --out with .csv, .npz or .parquet";
-    match format_named(path).advise(&shown, hint)? {
-        format if format.is_written() => Ok(format),
-        _ => Err(mistake(
-            format!("{shown}: bags are read, but not written"),
-            hint,
-        )),
-    }
+    Ok(format_named(path).advise(shown, hint)?)
 }
 
 /// Writes trajectories to a file, in the format of its extension, and beside it the TOML file that declares angles

@@ -1,12 +1,11 @@
 //! The reliability of a model, in words and as an exit code.
 
 use std::fmt::Write;
-use std::process::ExitCode;
 
 use lagrangian::score::{Assessment, Forward, Grade};
 use lagrangian_run::grade_name;
 
-use crate::failure::{FAILED, with_flags};
+use crate::failure::{FAILED, SUCCESS, with_flags};
 
 /// The verdict and its reasons, for a terminal.
 pub(crate) fn text(assessment: &Assessment) -> String {
@@ -34,9 +33,9 @@ pub(crate) fn unpredictable(assessment: &Assessment) -> Vec<&str> {
 }
 
 /// Success, except for a model that must not be used.
-pub(crate) fn exit_code(assessment: &Assessment) -> ExitCode {
+pub(crate) fn exit_code(assessment: &Assessment) -> u8 {
     match assessment.verdict {
-        Grade::Good | Grade::Fair => ExitCode::SUCCESS,
-        Grade::Poor => ExitCode::from(FAILED),
+        Grade::Good | Grade::Fair => SUCCESS,
+        Grade::Poor => FAILED,
     }
 }

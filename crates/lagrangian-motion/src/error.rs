@@ -125,17 +125,6 @@ pub enum Error {
         remedy: String,
     },
 
-    /// The topics of a bag do not match the required ones.
-    #[error("{finding} (topics found: {found}): {remedy}")]
-    Topic {
-        /// The missing or ambiguous topic.
-        finding: String,
-        /// The topics of the bag with the types of their messages, separated by commas.
-        found: String,
-        /// The remedy.
-        remedy: String,
-    },
-
     /// A cell of a file is not a number.
     #[error(
         "line {line}, column '{column}': '{text}' is not a number: correct that cell, or leave it empty and remove the row"

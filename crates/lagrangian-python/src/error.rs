@@ -4,7 +4,7 @@ use lagrangian::Error;
 use pyo3::exceptions::{PyOSError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::PyModule;
+use pyo3::types::{PyModule, PyType};
 
 /// An exception of the package by its name.
 pub(crate) fn raise(py: Python<'_>, class: &str, message: impl Into<String>) -> PyErr {
@@ -51,21 +51,42 @@ impl<T> OrRaise<T> for Result<T, lagrangian_run::Error> {
     }
 }
 
+/// An exception, as the cause of an error of the library.
+#[derive(Debug, thiserror::Error)]
+#[error("{message}")]
+pub(crate) struct Raised {
+    class: Py<PyType>,
+    message: String,
+}
+
+impl Raised {
+    pub(crate) fn new(py: Python<'_>, exception: &PyErr) -> Self {
+        Self {
+            class: exception.get_type(py).unbind(),
+            message: exception.value(py).to_string(),
+        }
+    }
+}
+
 /// An error about files or a run: the class is that of its cause.
 fn of_run(py: Python<'_>, error: &lagrangian_run::Error) -> PyErr {
     let mut message = error.to_string();
     let mut cause = std::error::Error::source(error);
-    let mut system = None;
+    let (mut system, mut raised) = (None, None);
     while let Some(own) = cause {
         message += &format!(": {own}");
         let of_system = own.downcast_ref::<std::io::Error>();
         system = system.or(of_system.and_then(std::io::Error::raw_os_error));
+        raised = raised.or(own.downcast_ref::<Raised>());
         cause = own.source();
     }
     if !error.remedy().is_empty() {
         message += &format!(": {}", error.remedy());
     }
     let message = in_python(&message);
+    if let Some(Raised { class, .. }) = raised {
+        return PyErr::from_type(class.bind(py).clone(), (message,));
+    }
     match (system, error.library()) {
         _ if matches!(error, lagrangian_run::Error::Busy(_)) => raise(py, "FolderInUse", message),
         (Some(code), _) => PyOSError::new_err((code, message)),
@@ -98,7 +119,6 @@ fn class(error: &Error) -> &'static str {
         | Error::DamagedModel { .. }
         | Error::Tensor { .. } => "ModelError",
         Error::Columns { .. }
-        | Error::Topic { .. }
         | Error::Cell { .. }
         | Error::DecimalComma { .. }
         | Error::Malformed { .. }

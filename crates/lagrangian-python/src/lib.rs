@@ -4,7 +4,9 @@
 mod animation;
 mod answers;
 mod arrays;
+mod bags;
 mod check;
+mod command;
 mod ensemble;
 mod error;
 mod files;
@@ -32,6 +34,8 @@ mod _lagrangian {
     use super::animation::animation;
     #[pymodule_export]
     use super::check::check;
+    #[pymodule_export]
+    use super::command::command;
     #[pymodule_export]
     use super::ensemble::{Ensemble, Prediction, fit as fit_ensemble};
     #[pymodule_export]
@@ -66,6 +70,7 @@ mod _lagrangian {
     #[pymodule_init]
     fn init(module: &super::Bound<'_, super::PyModule>) -> super::PyResult<()> {
         use super::PyModuleMethods;
+        lagrangian_run::read_bags_by(super::bags::read);
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -1,6 +1,6 @@
 //! Resolution of the columns of a [`Layout`] among the headers of a file.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::polar::{Place, Points};
 use super::si::Scales;
@@ -27,7 +27,7 @@ pub struct Columns {
 }
 
 /// The first message of a bag that names other joints than the first messages did.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Renamed {
     /// The number of the message; the first of its topic is 1.
     pub message: usize,

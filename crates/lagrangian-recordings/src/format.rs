@@ -7,8 +7,6 @@ use super::contents::Contents;
 use super::npz;
 #[cfg(feature = "parquet")]
 use super::parquet;
-#[cfg(feature = "ros")]
-use super::ros;
 use super::{Layout, Readings, Table};
 use lagrangian_motion::Trajectory;
 use lagrangian_motion::{Error, Result};
@@ -22,20 +20,14 @@ pub enum Format {
     Npz,
     /// Apache Parquet (feature `parquet`).
     Parquet,
-    /// Joint states of a ROS 2 bag in `SQLite` (feature `ros`); read, but not written.
-    Db3,
-    /// Joint states of a ROS 2 bag in MCAP (feature `ros`); read, but not written.
-    Mcap,
 }
 
 impl Format {
     /// All formats with their file extensions.
-    pub const ALL: [(Self, &'static str); 5] = [
+    pub const ALL: [(Self, &'static str); 3] = [
         (Self::Csv, "csv"),
         (Self::Npz, "npz"),
         (Self::Parquet, "parquet"),
-        (Self::Db3, "db3"),
-        (Self::Mcap, "mcap"),
     ];
 
     /// The format of files with this extension (`txt`, `tsv`, `dat` and `lvm` are text as well).
@@ -57,16 +49,10 @@ impl Format {
             })
     }
 
-    /// Whether [`Format::write`] supports the format.
-    #[must_use]
-    pub fn is_written(self) -> bool {
-        !matches!(self, Self::Db3 | Self::Mcap)
-    }
-
     /// Reads all recordings of a file; `name` is the name of a recording without a `trajectory` column.
     ///
     /// # Errors
-    /// See [`super::csv::read`]; [`Error::Topic`] for bags; [`Error::Format`] where this build omits the format.
+    /// See [`super::csv::read`]; [`Error::Format`] where this build omits the format.
     pub fn read<R>(self, source: R, name: &str, layout: &Layout) -> Result<Readings>
     where
         R: Read + Seek + Send + 'static,
@@ -75,8 +61,6 @@ impl Format {
             Self::Csv => super::csv::read(source, name, layout),
             Self::Npz => npz::read(source, name, layout),
             Self::Parquet => parquet::read(source, name, layout),
-            Self::Db3 => ros::read_db3(source, name, layout),
-            Self::Mcap => ros::read_mcap(source, name, layout),
         }?;
         for recording in &mut readings.recordings {
             layout.drive.complete(name, recording)?;
@@ -90,7 +74,7 @@ impl Format {
     ///
     /// # Errors
     /// [`Error::Io`]; [`Error::Shape`] if degrees of freedom or signals differ among the trajectories;
-    /// [`Error::Format`] for bags, and where this build omits the format.
+    /// [`Error::Format`] where this build omits the format.
     pub fn write<W: Write + Seek + Send>(self, sink: W, trajectories: &[Trajectory]) -> Result<()> {
         self.write_contents(sink, &Contents::of_motions(trajectories)?)
     }
@@ -98,8 +82,8 @@ impl Format {
     /// Writes named columns of numbers.
     ///
     /// # Errors
-    /// [`Error::Io`]; [`Error::Shape`] for columns of different lengths; [`Error::Format`] for bags, and where this
-    /// build omits the format.
+    /// [`Error::Io`]; [`Error::Shape`] for columns of different lengths; [`Error::Format`] where this build omits the
+    /// format.
     pub fn write_table<W: Write + Seek + Send>(self, sink: W, table: &Table) -> Result<()> {
         self.write_contents(sink, &Contents::of_table(table)?)
     }
@@ -109,8 +93,6 @@ impl Format {
             Self::Csv => super::csv::write_contents(sink, contents),
             Self::Npz => npz::write(sink, contents),
             Self::Parquet => parquet::write(sink, contents),
-            Self::Db3 => Err(only_read("db3")),
-            Self::Mcap => Err(only_read("mcap")),
         }
     }
 }
@@ -118,32 +100,15 @@ impl Format {
 /// Advice for a file of an unknown extension.
 fn instead_of(extension: &str) -> String {
     match extension {
+        "db3" | "mcap" => "it is a bag of ROS 2, which the command of the Python package reads: `pip install 'lagrangian[ros]'`".into(),
         "bag" => "it is a bag of ROS 1: convert it with `rosbags-convert --src a.bag --dst a` and give the folder".into(),
         "" => "the end of its name tells the format: rename it, such as to motion.csv (standard input is not read)".into(),
         "mat" => "it is a file of MATLAB: write `writetable(array2table([t q]), 'motion.csv')` there, or in Python `numpy.savez('motion.npz', **scipy.io.loadmat('motion.mat', squeeze_me=True))`".into(),
         "zip" => "it is an archive: unpack it, and give the CSV files in it".into(),
         "gz" => "it is compressed: unpack it with `gunzip`".into(),
-        "xlsx" | "xls" | "ods" => "it is a spreadsheet: save it as CSV (also read: csv, npz, parquet, db3, mcap)".into(),
+        "xlsx" | "xls" | "ods" => "it is a spreadsheet: save it as CSV (also read: csv, npz, parquet)".into(),
         "zstd" | "zst" => "it is compressed: unpack it with `zstd -d`".into(),
         _ => format!("use one of {}", Format::ALL.map(|(_, e)| e).join(", ")),
-    }
-}
-
-fn only_read(extension: &str) -> Error {
-    Error::Format {
-        extension: extension.into(),
-        remedy: "bags are read, but not written: write CSV, NPZ or Parquet".into(),
-    }
-}
-
-/// The error of a build without `feature`, which reads no files with this extension.
-#[cfg(not(all(feature = "parquet", feature = "ros")))]
-fn omitted(extension: &str, what: &str, feature: &str) -> Error {
-    Error::Format {
-        extension: extension.into(),
-        remedy: format!(
-            "this build omits {what}: build it with the feature {feature}, or convert to CSV or NPZ"
-        ),
     }
 }
 
@@ -171,7 +136,7 @@ mod npz {
 /// Parquet in a build that omits it.
 #[cfg(not(feature = "parquet"))]
 mod parquet {
-    use super::{Contents, Error, Layout, Readings, Result, omitted};
+    use super::{Contents, Error, Layout, Readings, Result};
 
     pub(super) fn read<R>(_: R, _: &str, _: &Layout) -> Result<Readings> {
         Err(without_parquet())
@@ -182,20 +147,9 @@ mod parquet {
     }
 
     fn without_parquet() -> Error {
-        omitted("parquet", "Parquet", "parquet")
-    }
-}
-
-/// Bags in a build that omits them.
-#[cfg(not(feature = "ros"))]
-mod ros {
-    use super::{Layout, Readings, Result, omitted};
-
-    pub(super) fn read_db3<R>(_: R, _: &str, _: &Layout) -> Result<Readings> {
-        Err(omitted("db3", "ROS 2 bags", "ros"))
-    }
-
-    pub(super) fn read_mcap<R>(_: R, _: &str, _: &Layout) -> Result<Readings> {
-        Err(omitted("mcap", "ROS 2 bags", "ros"))
+        Error::Format {
+            extension: "parquet".into(),
+            remedy: "this build omits Parquet: build it with the feature parquet, or convert to CSV or NPZ".into(),
+        }
     }
 }

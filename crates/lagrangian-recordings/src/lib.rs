@@ -32,8 +32,6 @@ mod parquet;
 mod polar;
 mod programs;
 mod recording;
-#[cfg(feature = "ros")]
-mod ros;
 mod rows;
 mod sample;
 #[cfg(not(target_family = "wasm"))]

@@ -8,7 +8,7 @@
 //! The crate prints nothing. Errors, notes and pages name settings in backticks, as `low_pass`; a [`Frontend`] writes them as its
 //! users know them.
 
-mod bag_folder;
+mod bags;
 pub mod compare;
 mod content;
 mod ensemble;
@@ -31,7 +31,7 @@ mod tensorboard;
 mod unit;
 mod watch;
 
-pub use bag_folder::files as bag_files;
+pub use bags::{BagReader, files as bag_files, is_bag, read_bags_by};
 pub use ensemble::{ENSEMBLE, SavedEnsemble};
 pub use error::{Advise, Cause, Error, Result};
 pub use file_names::{file_name, file_names};

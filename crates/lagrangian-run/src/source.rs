@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use lagrangian::{Layout, Readings, Recording};
 use serde::Serialize;
 
-use crate::bag_folder::refuse_unfinished;
-use crate::error::{Advise, Error, Result};
+use crate::bags;
+use crate::error::{Advise, Cause, Error, Result};
 use crate::files::format_named;
 use crate::hashing_reader::{FileHash, HashingReader};
 
@@ -71,13 +71,21 @@ pub fn layout_beside(path: &Path) -> Option<PathBuf> {
 /// [`Error::Refused`](crate::Error::Refused), which names the file.
 pub fn read_file(path: &Path, layout: &Layout, advice: &str) -> Result<ReadFile> {
     let shown = format!("cannot read '{}'", path.display());
-    let format = format_named(path).advise(&shown, "rename or convert the file")?;
-    refuse_unfinished(path)?;
+    let bag = bags::reader(path);
+    if bag.is_none() {
+        format_named(path).advise(&shown, "rename or convert the file")?;
+    }
     let access = "check that the file exists and may be read";
     let (file, hashing) = HashingReader::open(path).advise(&shown, access)?;
     let name = path.file_stem().and_then(|stem| stem.to_str());
     let name = name.unwrap_or("recording");
-    let readings = format.read(file, name, layout).advise(&shown, advice)?;
+    let readings = match bag {
+        Some(read) => read(path, name, layout),
+        None => format_named(path)
+            .and_then(|format| format.read(file, name, layout))
+            .map_err(Cause::from),
+    };
+    let readings = readings.advise(&shown, advice)?;
     let hash = hashing.finish().advise(shown, access)?;
     let notes = readings.notes.iter().cloned();
     let told = unused(&readings).into_iter().chain(notes);

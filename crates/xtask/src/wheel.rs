@@ -50,11 +50,14 @@ fn build(folder: &Path) -> Result<PathBuf, String> {
 fn tried(wheel: &Path) -> Result<(), String> {
     let folder = target().join("wheels").join("fresh");
     let list = folder.with_extension("txt");
-    fs::write(&list, format!("{}\n", wheel.display()))
-        .map_err(|e| format!("{}: {e}", list.display()))?;
+    fs::write(
+        &list,
+        format!("lagrangian[ros] @ file://{}\n", wheel.display()),
+    )
+    .map_err(|e| format!("{}: {e}", list.display()))?;
     let python = Environment::new(&folder, &list).python()?;
     let mut attempt = Command::new(python);
     attempt.arg(root().join("python").join("tools").join("try_wheel.py"));
     attempt.current_dir(&folder).env_remove("PYTHONPATH");
-    succeed(&mut attempt, "a fit with the wheel")
+    succeed(&mut attempt, "a fit and the command of the wheel")
 }

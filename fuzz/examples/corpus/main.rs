@@ -3,8 +3,6 @@
 //! The others (layouts, settings, text with flaws) were written by hand.
 #![allow(clippy::unwrap_used, reason = "it ends where something fails")]
 
-mod bags;
-
 use std::fs;
 use std::io::Cursor;
 use std::path::Path;
@@ -45,10 +43,6 @@ fn main() {
     write("npy", "column.npy", &array("(8, 1)", 8));
     write("npy", "columns.npy", &array("(8, 2)", 16));
     write("npy", "flat.npy", &array("(8,)", 8));
-    for (name, bag) in [("db3", bags::db3(6)), ("mcap", bags::mcap(6, false))] {
-        write(name, &format!("joints.{name}"), &bag);
-    }
-    write("mcap", "chunks.mcap", &bags::mcap(6, true));
     for name in rigid::EXAMPLES {
         write(
             "urdf",

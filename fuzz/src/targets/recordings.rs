@@ -58,16 +58,6 @@ pub fn parquet(bytes: &[u8]) -> Outcome {
         .or_else(|_| read(Format::Parquet, bytes.to_vec(), &lists))
 }
 
-/// A bag in `SQLite`.
-pub fn db3(bytes: &[u8]) -> Outcome {
-    read(Format::Db3, bytes.to_vec(), &Layout::default())
-}
-
-/// A bag in MCAP.
-pub fn mcap(bytes: &[u8]) -> Outcome {
-    read(Format::Mcap, bytes.to_vec(), &Layout::default())
-}
-
 /// A description of columns, and a file that is read by it.
 pub fn layout(bytes: &[u8]) -> Outcome {
     const FILE: &str = "t,time,q1,q2,theta,qd1,qd2,tau1,u,trajectory,goal,kp\n\
@@ -111,15 +101,7 @@ fn read(format: Format, bytes: Vec<u8>, layout: &Layout) -> Outcome {
     }
     let same_signals = motions.windows(2).all(|w| signals(&w[0]) == signals(&w[1]));
     if !motions.is_empty() && same_signals {
-        let formats = [
-            Format::Csv,
-            if format.is_written() {
-                format
-            } else {
-                Format::Npz
-            },
-        ];
-        formats
+        [Format::Csv, format]
             .into_iter()
             .for_each(|format| write_and_read(format, &motions));
     }

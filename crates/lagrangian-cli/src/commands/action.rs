@@ -1,7 +1,6 @@
 //! `lagrangian action`: the paths between two ends along which the action is stationary.
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use anyhow::Result;
 use lagrangian::score::{Judgement, outside};
@@ -17,7 +16,7 @@ use serde_json::json;
 
 use super::OutputMode;
 use crate::command_line::command_line;
-use crate::failure::{Advise, FAILED};
+use crate::failure::{Advise, FAILED, SUCCESS};
 use crate::law_args::ActionArgs;
 use crate::output;
 use crate::task::{Size, Task};
@@ -25,7 +24,7 @@ use crate::task::{Size, Task};
 /// Sizes of the variations that are drawn.
 const SIZES: [f64; 9] = [-0.4, -0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 0.4];
 
-pub(super) fn run(args: &ActionArgs, mode: OutputMode) -> Result<ExitCode> {
+pub(super) fn run(args: &ActionArgs, mode: OutputMode) -> Result<u8> {
     args.output
         .refuse_inputs(&[PathBuf::from(&args.subject.subject)])?;
     args.output.refuse_unwritable()?;
@@ -79,9 +78,9 @@ pub(super) fn run(args: &ActionArgs, mode: OutputMode) -> Result<ExitCode> {
     mode.print(&figures, || found.text())?;
     if let Some(failure) = failure {
         note!("no path: {failure}");
-        return Ok(ExitCode::from(FAILED));
+        return Ok(FAILED);
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(SUCCESS)
 }
 
 fn ends(args: &ActionArgs, coordinates: &Coordinates) -> Result<Boundary> {

@@ -3,7 +3,6 @@
 use std::io::{IsTerminal, stdout};
 use std::iter;
 use std::path::Path;
-use std::process::ExitCode;
 
 use anyhow::Result;
 use lagrangian::trajectory::Sampling;
@@ -14,10 +13,10 @@ use super::{OutputMode, existence};
 use crate::cli::CheckArgs;
 use crate::command_line::command_words;
 use crate::data;
-use crate::failure::{FAILED, with_flags};
+use crate::failure::{FAILED, SUCCESS, with_flags};
 use crate::task::{Size, Task};
 
-pub(super) fn run(args: &CheckArgs, mode: OutputMode) -> Result<ExitCode> {
+pub(super) fn run(args: &CheckArgs, mode: OutputMode) -> Result<u8> {
     let inputs = args.data.inputs(&args.files)?;
     args.output.refuse_inputs(&inputs)?;
     args.output.refuse_existing()?;
@@ -43,8 +42,8 @@ pub(super) fn run(args: &CheckArgs, mode: OutputMode) -> Result<ExitCode> {
     };
     args.output.write_figures(mode, &findings, text)?;
     Ok(match report.passed() {
-        true => ExitCode::SUCCESS,
-        false => ExitCode::from(FAILED),
+        true => SUCCESS,
+        false => FAILED,
     })
 }
 

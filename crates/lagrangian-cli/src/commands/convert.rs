@@ -1,7 +1,6 @@
 //! `lagrangian convert`: recordings of any format converted to another one.
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use anyhow::Result;
 use lagrangian::{Coordinates, Layout, Recording, Trajectory, counted};
@@ -11,11 +10,11 @@ use serde_json::json;
 use super::OutputMode;
 use crate::cli::ConvertArgs;
 use crate::data::{self, Files};
-use crate::failure::mistake;
+use crate::failure::{SUCCESS, mistake};
 use crate::output;
 use crate::task::{Size, Task};
 
-pub(super) fn run(args: &ConvertArgs, mode: OutputMode) -> Result<ExitCode> {
+pub(super) fn run(args: &ConvertArgs, mode: OutputMode) -> Result<u8> {
     let inputs = args.data.inputs(&args.files)?;
     refuse_inputs(args, &inputs)?;
     args.output.refuse_unwritable()?;
@@ -68,7 +67,7 @@ pub(super) fn run(args: &ConvertArgs, mode: OutputMode) -> Result<ExitCode> {
         let written = written.unwrap_or_default();
         note!("{count}, {rows} rows{written}");
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(SUCCESS)
 }
 
 /// The declarations of the file beside the motions: columns and angles, and the system and the links that all of the files declare.

@@ -1,7 +1,5 @@
 //! Ensembles: their fit beside that of a model, and the part of other recordings in their bands.
 
-use std::process::ExitCode;
-
 use anyhow::Result;
 use lagrangian::Model;
 use lagrangian::ensemble::{Coverage, Covered};
@@ -13,7 +11,7 @@ use super::OutputMode;
 use crate::cli::ScoreArgs;
 use crate::command_line::command_line;
 use crate::data;
-use crate::failure::Advise;
+use crate::failure::{Advise, SUCCESS};
 use crate::fitted::{self, Fitted};
 use crate::frontend::ProgressDisplay;
 use crate::motion;
@@ -65,7 +63,7 @@ pub(super) fn as_text(coverage: &Coverage) -> String {
 }
 
 /// Measures the ensemble of a folder on recordings.
-pub(super) fn score(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
+pub(super) fn score(args: &ScoreArgs, mode: OutputMode) -> Result<u8> {
     let task = Task::start("score", mode.quiet, Size::of_files(&args.files))?;
     let saved = SavedEnsemble::read(&args.model)?;
     let first = &saved.ensemble.members()[0];
@@ -93,5 +91,5 @@ pub(super) fn score(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
     });
     args.output
         .write_figures(mode, &figures, || as_text(&coverage) + "\n")?;
-    Ok(ExitCode::SUCCESS)
+    Ok(SUCCESS)
 }

@@ -2,7 +2,6 @@
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::Result;
@@ -18,7 +17,7 @@ use serde_json::json;
 use super::OutputMode;
 use crate::command_line::command_line;
 use crate::excite_args::{ExciteArgs, LimitArgs};
-use crate::failure::{Advise, mistake};
+use crate::failure::{Advise, SUCCESS, mistake};
 use crate::interrupt;
 use crate::output;
 use crate::progress::Progress;
@@ -27,7 +26,7 @@ use crate::robot;
 /// The largest number of joints of a plan without a robot.
 const MOST_JOINTS: usize = 64;
 
-pub(super) fn run(args: &ExciteArgs, mode: OutputMode) -> Result<ExitCode> {
+pub(super) fn run(args: &ExciteArgs, mode: OutputMode) -> Result<u8> {
     let robots: Vec<_> = args.urdf.iter().cloned().collect();
     args.output.refuse_inputs(&robots)?;
     args.output.refuse_unwritable()?;
@@ -76,7 +75,7 @@ pub(super) fn run(args: &ExciteArgs, mode: OutputMode) -> Result<ExitCode> {
         "collisions_checked": false,
     });
     mode.print(&figures, || as_text(&found, &subject, &files))?;
-    Ok(ExitCode::SUCCESS)
+    Ok(SUCCESS)
 }
 
 fn news(progress: &SearchProgress) -> String {

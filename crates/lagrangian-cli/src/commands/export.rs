@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode};
+use std::process::Command;
 
 use anyhow::Result;
 use lagrangian::{Learned, Model as _, SavedModel, counted};
@@ -15,10 +15,10 @@ use serde_json::json;
 
 use super::OutputMode;
 use crate::export_args::ExportArgs;
-use crate::failure::{Advise, mistake};
+use crate::failure::{Advise, SUCCESS, mistake};
 use crate::task::{Size, Task};
 
-pub(super) fn run(args: &ExportArgs, mode: OutputMode) -> Result<ExitCode> {
+pub(super) fn run(args: &ExportArgs, mode: OutputMode) -> Result<u8> {
     let existing = Existing::from_force(args.force);
     let path = lagrangian_run::model_file(&args.model);
     check(args, &path, existing)?;
@@ -68,7 +68,7 @@ pub(super) fn run(args: &ExportArgs, mode: OutputMode) -> Result<ExitCode> {
         );
     }
     mode.print(&figures, || as_text(&export, &written, &model))?;
-    Ok(ExitCode::SUCCESS)
+    Ok(SUCCESS)
 }
 
 /// Refuses files that cannot be written, before any work is done for them.

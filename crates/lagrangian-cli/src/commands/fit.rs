@@ -1,7 +1,6 @@
 //! `lagrangian fit`: from recordings to a run folder with a model.
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use anyhow::Result;
 use lagrangian::ensemble::Coverage;
@@ -39,14 +38,14 @@ use crate::verdict;
 /// The label of the predictions for a page.
 pub(super) const PREDICTIONS: &str = "predictions for the page";
 
-pub(super) fn run(args: &FitArgs, mode: OutputMode) -> Result<ExitCode> {
+pub(super) fn run(args: &FitArgs, mode: OutputMode) -> Result<u8> {
     // A new folder is removed if the program ends before the fit begins.
     interrupt::listen()?;
     let folder = RunFolder::open(&args.out, occupied(args))?;
     run_in(&folder, args, mode).inspect_err(|_| folder.remove_if_new_and_empty())
 }
 
-fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<ExitCode> {
+fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<u8> {
     let args = match args.resume {
         true => resumed(folder, args)?,
         false => args.clone(),
@@ -133,9 +132,9 @@ fn tell(folder: &RunFolder, fit: &Fit, assessment: &Assessment) {
 }
 
 /// The exit code of a fit; notes one that did not improve.
-fn exit_code(fit: &Fit, improved: bool, assessment: &Assessment) -> ExitCode {
+fn exit_code(fit: &Fit, improved: bool, assessment: &Assessment) -> u8 {
     if fit.ending == Ending::Interrupted || interrupt::is_pressed() {
-        return ExitCode::from(interrupt::INTERRUPTED);
+        return interrupt::INTERRUPTED;
     }
     if improved {
         return verdict::exit_code(assessment);
@@ -146,7 +145,7 @@ fn exit_code(fit: &Fit, improved: bool, assessment: &Assessment) -> ExitCode {
     );
     let remedy = "check the data with `lagrangian check`; use a smaller --learning-rate, --optimizer adam, or --form convex";
     note!("{}", failure::describe(&mistake(finding, remedy)));
-    ExitCode::from(FAILED)
+    FAILED
 }
 
 /// Ten inertial parameters of each link are for `--json`: most mean something only together.

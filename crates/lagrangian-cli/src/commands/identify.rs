@@ -1,7 +1,5 @@
 //! `lagrangian identify`: from logs of a robot to a URDF with its parameters.
 
-use std::process::ExitCode;
-
 use anyhow::Result;
 use lagrangian::rigid::{
     self, Changes, Identification, IdentifyOptions, PartChange, Quantity, RigidBodies,
@@ -18,7 +16,7 @@ use serde_json::json;
 
 use super::{OutputMode, fit};
 use crate::data;
-use crate::failure::{self, Advise};
+use crate::failure::{self, Advise, SUCCESS};
 use crate::fitted;
 use crate::identify_args::IdentifyArgs;
 use crate::robot::{self, Robot};
@@ -27,7 +25,7 @@ use crate::task::{Size, Task};
 /// The part of the data to identify from that chooses the strength of the prior.
 const VALIDATION: f64 = 0.2;
 
-pub(super) fn run(args: &IdentifyArgs, mode: OutputMode) -> Result<ExitCode> {
+pub(super) fn run(args: &IdentifyArgs, mode: OutputMode) -> Result<u8> {
     let existing = lagrangian_run::Existing::from_force(args.force);
     let logs = [&args.files[..], &args.test].concat();
     let mut inputs = args.data.inputs(&logs)?;
@@ -69,7 +67,7 @@ pub(super) fn run(args: &IdentifyArgs, mode: OutputMode) -> Result<ExitCode> {
     mode.print(&figures, || {
         as_text(&found, &changes, &errors, &data) + &format!("\n{}\n", args.out.display())
     })?;
-    Ok(ExitCode::SUCCESS)
+    Ok(SUCCESS)
 }
 
 /// The motions of the logs.

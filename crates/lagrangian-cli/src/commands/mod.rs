@@ -19,8 +19,6 @@ mod simulate;
 mod torque;
 mod track;
 
-use std::process::ExitCode;
-
 use anyhow::Result;
 use clap::Args;
 use serde_json::Value;
@@ -53,7 +51,7 @@ impl OutputMode {
 }
 
 /// Runs the given command.
-pub(crate) fn run(cli: Cli) -> Result<ExitCode> {
+pub(crate) fn run(cli: Cli) -> Result<u8> {
     let mode = cli.mode;
     let code = match cli.command {
         Command::Demo(args) => demo::run(&args, mode),
@@ -82,7 +80,7 @@ pub(crate) fn run(cli: Cli) -> Result<ExitCode> {
         )),
     }?;
     Ok(match interrupt::is_pressed() {
-        true => ExitCode::from(interrupt::INTERRUPTED),
+        true => interrupt::INTERRUPTED,
         false => code,
     })
 }

@@ -2,7 +2,6 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use anyhow::Result;
 use lagrangian::Trajectory;
@@ -16,7 +15,7 @@ use serde_json::json;
 
 use super::{OutputMode, fit};
 use crate::cli::ReportArgs;
-use crate::failure::{Advise, mistake};
+use crate::failure::{Advise, SUCCESS, mistake};
 use crate::fitted;
 use crate::frontend::Flags;
 use crate::motion;
@@ -24,7 +23,7 @@ use crate::out_args::write_png;
 use crate::output;
 use crate::task::{Size, Task};
 
-pub(super) fn run(args: &ReportArgs, mode: OutputMode) -> Result<ExitCode> {
+pub(super) fn run(args: &ReportArgs, mode: OutputMode) -> Result<u8> {
     let folder = RunFolder::existing(&args.run)?;
     let (out, existing) = (&args.output.out, args.output.existing());
     let inputs = inputs(&folder)?;
@@ -58,7 +57,7 @@ pub(super) fn run(args: &ReportArgs, mode: OutputMode) -> Result<ExitCode> {
     } else {
         note!("page: {}", path.display());
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(SUCCESS)
 }
 
 /// The files that a page is made from.

@@ -1,7 +1,6 @@
 //! `lagrangian rollout`: a predicted motion.
 
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use anyhow::Result;
 use lagrangian::rollout::{self, free};
@@ -12,13 +11,13 @@ use serde_json::json;
 use super::OutputMode;
 use crate::cli::{DataArgs, RolloutArgs};
 use crate::data;
-use crate::failure::{Advise, mistake};
+use crate::failure::{Advise, SUCCESS, mistake};
 use crate::fitted;
 use crate::motion;
 use crate::output::{self, Columns};
 use crate::task::{Size, Task};
 
-pub(super) fn run(args: &RolloutArgs, mode: OutputMode) -> Result<ExitCode> {
+pub(super) fn run(args: &RolloutArgs, mode: OutputMode) -> Result<u8> {
     let output = &args.output;
     args.motion.refuse_idle()?;
     // Checked here, and not in the parser, which requires no --follow beside --q0 if one excludes the other.
@@ -77,7 +76,7 @@ pub(super) fn run(args: &RolloutArgs, mode: OutputMode) -> Result<ExitCode> {
             "energy": lagrangian_run::energies(&model, &rollout.trajectory),
         }))?;
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(SUCCESS)
 }
 
 fn from_start(model: &dyn Model, layout: &Layout, args: &RolloutArgs) -> Result<Rollout> {

@@ -1,7 +1,5 @@
 //! `lagrangian score`: a model's figures on recordings that it has not seen.
 
-use std::process::ExitCode;
-
 use anyhow::Result;
 use lagrangian::score::{Assessment, Judgement, SignalError};
 use lagrangian::{Coordinate, Coordinates, Model, Score, Trajectory, counted, score};
@@ -19,7 +17,7 @@ use crate::seen;
 use crate::task::{Size, Task};
 use crate::verdict;
 
-pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<ExitCode> {
+pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<u8> {
     let mut inputs = args.data.inputs(&args.files)?;
     inputs.push(args.model.clone());
     args.output.refuse_inputs(&inputs)?;

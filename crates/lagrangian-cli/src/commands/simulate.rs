@@ -1,7 +1,5 @@
 //! `lagrangian simulate`: trajectories of a system whose Lagrangian is known.
 
-use std::process::ExitCode;
-
 use anyhow::{Result, bail};
 use lagrangian::analytic::{AnalyticModel, Parameter, by_name, systems};
 use lagrangian::rigid::RigidBodies;
@@ -13,13 +11,13 @@ use serde_json::json;
 
 use super::OutputMode;
 use crate::cli::{SimulateArgs, Starts};
-use crate::failure::{Advise, mistake};
+use crate::failure::{Advise, SUCCESS, mistake};
 use crate::motion::note_early_end;
 use crate::output;
 use crate::robot;
 use crate::task::{Size, Task};
 
-pub(super) fn run(args: &SimulateArgs, mode: OutputMode) -> Result<ExitCode> {
+pub(super) fn run(args: &SimulateArgs, mode: OutputMode) -> Result<u8> {
     if args.system.as_deref() == Some("list") {
         return list(mode);
     }
@@ -86,7 +84,7 @@ pub(super) fn run(args: &SimulateArgs, mode: OutputMode) -> Result<ExitCode> {
         let (path, layout) = (path.display(), layout.display());
         note!("{count} of '{name}', {samples} samples: {path} (columns and angles: {layout})");
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(SUCCESS)
 }
 
 /// The declarations of the file beside the motions: columns, angles, and the system that made them, for a comparison with learned models.
@@ -221,7 +219,7 @@ impl Summary {
     }
 }
 
-fn list(mode: OutputMode) -> Result<ExitCode> {
+fn list(mode: OutputMode) -> Result<u8> {
     if mode.json {
         let parameter =
             |p: &Parameter| json!({ "name": p.name, "unit": p.unit, "default": p.value });
@@ -231,7 +229,7 @@ fn list(mode: OutputMode) -> Result<ExitCode> {
         };
         let systems: Vec<_> = systems().iter().map(entry).collect();
         output::print_json(&json!({ "command": "simulate", "systems": systems }))?;
-        return Ok(ExitCode::SUCCESS);
+        return Ok(SUCCESS);
     }
     let mut text = String::new();
     for entry in systems() {
@@ -242,5 +240,5 @@ fn list(mode: OutputMode) -> Result<ExitCode> {
         }
     }
     output::print(&text)?;
-    Ok(ExitCode::SUCCESS)
+    Ok(SUCCESS)
 }

@@ -1,7 +1,6 @@
 //! `lagrangian torque`: the torques of a motion, and their parts.
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use anyhow::Result;
 use lagrangian::score::{Grade, Judgement, Outside, extrapolation, outside};
@@ -16,14 +15,14 @@ use super::OutputMode;
 use crate::cli::TorqueArgs;
 use crate::command_line::command_line;
 use crate::data;
-use crate::failure::Advise;
+use crate::failure::{Advise, SUCCESS};
 use crate::fitted;
 use crate::motion;
 use crate::out_args::PlotArgs;
 use crate::output;
 use crate::task::{Size, Task};
 
-pub(super) fn run(args: &TorqueArgs, mode: OutputMode) -> Result<ExitCode> {
+pub(super) fn run(args: &TorqueArgs, mode: OutputMode) -> Result<u8> {
     let mut inputs = args.data.inputs(&args.files)?;
     inputs.push(args.model.clone());
     args.output.refuse_inputs(&inputs)?;
@@ -70,7 +69,7 @@ pub(super) fn run(args: &TorqueArgs, mode: OutputMode) -> Result<ExitCode> {
     mode.print(&figures, || {
         answer.clone() + "\n" + &as_text(&summary, coordinates)
     })?;
-    Ok(ExitCode::SUCCESS)
+    Ok(SUCCESS)
 }
 
 fn predictions(model: &dyn Model, motions: &[Trajectory]) -> Result<Vec<TorquePrediction>> {

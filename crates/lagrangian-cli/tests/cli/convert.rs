@@ -130,11 +130,6 @@ fn what_cannot_be_converted_is_refused() {
     bench.write("a.csv", &swing());
     bench.write("b.csv", "t,q1,q2\n0,1,2\n1,1,2\n");
     bench.write("c.csv", "t,q1\n0,1\n1,1\n");
-    assert!(
-        bench
-            .refuse("convert a.csv --out x.mcap")
-            .contains("bags are read, but not written")
-    );
     assert!(bench.refuse("convert a.csv --out x.xlsx").contains(".npz"));
     assert!(
         bench
@@ -169,117 +164,17 @@ fn what_cannot_be_converted_is_refused() {
     );
 }
 
-#[cfg(not(feature = "ros"))]
 #[test]
-fn without_bags_the_error_names_the_feature() {
+fn a_bag_names_the_command_that_reads_it() {
     let bench = Workbench::new();
     bench.write("a.db3", "");
-    assert!(bench.refuse("check a.db3").contains("the feature ros"));
-}
-
-#[cfg(feature = "ros")]
-mod bags {
-    use super::*;
-
-    /// A bag in MCAP of one topic: a pendulum of one joint, `count` messages at 100 Hz from `start`, ns.
-    fn bag(start: u64, count: u64) -> Vec<u8> {
-        let text = |text: &str| [&(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat();
-        let mut bag = b"\x89MCAP0\r\n".to_vec();
-        let mut put = |opcode: u8, body: &[&[u8]]| {
-            let body = body.concat();
-            bag.push(opcode);
-            bag.extend((body.len() as u64).to_le_bytes());
-            bag.extend(body);
-        };
-        put(1, &[&text("ros2"), &text("")]);
-        put(
-            3,
-            &[
-                &[1, 0],
-                &text("sensor_msgs/msg/JointState"),
-                &text("ros2msg"),
-                &[0; 4],
-            ],
-        );
-        put(
-            4,
-            &[&[0, 0, 1, 0], &text("/joint_states"), &text("cdr"), &[0; 4]],
-        );
-        for k in 0..count {
-            let time = start + 10_000_000 * k;
-            let t = 0.01 * k as f64;
-            let message = [
-                &[0, 1, 0, 0][..],
-                &((time / 1_000_000_000) as u32).to_le_bytes(),
-                &((time % 1_000_000_000) as u32).to_le_bytes(),
-                &[1, 0, 0, 0, 0, 0, 0, 0],
-                &[1, 0, 0, 0, 4, 0, 0, 0],
-                b"arm\0",
-                &[1, 0, 0, 0],
-                &t.sin().to_le_bytes(),
-                &[1, 0, 0, 0, 0, 0, 0, 0],
-                &t.cos().to_le_bytes(),
-                &[0; 4],
-            ];
-            put(
-                5,
-                &[
-                    &[0, 0],
-                    &(k as u32).to_le_bytes(),
-                    &time.to_le_bytes(),
-                    &time.to_le_bytes(),
-                    &message.concat(),
-                ],
-            );
-        }
-        put(15, &[&[0; 4]]);
-        put(2, &[&[0; 20]]);
-        bag.extend(b"\x89MCAP0\r\n");
-        bag
-    }
-
-    #[test]
-    fn a_bag_is_checked_and_converted_and_its_folder_is_its_files_in_order() {
-        let bench = Workbench::new();
-        std::fs::create_dir(bench.path("swing")).unwrap();
-        for (name, start) in [
-            ("swing_0.mcap", 5_000_000_000),
-            ("swing_1.mcap", 8_000_000_000),
-        ] {
-            std::fs::write(bench.path("swing").join(name), bag(start, 300)).unwrap();
-        }
-        bench.write("swing/metadata.yaml", "rosbag2_bagfile_information:\n  version: 5\n  relative_file_paths:\n    - swing_0.mcap\n    - swing_1.mcap\n");
-        let check = bench.succeed("check swing/swing_0.mcap --angle all");
+    for command in ["check a.db3", "check a.db3 --topic /joints"] {
         assert!(
-            check.stderr.contains("no efforts of arm"),
-            "{}",
-            check.stderr
-        );
-        let outcome = bench.succeed("convert swing --angle arm --out table.csv --json");
-        let json = outcome.json();
-        assert_eq!(
-            (&json["rows"], &json["trajectories"]),
-            (&600.into(), &2.into())
-        );
-        assert_eq!(json["coordinates"][0]["name"], "arm");
-        let table = String::from_utf8(bench.read("table.csv")).unwrap();
-        assert!(
-            table.starts_with("trajectory,t,q1,qd1\nswing_0,0,0,1\nswing_0,0.01,"),
-            "{table}"
-        );
-        assert!(table.contains("\nswing_1,0,0,1\n"));
-        let message = bench.refuse("check swing --q wrist");
-        assert!(
-            message.contains("--q") && message.contains("arm velocity"),
-            "{message}"
+            bench
+                .refuse(command)
+                .contains("pip install 'lagrangian[ros]'")
         );
     }
-
-    #[test]
-    fn a_bag_that_was_not_closed_is_refused() {
-        let bench = Workbench::new();
-        bench.write("a.db3", "");
-        bench.write("a.db3-wal", "changes");
-        assert!(bench.refuse("check a.db3").contains("was not closed"));
-    }
+    let message = bench.refuse("convert a.csv --out x.mcap");
+    assert!(message.contains(".csv, .npz or .parquet"), "{message}");
 }

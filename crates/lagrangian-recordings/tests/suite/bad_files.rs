@@ -185,7 +185,7 @@ fn an_empty_file_a_header_alone_and_one_row_are_refused() {
     assert_says(&refusal(""), &["empty", "0 of the 2 samples"]);
     assert_says(&refusal("t,q1\n"), &["0 of the 2 samples"]);
     assert_says(&conversion_refusal("t,q1\n0,0\n"), &["1 of the 2 samples"]);
-    for format in [Format::Npz, Format::Parquet, Format::Db3, Format::Mcap] {
+    for format in [Format::Npz, Format::Parquet] {
         assert!(
             format
                 .read(Cursor::new(Vec::new()), "file", &Layout::default())
@@ -270,19 +270,15 @@ fn without_parquet_the_error_names_the_feature() {
     assert_says(&error.to_string(), &["the feature parquet"]);
 }
 
-#[cfg(not(feature = "ros"))]
 #[test]
-fn without_bags_the_error_names_the_feature() {
-    for format in [Format::Db3, Format::Mcap] {
-        let error = format.read(Cursor::new(Vec::new()), "file", &Layout::default());
-        assert_says(&error.unwrap_err().to_string(), &["the feature ros"]);
+fn the_error_for_a_bag_names_the_line_to_run() {
+    for extension in ["db3", "mcap"] {
+        let error = Format::from_extension(extension).unwrap_err();
+        assert_says(
+            &error.to_string(),
+            &["ROS 2", "pip install 'lagrangian[ros]'"],
+        );
     }
-}
-
-#[test]
-fn bags_are_not_written_and_older_ones_say_how_to_convert_them() {
-    let error = Format::Mcap.write(Cursor::new(Vec::new()), &[Trajectory::default()]);
-    assert_says(&error.unwrap_err().to_string(), &["mcap", "not written"]);
     let error = Format::from_extension("bag").unwrap_err();
     assert_says(&error.to_string(), &["ROS 1", "rosbags-convert"]);
 }

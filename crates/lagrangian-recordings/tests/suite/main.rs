@@ -2,7 +2,6 @@
 
 mod archives;
 mod bad_files;
-mod bags;
 mod check;
 mod check_forces;
 mod check_mistakes;

@@ -98,9 +98,9 @@ sed '1s/,q1,q2,/,x,y,/' m.csv > planet.csv; printf '[columns]\\nq = [\"x\", \"y\
     fixture("letter.csv", "", "lagrangian simulate two-link-arm --friction 1 --duration 2 --out letter.csv"),
     fixture("robot.urdf", "", description!("robot.urdf")),
     fixture("arm.urdf", "", description!("arm.urdf")),
-    fixture("bag.db3", "", concat!(arm!("log.csv"), "\npython3 $REPO/crates/xtask/src/documents/bag.py log.csv bag.db3; rm log.*")),
-    fixture("bag1.mcap", "", concat!(arm!("log.csv"), "\nfor k in 1 2; do python3 $REPO/crates/xtask/src/documents/bag.py log.csv bag$k.mcap; done; rm log.*")),
-    fixture("bag_folder", "", concat!(arm!("log.csv"), "\nmkdir bag_folder; printf '%s\\n' rosbag2_bagfile_information: '  relative_file_paths:' '    - bag_0.db3' > bag_folder/metadata.yaml; python3 $REPO/crates/xtask/src/documents/bag.py log.csv bag_folder/bag_0.db3; rm log.*")),
+    fixture("bag.db3", "", concat!(arm!("log.csv"), "\npython $REPO/python/tests/bags.py log.csv bag.db3; rm log.*")),
+    fixture("bag1.mcap", "", concat!(arm!("log.csv"), "\nfor k in 1 2; do python $REPO/python/tests/bags.py log.csv bag$k.mcap; done; rm log.*")),
+    fixture("bag_folder", "", concat!(arm!("log.csv"), "\nmkdir bag_folder; printf '%s\\n' rosbag2_bagfile_information: '  relative_file_paths:' '    - bag_0.db3' > bag_folder/metadata.yaml; python $REPO/python/tests/bags.py log.csv bag_folder/bag_0.db3; rm log.*")),
     fixture("plan.toml", "", "sed 's/^steps = .*/steps = 20/' $REPO/examples/sweep/plan.toml > plan.toml
 lagrangian simulate double-pendulum --trajectories 6 --duration 3 --out motion.csv"),
     fixture("crates/", "", "mkdir -p crates/lagrangian-recordings/tests; cp -r $REPO/crates/lagrangian-recordings/tests/exports crates/lagrangian-recordings/tests"),

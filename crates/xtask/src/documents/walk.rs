@@ -14,6 +14,9 @@ use crate::root;
 /// How commands begin that the Python package runs.
 const PROGRAM: &str = "python -m lagrangian";
 
+/// Runs the command by the Python package, which reads bags.
+const BY_PACKAGE: &str = "lagrangian() { python -m lagrangian \"$@\"; }";
+
 /// Why such commands and code in Python are skipped.
 const NEEDS_PACKAGE: &str = "its Python needs the package: run `cargo xtask python`";
 
@@ -108,7 +111,7 @@ impl<'a> Walk<'a> {
 
     /// Why a command cannot run here: the reference data are absent, or what a skipped command makes.
     fn unavailable(&self, text: &str) -> Option<String> {
-        if self.python.is_none() && text.starts_with(PROGRAM) {
+        if self.python.is_none() && (text.starts_with(PROGRAM) || self.has_bags()) {
             return Some(NEEDS_PACKAGE.into());
         }
         let whole = self.expanded(text);
@@ -153,10 +156,16 @@ impl<'a> Walk<'a> {
         self.hints(own.line, &ended.output)
     }
 
+    /// Whether commands of the page read bags.
+    fn has_bags(&self) -> bool {
+        let reads = |own: &Printed| own.text.contains(" bag");
+        self.page.commands.iter().any(reads)
+    }
+
     fn bash(&self, folder: &Path, text: &str) -> Result<Ended, String> {
-        let line = [&self.variables[..], &[text.to_string()]]
-            .concat()
-            .join("\n");
+        let program = self.has_bags().then(|| BY_PACKAGE.to_string());
+        let lines = program.iter().chain(&self.variables).map(String::as_str);
+        let line = lines.chain([text]).collect::<Vec<_>>().join("\n");
         self.bench.run(folder, &line)
     }
 

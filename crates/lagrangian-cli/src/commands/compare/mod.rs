@@ -3,7 +3,6 @@
 mod motions;
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use anyhow::Result;
 use lagrangian_report::Command;
@@ -14,10 +13,11 @@ use serde_json::{Value, json};
 use super::OutputMode;
 use crate::command_line::command_line;
 use crate::compare_args::CompareArgs;
+use crate::failure::SUCCESS;
 use crate::motion;
 use crate::task::{Size, Task};
 
-pub(super) fn run(args: &CompareArgs, mode: OutputMode) -> Result<ExitCode> {
+pub(super) fn run(args: &CompareArgs, mode: OutputMode) -> Result<u8> {
     let mut inputs = args.data.inputs(&args.on)?;
     for run in &args.runs {
         inputs.push(run.clone());
@@ -44,7 +44,7 @@ pub(super) fn run(args: &CompareArgs, mode: OutputMode) -> Result<ExitCode> {
         all.extend(own);
     }
     (args.output.file).write_figures(mode, &figures, || as_text(&comparison))?;
-    Ok(ExitCode::SUCCESS)
+    Ok(SUCCESS)
 }
 
 /// The data of a run.

@@ -3,7 +3,6 @@
 mod page;
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use anyhow::Result;
 use lagrangian::rollout::{free, rollout_many, times};
@@ -17,7 +16,7 @@ use serde_json::json;
 
 use super::OutputMode;
 use crate::data;
-use crate::failure::{Advise, mistake};
+use crate::failure::{Advise, SUCCESS, mistake};
 use crate::fitted;
 use crate::law_args::ConservedArgs;
 use crate::subject::{Subject, coordinate};
@@ -27,7 +26,7 @@ use crate::task::{Size, Task};
 const MOTIONS: usize = 20;
 const RATE: f64 = 50.0;
 
-pub(super) fn run(args: &ConservedArgs, mode: OutputMode) -> Result<ExitCode> {
+pub(super) fn run(args: &ConservedArgs, mode: OutputMode) -> Result<u8> {
     let mut inputs = args.data.inputs(&args.files)?;
     inputs.push(PathBuf::from(&args.subject.subject));
     args.output.refuse_inputs(&inputs)?;
@@ -67,7 +66,7 @@ pub(super) fn run(args: &ConservedArgs, mode: OutputMode) -> Result<ExitCode> {
     });
     let text = || page::text(&found);
     args.output.file.write_figures(mode, &figures, text)?;
-    Ok(ExitCode::SUCCESS)
+    Ok(SUCCESS)
 }
 
 fn points(args: &ConservedArgs, coordinates: &Coordinates) -> Result<Vec<Vec<usize>>> {

@@ -3,7 +3,6 @@
 mod measure;
 mod page;
 
-use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::{Result, bail};
@@ -22,7 +21,7 @@ use serde_json::json;
 use super::OutputMode;
 use crate::cli::DemoArgs;
 use crate::command_line::command_line;
-use crate::failure::Advise;
+use crate::failure::{Advise, SUCCESS};
 use crate::frontend::ProgressDisplay;
 use crate::interrupt;
 use crate::output;
@@ -43,7 +42,7 @@ struct Trained {
     metrics: Vec<Metric>,
 }
 
-pub(super) fn run(args: &DemoArgs, mode: OutputMode) -> Result<ExitCode> {
+pub(super) fn run(args: &DemoArgs, mode: OutputMode) -> Result<u8> {
     let start = Instant::now();
     let folder = RunFolder::open(&args.out, occupied(args))?;
     let record = RunRecord::now(command_line(), args.seed, args, Vec::new())?;
@@ -90,7 +89,7 @@ pub(super) fn run(args: &DemoArgs, mode: OutputMode) -> Result<ExitCode> {
         note!("open {}", page.display());
         note!("your own data: `lagrangian check FILES`, then `lagrangian fit FILES --out run`");
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(SUCCESS)
 }
 
 /// The settings of `fit` for a budget of time: many small steps whose damping follows the loss (ADR 0050).

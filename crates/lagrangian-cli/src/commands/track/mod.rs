@@ -3,8 +3,6 @@
 mod page;
 mod truth;
 
-use std::process::ExitCode;
-
 use anyhow::Result;
 use lagrangian::{Model, Trajectory};
 use lagrangian_control::{
@@ -16,7 +14,7 @@ use serde_json::json;
 use super::OutputMode;
 use crate::cli::DataArgs;
 use crate::data;
-use crate::failure::{self, Advise, FAILED, mistake};
+use crate::failure::{self, Advise, FAILED, SUCCESS, mistake};
 use crate::fitted::{self, Fitted};
 use crate::out_args::PlotArgs;
 use crate::output;
@@ -26,7 +24,7 @@ use crate::track_args::{ControlArgs, ControllerName, TrackArgs};
 /// Default bandwidth of the feedback, rad/s: low, so that the model must do the work.
 const BANDWIDTH: f64 = 5.0;
 
-pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<ExitCode> {
+pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<u8> {
     let PlotArgs { file, plot } = &args.output;
     let robots = args.truth.robot.iter().cloned();
     let inputs = [args.model.clone(), args.reference.clone()];
@@ -100,11 +98,11 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<ExitCode> {
     mode.print(&figures, || report.text())?;
     let lost = runs.first().and_then(|first| first.lost(&needed));
     let Some(lost) = lost else {
-        return Ok(ExitCode::SUCCESS);
+        return Ok(SUCCESS);
     };
     let remedy = "see what `lagrangian check` says of the reference, pass it through a --low-pass, lower the gains, or raise --rate";
     note!("{}", failure::describe(&mistake(lost, remedy)));
-    Ok(ExitCode::from(FAILED))
+    Ok(FAILED)
 }
 
 fn tracking(runs: &[Run]) -> serde_json::Map<String, serde_json::Value> {

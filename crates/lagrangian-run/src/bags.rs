@@ -1,13 +1,37 @@
-//! The files of a ROS 2 bag: its folder names them, and files beside one may be a part of it.
+//! ROS 2 bags: the files of a folder, and the reader that a frontend brings along.
 
-use std::fs;
 use std::path::{Component, Path, PathBuf};
+use std::sync::OnceLock;
 
-use crate::error::{Advise, Error, Result};
+use lagrangian::{Layout, Readings};
+
+use crate::error::{Advise, Cause, Error, Result};
 use crate::input;
 
 /// The file that describes a bag, in its folder.
 const METADATA: &str = "metadata.yaml";
+
+/// Reads a file of a bag, of which the name and the layout are given too.
+pub type BagReader = fn(&Path, &str, &Layout) -> Result<Readings, Cause>;
+
+static READER: OnceLock<BagReader> = OnceLock::new();
+
+/// Lets this process read bags, for which the crate has no reader of its own.
+pub fn read_bags_by(reader: BagReader) {
+    READER.get_or_init(|| reader);
+}
+
+/// Whether a file is a bag, by its extension.
+#[must_use]
+pub fn is_bag(path: &Path) -> bool {
+    let extension = path.extension().unwrap_or_default();
+    extension == "db3" || extension == "mcap"
+}
+
+/// The reader of a file, if it is a bag and this process reads these.
+pub(crate) fn reader(path: &Path) -> Option<BagReader> {
+    READER.get().copied().filter(|_| is_bag(path))
+}
 
 /// The named files, with those of a bag in place of its folder.
 ///
@@ -57,31 +81,6 @@ fn relative_file_paths(text: &str) -> Vec<&str> {
     names
         .map(|name| name.trim().trim_matches(['"', '\'']))
         .collect()
-}
-
-/// Refuses a database with a log of writes beside it: messages of the log are not in the file yet.
-pub(crate) fn refuse_unfinished(path: &Path) -> Result<()> {
-    if path
-        .extension()
-        .is_none_or(|e| !e.eq_ignore_ascii_case("db3"))
-    {
-        return Ok(());
-    }
-    for suffix in ["-wal", "-journal"] {
-        let mut name = path.as_os_str().to_owned();
-        name.push(suffix);
-        let log = PathBuf::from(name);
-        if fs::metadata(&log).is_ok_and(|m| m.len() > 0) {
-            let (path, log) = (path.display(), log.display());
-            return Err(Error::new(
-                format!("'{path}' was not closed: '{log}' holds changes that are not in it"),
-                format!(
-                    "complete a copy of both with `sqlite3 {path} 'PRAGMA wal_checkpoint(TRUNCATE)'`"
-                ),
-            ));
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]
