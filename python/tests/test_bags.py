@@ -177,6 +177,12 @@ def test_of_several_topics_one_must_be_chosen(tmp_path: Path) -> None:
     assert refused.returncode == 2 and "choose one with --topic" in refused.stderr
 
 
+def test_names_are_shown_short_and_without_hidden_characters(tmp_path: Path) -> None:
+    messages = [replace(own, topic=topic) for own in states(3) for topic in ("/a\u202eb", "/" + "k" * 500)]
+    message = refusal(tmp_path, messages)
+    assert r"/a\u{202e}b" in message and "k" * 61 not in message
+
+
 def test_a_bag_without_joint_states_lists_what_it_has(tmp_path: Path) -> None:
     others = [("/scan", "sensor_msgs/msg/LaserScan"), ("/empty", KIND)]
     for extension in ("db3", "mcap"):

@@ -112,3 +112,8 @@ def test_of_many_motions_each_problem_is_said_once_and_those_of_one_name_are_num
     assert "and 5 more" in report._repr_html_()
     few = lg.check(motions[:2])
     assert all(repr(item) in str(few) for item in few.items)
+
+
+def test_a_column_may_have_any_name() -> None:
+    [swing] = lg.read({"t": [0.0, 0.1, 0.2], "file": [0.0, 0.1, 0.2]}, q="file")
+    assert swing.coordinates[0].name == "file" and swing.q.shape == (3, 1)
