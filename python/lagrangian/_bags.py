@@ -6,8 +6,9 @@ from __future__ import annotations
 import json
 import sqlite3
 from array import array
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 from urllib.request import pathname2url
@@ -24,6 +25,8 @@ DAMAGED = "copy it again, or record it again; `mcap recover` saves what is whole
 MOST_JOINTS, MOST_LISTED, MOST_NUMBERS = 1000, 40, 1 << 26
 # Longest chunk of an MCAP file, unpacked, bytes.
 LONGEST = 1 << 28
+# The file that describes a bag, its list of files, and the largest number of its characters that are read.
+METADATA, LIST, MOST_TEXT = "metadata.yaml", "relative_file_paths:", 8 << 20
 # A final run of omitted messages this many times as long as the longest earlier one is not a pause.
 PAUSE = 10
 # What the columns of velocities and efforts have after the name of the joint.
@@ -32,7 +35,7 @@ TOO_MANY = f"its joint states are more than {MOST_NUMBERS} numbers: divide the b
 
 
 def read(
-    path: Path, topic: str | None, asked: Mapping[str, Sequence[str]], actuated: Sequence[str]
+    path: Path, topic: str | None, asked: Sequence[Sequence[str]], actuated: Sequence[str]
 ) -> tuple[bytes, str]:
     """Reads one topic of a file as a table of the time, and of the positions, velocities and efforts of its joints.
 
@@ -73,6 +76,20 @@ def read(
         renamed |= {"omitted": messages - rows, "messages": messages}
     about = {"columns": columns, "notes": notes, "renamed": renamed}
     return _archive(states.table(kept)), json.dumps(about)
+
+
+def files(folder: Path) -> list[Path]:
+    """The files of a bag in the order in which they were recorded, as ROS 2 lists them: a name a line, after a dash."""
+    with open(folder / METADATA, encoding="utf-8") as file:
+        lines = [line.strip() for line in file.read(MOST_TEXT).splitlines()]
+    after = lines[lines.index(LIST) + 1 :] if LIST in lines else []
+    names = [line[2:].strip().strip("\"'") for line in takewhile(lambda line: line.startswith("- "), after)]
+    if not names:
+        raise DataError(f"its {METADATA} names no file")
+    for name in names:
+        if Path(name).is_absolute() or ".." in Path(name).parts:
+            raise DataError(f"its {METADATA} names '{_shortened(name)}', which lies outside of it: give the file itself, if it is part of the bag")
+    return [folder / name for name in names]
 
 
 class _States:
@@ -169,18 +186,18 @@ class _States:
         return [column for column, any_known in finite.items() if any_known]
 
     def columns(
-        self, asked: Mapping[str, Sequence[str]], actuated: Sequence[str]
+        self, asked: Sequence[Sequence[str]], actuated: Sequence[str]
     ) -> tuple[list[list[str]], list[str]]:
         """The columns of q, qd and tau that were named, or all joints of the first message, and their velocities and efforts where all were recorded."""
         notes = []
         if not self.stamped:
             notes.append("no message bears a time stamp: the times at which the recorder received them are used")
         recorded = set(self._recorded())
-        q = list(asked["q"]) or list(self.joints)[: self.first]
+        q = list(asked[0]) or list(self.joints)[: self.first]
         columns = [q]
-        for signal, suffix, plural in (("qd", RATES[0], "velocities"), ("tau", RATES[1], "efforts")):
+        for signal, suffix, plural, given in (("qd", RATES[0], "velocities", asked[1]), ("tau", RATES[1], "efforts", asked[2])):
             own = [name + suffix for name in (signal == "tau" and actuated) or q]
-            columns.append(list(asked[signal]) or (own if recorded.issuperset(own) else []))
+            columns.append(list(given) or (own if recorded.issuperset(own) else []))
             missing = [_shortened(name) for name in q if name in self.joints and name + suffix not in recorded]
             if not columns[-1] and missing:
                 notes.append(f"no {plural} of {', '.join(missing)} are recorded: {signal} is not known")

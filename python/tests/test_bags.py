@@ -352,6 +352,18 @@ def test_the_command_reads_a_bag_and_its_folder_and_remembers_its_hash(tmp_path:
     assert "swing/swing_0.mcap" in (tmp_path / "run" / "run.toml").read_text(), fit.stderr
 
 
+def test_the_files_of_a_bag_are_those_of_its_list_and_lie_in_its_folder(tmp_path: Path) -> None:
+    from lagrangian import _bags
+
+    text = "rosbag2_bagfile_information:\n  relative_file_paths:\n    - a_0.db3\n    - \"a_1.db3\"\n  duration:\n    - no\n"
+    (tmp_path / "metadata.yaml").write_text(text)
+    assert _bags.files(tmp_path) == [tmp_path / "a_0.db3", tmp_path / "a_1.db3"]
+    for content, fault in (("version: 5\n", "names no file"), (text.replace("a_0", "../a"), "outside"), (text.replace("a_0", "/a"), "outside")):
+        (tmp_path / "metadata.yaml").write_text(content)
+        with pytest.raises(lg.errors.DataError, match=fault):
+            lg.read(tmp_path)
+
+
 def test_without_rosbags_the_error_names_the_extra(
     tmp_path: Path, whole: list[Path], without: Callable[[str], None]
 ) -> None:

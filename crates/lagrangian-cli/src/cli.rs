@@ -120,8 +120,7 @@ pub(crate) struct FileArgs {
     #[arg(long, value_name = "NAME", value_parser = name)]
     pub(crate) trajectory: Option<String>,
 
-    /// Topic of a ROS 2 bag (read after `pip install 'lagrangian[ros]'`); its joints are columns that --q names [default: the one with
-    /// joint states]
+    /// Topic of a ROS 2 bag; its joints are columns that --q names [default: the one with joint states]
     #[arg(long, value_name = "NAME", value_parser = name)]
     pub(crate) topic: Option<String>,
 
@@ -581,10 +580,9 @@ impl Cli {
             Err(error) => error,
         };
         // The parser repeats words of any length and content.
-        let is_plain = |word: &OsString| {
-            let word = word.to_string_lossy();
-            word.len() <= LONG_WORD && !word.contains(lagrangian::is_hidden)
-        };
+        let is_short =
+            |word: &str| word.len() <= LONG_WORD && !word.contains(lagrangian::is_hidden);
+        let is_plain = |word: &OsString| word.to_str().is_some_and(is_short);
         if !error.use_stderr() {
             output::refuse_closed()?;
             error.print().context(output::CANNOT_PRINT)?;

@@ -3,7 +3,10 @@
 use std::ffi::OsString;
 use std::sync::OnceLock;
 
+use anyhow::Result;
 use lagrangian_run::quoted;
+
+use crate::failure::mistake;
 
 /// The arguments of the command, without the name of the program.
 static ARGUMENTS: OnceLock<Vec<OsString>> = OnceLock::new();
@@ -28,4 +31,15 @@ pub(crate) fn command_words() -> Vec<String> {
     let words = arguments().iter();
     let words = words.map(|word| quoted(&word.to_string_lossy()));
     std::iter::once("lagrangian".into()).chain(words).collect()
+}
+
+/// Refuses arguments that no record, page or JSON could hold.
+pub(crate) fn require_text_arguments() -> Result<()> {
+    match arguments().iter().find(|word| word.to_str().is_none()) {
+        None => Ok(()),
+        Some(word) => Err(mistake(
+            format!("the argument '{}' is not UTF-8 text", word.display()),
+            "rename the file or folder: run.toml, JSON and pages hold names as text",
+        )),
+    }
 }

@@ -25,7 +25,6 @@ mod fit_config;
 mod fitted;
 mod frontend;
 mod identify_args;
-mod input;
 mod instructions;
 mod interrupt;
 mod law_args;
@@ -70,7 +69,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
 }
 
 fn run() -> Result<u8> {
-    input::require_text_arguments()?;
+    command_line::require_text_arguments()?;
     instructions::choose()?;
     threads::bound();
     let mut cli = Cli::from_command_line()?;

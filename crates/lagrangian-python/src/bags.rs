@@ -1,16 +1,21 @@
 //! Bags of ROS 2: `lagrangian._bags` makes tables of their joint states, which are read like files.
 
 use std::io::Cursor;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use lagrangian::trajectory::Renamed;
 use lagrangian::{Format, Layout, Readings, Signal};
-use lagrangian_run::Cause;
+use lagrangian_run::{BagReader, Cause};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use serde::Deserialize;
 
 use crate::error::Raised;
+
+/// The reader of bags for all parts of the library.
+pub(crate) const READER: BagReader = BagReader { files, read };
+
+/// The signals that a bag holds.
+const RECORDED: [Signal; 3] = [Signal::Q, Signal::Qd, Signal::Tau];
 
 /// Facts about the table of a bag.
 #[derive(Deserialize)]
@@ -21,13 +26,15 @@ struct About {
     renamed: Option<Renamed>,
 }
 
-/// The signals that a bag holds.
-const RECORDED: [Signal; 3] = [Signal::Q, Signal::Qd, Signal::Tau];
+fn files(folder: &Path) -> Result<Vec<PathBuf>, Cause> {
+    of_python(|bags| bags.call_method1("files", (folder,))?.extract())
+}
 
-/// Reads a file of a bag for any part of the library.
-pub(crate) fn read(path: &Path, name: &str, layout: &Layout) -> Result<Readings, Cause> {
-    let table = Python::attach(|py| table(py, path, layout).map_err(|e| Raised::new(py, &e)));
-    let (table, about) = table?;
+fn read(path: &Path, name: &str, layout: &Layout) -> Result<Readings, Cause> {
+    let asked = RECORDED.map(|signal| layout.columns.get(signal));
+    let arguments = (path, &layout.topic, asked, &layout.actuated);
+    let read = |bags: &Bound<'_, PyModule>| bags.call_method1("read", arguments)?.extract();
+    let (table, about): (Vec<u8>, String) = of_python(read)?;
     let about: About = serde_json::from_str(&about)?;
     let mut layout = layout.clone();
     for (signal, names) in RECORDED.into_iter().zip(about.columns) {
@@ -41,12 +48,13 @@ pub(crate) fn read(path: &Path, name: &str, layout: &Layout) -> Result<Readings,
     Ok(readings)
 }
 
-fn table(py: Python<'_>, path: &Path, layout: &Layout) -> PyResult<(Vec<u8>, String)> {
-    let asked = PyDict::new(py);
-    for signal in RECORDED {
-        asked.set_item(signal.name(), layout.columns.get(signal))?;
-    }
-    let bags = py.import("lagrangian._bags")?;
-    let arguments = (path, &layout.topic, asked, &layout.actuated);
-    bags.call_method1("read", arguments)?.extract()
+/// What a call of `lagrangian._bags` returns.
+fn of_python<T>(call: impl FnOnce(&Bound<'_, PyModule>) -> PyResult<T>) -> Result<T, Cause> {
+    Python::attach(|py| {
+        let result = py.import("lagrangian._bags").and_then(|bags| call(&bags));
+        result.map_err(|e| {
+            let (class, message) = (e.get_type(py).unbind(), e.value(py).to_string());
+            Raised { class, message }.into()
+        })
+    })
 }

@@ -55,17 +55,8 @@ impl<T> OrRaise<T> for Result<T, lagrangian_run::Error> {
 #[derive(Debug, thiserror::Error)]
 #[error("{message}")]
 pub(crate) struct Raised {
-    class: Py<PyType>,
-    message: String,
-}
-
-impl Raised {
-    pub(crate) fn new(py: Python<'_>, exception: &PyErr) -> Self {
-        Self {
-            class: exception.get_type(py).unbind(),
-            message: exception.value(py).to_string(),
-        }
-    }
+    pub(crate) class: Py<PyType>,
+    pub(crate) message: String,
 }
 
 /// An error about files or a run: the class is that of its cause.

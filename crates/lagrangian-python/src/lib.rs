@@ -6,7 +6,6 @@ mod answers;
 mod arrays;
 mod bags;
 mod check;
-mod command;
 mod ensemble;
 mod error;
 mod files;
@@ -25,17 +24,17 @@ mod systems;
 mod threads;
 mod torque;
 
-use pyo3::prelude::*;
+use pyo3::pymodule;
 
 /// The numerical core of the package `lagrangian`.
 #[pymodule]
 mod _lagrangian {
+    use pyo3::prelude::*;
+
     #[pymodule_export]
     use super::animation::animation;
     #[pymodule_export]
     use super::check::check;
-    #[pymodule_export]
-    use super::command::command;
     #[pymodule_export]
     use super::ensemble::{Ensemble, Prediction, fit as fit_ensemble};
     #[pymodule_export]
@@ -67,10 +66,15 @@ mod _lagrangian {
     #[pymodule_export]
     use super::torque::torque_parts;
 
+    /// Runs the command `lagrangian` with these arguments, and returns its exit code.
+    #[pyfunction]
+    fn command(py: Python<'_>, arguments: Vec<std::ffi::OsString>) -> u8 {
+        py.detach(|| lagrangian_cli::main(arguments))
+    }
+
     #[pymodule_init]
-    fn init(module: &super::Bound<'_, super::PyModule>) -> super::PyResult<()> {
-        use super::PyModuleMethods;
-        lagrangian_run::read_bags_by(super::bags::read);
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        lagrangian_run::read_bags_by(super::bags::READER);
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -80,7 +80,7 @@ pub fn read_file(path: &Path, layout: &Layout, advice: &str) -> Result<ReadFile>
     let name = path.file_stem().and_then(|stem| stem.to_str());
     let name = name.unwrap_or("recording");
     let readings = match bag {
-        Some(read) => read(path, name, layout),
+        Some(reader) => (reader.read)(path, name, layout),
         None => format_named(path)
             .and_then(|format| format.read(file, name, layout))
             .map_err(Cause::from),

@@ -156,7 +156,7 @@ fn what_cannot_be_converted_is_refused() {
     assert!(
         bench
             .refuse("convert folder --out x.csv")
-            .contains("metadata.yaml")
+            .contains("pip install 'lagrangian[ros]'")
     );
     assert_eq!(
         bench.names("."),
