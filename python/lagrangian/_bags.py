@@ -80,7 +80,10 @@ def read(
 
 def files(folder: Path) -> list[Path]:
     """The files of a bag in the order in which they were recorded, as ROS 2 lists them: a name a line, after a dash."""
-    with open(folder / METADATA, encoding="utf-8") as file:
+    path = folder / METADATA
+    if path.exists() and not path.is_file():
+        raise DataError(f"its {METADATA} is not a file")
+    with open(path, encoding="utf-8", errors="replace") as file:
         lines = [line.strip() for line in file.read(MOST_TEXT).splitlines()]
     after = lines[lines.index(LIST) + 1 :] if LIST in lines else []
     names = [line[2:].strip().strip("\"'") for line in takewhile(lambda line: line.startswith("- "), after)]
@@ -88,7 +91,9 @@ def files(folder: Path) -> list[Path]:
         raise DataError(f"its {METADATA} names no file")
     for name in names:
         if Path(name).is_absolute() or ".." in Path(name).parts:
-            raise DataError(f"its {METADATA} names '{_shortened(name)}', which lies outside of it: give the file itself, if it is part of the bag")
+            raise DataError(
+                f"its {METADATA} names '{_shortened(name)}', which lies outside of it: give the file itself, if it is part of the bag"
+            )
     return [folder / name for name in names]
 
 
@@ -188,7 +193,7 @@ class _States:
     def columns(
         self, asked: Sequence[Sequence[str]], actuated: Sequence[str]
     ) -> tuple[list[list[str]], list[str]]:
-        """The columns of q, qd and tau that were named, or all joints of the first message, and their velocities and efforts where all were recorded."""
+        """The columns of q, qd and tau that were named, or all joints of the first message with the rates that all of them have."""
         notes = []
         if not self.stamped:
             notes.append("no message bears a time stamp: the times at which the recorder received them are used")
@@ -335,13 +340,13 @@ def _listed(topics: Sequence[tuple[str, str]]) -> str:
 def _no_choice(topics: Sequence[tuple[str, str]], filled: int, topic: str | None) -> DataError:
     """The error for a bag without a unique topic; ``filled`` topics have joint states."""
     kinds = [kind for name, kind in topics if name == topic]
-    remedy = "name another with `topic`"
+    shown, remedy = _shortened(topic or ""), "name another with `topic`"
     if kinds == [KIND]:
-        finding = f"topic '{_shortened(topic)}' has no message in {ENCODING}"
+        finding = f"topic '{shown}' has no message in {ENCODING}"
     elif kinds:
-        finding = f"topic '{_shortened(topic)}' holds {', '.join(map(_shortened, kinds))}, no {KIND}"
+        finding = f"topic '{shown}' holds {', '.join(map(_shortened, kinds))}, no {KIND}"
     elif topic is not None:
-        finding = f"the bag has no topic '{_shortened(topic)}'"
+        finding = f"the bag has no topic '{shown}'"
     elif filled:
         finding, remedy = f"{filled} topics of the bag hold joint states", "choose one with `topic`"
     else:

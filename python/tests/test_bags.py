@@ -362,6 +362,10 @@ def test_the_files_of_a_bag_are_those_of_its_list_and_lie_in_its_folder(tmp_path
         (tmp_path / "metadata.yaml").write_text(content)
         with pytest.raises(lg.errors.DataError, match=fault):
             lg.read(tmp_path)
+    (tmp_path / "metadata.yaml").unlink()
+    (tmp_path / "metadata.yaml").mkdir()
+    with pytest.raises(lg.errors.DataError, match="is not a file"):
+        lg.read(tmp_path)
 
 
 def test_without_rosbags_the_error_names_the_extra(
