@@ -4,7 +4,7 @@
 //! kill` ends fits in every way in which they may end, `cargo xtask fuzz` gives changed files to every parser, `cargo xtask deny`
 //! checks the licences of what is linked, `cargo xtask docs` builds the documentation as a site and runs its tutorials, `cargo xtask documents` runs
 //! every command that the documents print, `cargo xtask
-//! adapters` runs exported models in `CasADi` and `FMPy`, `cargo xtask wheel` builds the wheel of the Python package and tries it,
+//! adapters` runs exported models in `CasADi` and `FMPy`, `cargo xtask wheel` builds the wheel of the Python package and tries it, `cargo xtask package` packages the crates,
 //! `cargo xtask web` builds the laboratory in the browser and tests it there, `cargo xtask browser` reads pages in a real browser.
 
 mod adapters;
@@ -18,6 +18,7 @@ mod environment;
 mod fuzz;
 mod kill;
 mod lines;
+mod package;
 mod page;
 mod plain;
 mod python;
@@ -47,6 +48,7 @@ usage: cargo xtask test
        cargo xtask docs …
        cargo xtask documents …
        cargo xtask wheel
+       cargo xtask package
        cargo xtask adapters
        cargo xtask browser …
        cargo xtask web …
@@ -215,6 +217,7 @@ fn main() -> ExitCode {
         ["documents", ref flags @ ..] => documents::main(flags).map(|()| None),
         ["browser", ref flags @ ..] => browser::main(flags).map(|()| None),
         ["wheel", ref flags @ ..] => wheel::main(flags).map(|()| None),
+        ["package", ref flags @ ..] => package::main(flags).map(|()| None),
         ["web", ref flags @ ..] => web::main(flags).map(|()| None),
         ["sanitize", ref flags @ ..] => sanitize::main(flags).map(|()| None),
         ["help" | "-h" | "--help"] => {
@@ -229,6 +232,7 @@ fn main() -> ExitCode {
                 deny::USAGE,
                 python::USAGE,
                 wheel::USAGE,
+                package::USAGE,
                 docs::USAGE,
                 documents::USAGE,
                 adapters::USAGE,
