@@ -1,6 +1,6 @@
 """Bags of ROS 2 as ``rosbags`` writes them, for the tests and for the examples of the documents.
 
-``python bags.py log.csv bag.db3`` writes the rows of a table as the joint states of a bag, also as ``.mcap``.
+``python bags.py log.csv bag.db3`` writes the first trajectory of a table as the joint states of a bag, also as ``.mcap``.
 """
 
 from __future__ import annotations
@@ -83,7 +83,8 @@ def write(path: Path, messages: Iterable[State], *, compressed: bool = False, ot
 
 def main(table: str, bag: str) -> None:
     with open(table, newline="") as file:
-        rows = [row for row in csv.DictReader(file) if row.get("trajectory", "0") == "0"]
+        rows = list(csv.DictReader(file))
+    rows = [row for row in rows if row.get("trajectory") == rows[0].get("trajectory")]
     own = [
         replace(state(0), stamp=START + round(float(row["t"]) * 1e9), **{
             name: [float(row[f"{signal}{k}"]) for k in (1, 2)]
