@@ -20,7 +20,7 @@ import jax.numpy as jnp
 import numpy as np
 
 import lagrangian as lg
-from lagrangian.jax import step
+from lagrangian.jax import dynamics, step
 
 SIZE = 28
 FRAME = 0.05  # s between two frames
@@ -166,13 +166,10 @@ def train(name: str, pictures: np.ndarray, seed: int, steps: int) -> tuple[lg.La
 
 def rollout(layer: lg.Layer, weights: Any, start: np.ndarray, frames: int) -> np.ndarray:
     """Latent states ``(frames, m, 2)``; a motion that leaves every bound stays where it was."""
-    states, parameters = [np.asarray(start, np.float64)], np.asarray(weights["dynamics"], np.float64)
+    move, states = jax.jit(step(layer, H)), [np.asarray(start)]
     for _ in range(frames - 1):
-        q, v = states[-1][:, :1], states[-1][:, 1:]
-        try:
-            states.append(layer.evaluate("step", q, v, parameters=parameters, h=H))
-        except lg.errors.InvalidInput:
-            states.append(states[-1])
+        after = np.asarray(move(weights["dynamics"], states[-1][:, :1], states[-1][:, 1:]))
+        states.append(np.where(np.isfinite(after), after, states[-1]))
     return np.stack(states)
 
 
@@ -196,7 +193,7 @@ def latent_energy(layer: lg.Layer, weights: Any, latent: np.ndarray) -> np.ndarr
     parameters = np.asarray(weights["dynamics"], np.float64)
     q, v = latent[..., :1], latent[..., 1:]
     if layer.moves_in_momenta:
-        return layer.evaluate("scalar", q, v, parameters=parameters)
+        return np.asarray(dynamics(layer, "scalar")(parameters, q, v))
     if layer.family == "lnn":
         return layer.model(parameters).energy(q, v)
     return None

@@ -1,4 +1,4 @@
-"""Models as modules of PyTorch, with exact derivatives: ``pip install 'lagrangian[torch]'``.
+"""Models as modules of PyTorch: ``pip install 'lagrangian[torch]'``.
 
 >>> import torch
 >>> import lagrangian as lg
@@ -9,23 +9,20 @@
 >>> dynamics.weights.grad.shape == dynamics.weights.shape
 True
 
-The module computes in double precision on the CPU, whatever the precision and the device of its arguments, and answers in
-these. It can be differentiated once, in reverse.
+The module consists of operations on tensors alone: it can be differentiated to any order, mapped (``torch.func``) and moved to
+any device. It computes in the precision and on the device of its weights, and answers in those of its arguments.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from ._layer import Layer, known_map, layer_of
+from ._layer import Layer, layer_of
 from .errors import MissingExtra
 
 try:
     import torch
     from torch import nn
-    from torch.autograd.function import once_differentiable
 except ImportError as error:
     raise MissingExtra("lagrangian.torch needs PyTorch: pip install 'lagrangian[torch]'") from error
 
@@ -41,7 +38,7 @@ class Dynamics(nn.Module):
 
     Args:
         model: A layer, or a fitted model or estimator.
-        map: What it computes, see ``Layer.evaluate``: ``acceleration``, ``rates`` (which hnn and neural ODEs of first order have
+        map: What it computes, see ``Layer``: ``acceleration``, ``rates`` (which hnn and neural ODEs of first order have
             instead), ``force``, ``step`` or ``scalar``.
         h: The time of a step, s.
 
@@ -52,15 +49,19 @@ class Dynamics(nn.Module):
 
     def __init__(self, model: Layer | Model | Estimator, map: str = "acceleration", *, h: float = 0.0) -> None:
         super().__init__()
-        self.layer, self.map, self.h = layer_of(model), known_map(map), float(h)
+        self.layer, self.map, self.h = layer_of(model), map, float(h)
+        self.layer.function("torch", map)
         self.weights = nn.Parameter(torch.from_numpy(self.layer.parameters))
 
     def forward(self, q: torch.Tensor, v: torch.Tensor, u: torch.Tensor | None = None) -> torch.Tensor:
         """The value at states ``(…, n)``, which are broadcast against each other; u may be omitted."""
-        given = (q, v, torch.zeros_like(q) if u is None else u)
-        q, v, u = torch.broadcast_tensors(*given)
-        result: torch.Tensor = _Function.apply(self, self.weights, q, v, u)
-        return result
+        given = [q, v]
+        if self.map != "scalar":
+            given.append(torch.zeros_like(q) if u is None else u)
+        states = (x.to(self.weights.device, self.weights.dtype) for x in given)
+        options = {"h": self.h} if self.map == "step" else {}
+        value: torch.Tensor = self.layer.function("torch", self.map)(self.weights, *states, **options)
+        return value.to(q.device, q.dtype)
 
     @torch.no_grad()
     def project(self) -> None:
@@ -74,30 +75,5 @@ class Dynamics(nn.Module):
 
 
 def _array(tensor: torch.Tensor) -> Any:
-    """The numbers of a tensor: its own memory where it is contiguous, in double precision and on the CPU."""
-    return tensor.detach().to("cpu", torch.float64).contiguous().numpy()
-
-
-def _tensor(values: Any, like: torch.Tensor) -> torch.Tensor:
-    return torch.from_numpy(np.asarray(values)).to(like.device, like.dtype)
-
-
-class _Function(torch.autograd.Function):
-    @staticmethod
-    def forward(ctx: Any, module: Dynamics, *given: torch.Tensor) -> torch.Tensor:
-        weights, *states = map(_array, given)
-        ctx.module = module
-        ctx.save_for_backward(*given)
-        values = module.layer.evaluate(module.map, *states, parameters=weights, h=module.h)
-        return _tensor(values, given[1])
-
-    @staticmethod
-    @once_differentiable
-    def backward(ctx: Any, g: torch.Tensor) -> Any:
-        module, given = ctx.module, ctx.saved_tensors
-        weights, *states = map(_array, given)
-        pulled = module.layer.pull_back(
-            module.map, *states, g=_array(g), parameters=weights, h=module.h
-        )
-        slopes = (pulled.parameters, pulled.q, pulled.v, pulled.u)
-        return None, *(_tensor(x, like) for x, like in zip(slopes, given))
+    """The numbers of a tensor, in double precision and on the CPU."""
+    return tensor.detach().to("cpu", torch.float64).numpy()

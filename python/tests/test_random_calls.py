@@ -187,12 +187,14 @@ def ensemble(draw: Any) -> None:
 
 def layer(draw: Any) -> None:
     own = lg.Layer(models()[2])
-    name = draw(st.one_of(st.sampled_from(["acceleration", "rates", "force", "step", "scalar"]), WORD))
-    given = [draw(STATE) for _ in range(3)]
-    if draw(st.booleans()):
-        own.evaluate(name, *given, h=0.01, parameters=draw(st.one_of(st.none(), anything((len(own.parameters),)))))
-    else:
-        own.pull_back(name, draw(STATE), *given)
+    parameters = draw(anything((len(own.parameters),)))
+    match draw(st.integers(0, 2)):
+        case 0:
+            own.model(parameters)
+        case 1:
+            own.project(parameters)
+        case _:
+            own.function(draw(st.one_of(st.just("jax"), WORD)), draw(st.one_of(st.sampled_from(["force", "scalar"]), WORD)))
 
 
 def simulate(draw: Any) -> None:

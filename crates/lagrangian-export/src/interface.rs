@@ -299,13 +299,7 @@ impl Interface {
     /// [`Error::Name`] if the name is not a safe identifier in C; [`Error::Joints`], [`Error::Inputs`] if no model can have
     /// these sizes; [`Error::Start`] if the first state has another size or is not finite.
     pub fn check(&self) -> Result<(), Error> {
-        let (first, rest) = self.name.split_at_checked(1).unwrap_or_default();
-        let letter = first.starts_with(|c: char| c.is_ascii_alphabetic());
-        let word = rest.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
-        let plain = !self.name.contains("__") && !self.name.ends_with('_');
-        if !(letter && word && plain) || self.name.len() > LONGEST_NAME {
-            return Err(Error::Name(self.name.clone()));
-        }
+        check_name(&self.name)?;
         let joints = self.joints.len();
         if !(1..=MOST_JOINTS).contains(&joints) {
             return Err(Error::Joints(joints));
@@ -374,4 +368,16 @@ pub(crate) fn comment(text: &str) -> String {
         .replace("*/", "* /")
         .replace("/*", "/ *")
         .replace("??", "? ?")
+}
+
+/// Refuses a name that cannot begin the names of functions.
+pub(crate) fn check_name(name: &str) -> Result<(), Error> {
+    let (first, rest) = name.split_at_checked(1).unwrap_or_default();
+    let letter = first.starts_with(|c: char| c.is_ascii_alphabetic());
+    let word = rest.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+    let plain = !name.contains("__") && !name.ends_with('_');
+    match letter && word && plain && name.len() <= LONGEST_NAME {
+        true => Ok(()),
+        false => Err(Error::Name(name.into())),
+    }
 }

@@ -18,6 +18,7 @@
 //! # Ok::<(), lagrangian_export::Error>(())
 //! ```
 
+pub mod arrays;
 mod block;
 mod c;
 pub mod casadi;
@@ -32,6 +33,7 @@ mod tables;
 pub use c::Code;
 pub use interface::{Axis, Call, Drive, Interface, Joint, Quantity, Shape, Unit};
 
+use lagrangian::expression::Graph;
 use lagrangian::{Learned, Model as _};
 use support_files::SupportFiles;
 
@@ -144,22 +146,14 @@ impl Export {
 /// # Errors
 /// [`Error::Name`] for a name that is not an identifier of C; [`Error::Model`] for a model without expressions for its equations.
 pub fn export(model: &Learned, about: About<'_>) -> Result<Export, Error> {
-    let equations = model.equations()?;
+    let equations = model.equations(Graph::new())?;
     let coordinates = model.coordinates();
-    let joint = |coordinate: &lagrangian::Coordinate| Joint {
-        name: coordinate.name.clone(),
-        unit: if coordinate.unit == "rad" {
-            Unit::Radian
-        } else {
-            Unit::Metre
-        },
-    };
     let gains = model
         .actuation()
         .is_some_and(|actuation| !actuation.is_direct());
     let interface = Interface {
         name: about.name.into(),
-        joints: coordinates.0.iter().map(joint).collect(),
+        joints: joints(model),
         drive: if gains {
             Drive::Inputs(coordinates.dof())
         } else {
@@ -176,4 +170,17 @@ pub fn export(model: &Learned, about: About<'_>) -> Result<Export, Error> {
     interface.check()?;
     let code = c::code(model, &equations, &interface)?;
     Ok(Export { interface, code })
+}
+
+/// The joints of a model.
+fn joints(model: &Learned) -> Vec<Joint> {
+    let joint = |coordinate: &lagrangian::Coordinate| Joint {
+        name: coordinate.name.clone(),
+        unit: if coordinate.unit == "rad" {
+            Unit::Radian
+        } else {
+            Unit::Metre
+        },
+    };
+    model.coordinates().0.iter().map(joint).collect()
 }

@@ -65,6 +65,33 @@ pub(crate) fn write(
     Ok(text)
 }
 
+/// The function of a module on arrays that is compared, and its arguments and results at all states as a tuple of Python.
+pub(crate) fn arrays(model: &Learned) -> Result<[String; 2], Error> {
+    let n = model.coordinates().dof();
+    let states = states(model, n);
+    let mut evaluator = model.evaluator();
+    let (mut call, mut expected) = ("rates", Vec::new());
+    for State { q, qd, qdd } in &states {
+        let (mut dq, mut dv) = (qd.clone(), vec![0.0; n]);
+        let mut outcome = match evaluator.phase_flow() {
+            Some(phase) => phase.flow(q, qd, qdd, &mut dq, &mut dv),
+            None => evaluator.forward_dynamics(q, qd, qdd, &mut dv),
+        };
+        if outcome == Evaluation::Unsupported {
+            (call, dq) = ("force", Vec::new());
+            outcome = evaluator.inverse_dynamics(q, qd, qdd, &mut dv);
+        }
+        if !outcome.is_finite() {
+            return Err(Error::Undefined(call));
+        }
+        dq.extend(dv);
+        expected.push(dq);
+    }
+    let all = |f: fn(&State) -> &Vec<f64>| states.iter().map(f).collect::<Vec<_>>();
+    let (q, v, u) = (all(|s| &s.q), all(|s| &s.qd), all(|s| &s.qdd));
+    Ok([call.into(), format!("({q:?}, {v:?}, {u:?}, {expected:?})")])
+}
+
 /// The arguments of a function that is compared, and the count of its results.
 fn tested(interface: &Interface, call: Call) -> Option<(&'static str, usize)> {
     let n = interface.joints.len();

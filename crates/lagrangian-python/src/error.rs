@@ -59,6 +59,15 @@ pub(crate) struct Raised {
     pub(crate) message: String,
 }
 
+impl<T> OrRaise<T> for Result<T, lagrangian_export::Error> {
+    fn or_raise(self, py: Python<'_>) -> PyResult<T> {
+        self.map_err(|error| match error {
+            lagrangian_export::Error::Model(error) => exception(py, error),
+            error => invalid(py, error.to_string()),
+        })
+    }
+}
+
 /// An error about files or a run: the class is that of its cause.
 fn of_run(py: Python<'_>, error: &lagrangian_run::Error) -> PyErr {
     let mut message = error.to_string();

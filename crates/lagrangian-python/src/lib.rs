@@ -42,7 +42,7 @@ mod _lagrangian {
     #[pymodule_export]
     use super::fit::{fit, fit_samples};
     #[pymodule_export]
-    use super::layer::Layer;
+    use super::layer::{fresh, layer_source, weights, with_weights};
     #[pymodule_export]
     use super::measured::library_seconds;
     #[pymodule_export]

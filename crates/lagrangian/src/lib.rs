@@ -81,7 +81,6 @@
 mod dataset;
 pub mod ensemble;
 pub mod fit;
-pub mod layer;
 pub mod models;
 pub mod prepared;
 pub mod saved;

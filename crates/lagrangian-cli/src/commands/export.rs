@@ -1,4 +1,4 @@
-//! `lagrangian export`: a model as C, for controllers and for other tools.
+//! `lagrangian export`: a model as C, for controllers and for other tools, and as a module of Python for JAX and `PyTorch`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -6,6 +6,7 @@ use std::process::Command;
 
 use anyhow::Result;
 use lagrangian::{Learned, Model as _, SavedModel, counted};
+use lagrangian_export::arrays::{Library, module};
 use lagrangian_export::fmu::{Fmu, archive};
 use lagrangian_export::{About, Export, File, export};
 use lagrangian_run::{
@@ -33,50 +34,138 @@ pub(super) fn run(args: &ExportArgs, mode: OutputMode) -> Result<u8> {
         name: &name,
         hash: &hash,
     };
-    let export = export(&model, about).advise(
+    let made = Made::of(args, &model, about).advise(
         format!("cannot export '{}'", path.display()),
-        "--name gives the prefix of all names in C",
+        "--name gives the prefix of all names in C, and the name of a module of Python",
     )?;
-    let unit = args.fmu.as_ref().map(|file| unit(&export, file));
-    let unit = unit.transpose()?;
     drop(task);
-    let mut written = Vec::new();
-    if let (Some(file), Some(unit)) = (&args.fmu, &unit) {
-        write_bytes(file, existing, &unit.bytes)?;
-        written.push(file.clone());
-    }
-    if let Some(folder) = &args.c {
-        written.extend(write(&export, folder, args.fmu.as_deref(), existing)?);
-    }
-    let Export { interface, code } = &export;
-    let functions: Vec<&str> = interface.calls.iter().map(|call| call.name()).collect();
+    let written = made.write(args, existing)?;
+    let code = made.export.as_ref().map(|export| &export.code);
+    let stack = |number| code.map(|code| code.stack_bytes(number));
     let figures = json!({
         "command": "export",
         "model": path,
         "name": name,
         "sha256": hash,
-        "functions": functions,
-        "joints": interface.joints.len(),
-        "constants": code.constants,
-        "stack_bytes": { "double": code.stack_bytes(8), "float": code.stack_bytes(4) },
-        "compiled": unit.as_ref().map(|unit| unit.problem.is_none()),
+        "functions": made.functions(),
+        "joints": model.coordinates().dof(),
+        "constants": code.map(|code| code.constants),
+        "stack_bytes": { "double": stack(8), "float": stack(4) },
+        "weights": made.weights,
+        "compiled": made.unit.as_ref().map(|unit| unit.problem.is_none()),
         "files": written,
     });
-    if let Some(problem) = unit.and_then(|unit| unit.problem) {
+    if let Some(problem) = made.unit.as_ref().and_then(|unit| unit.problem.as_ref()) {
         note!(
             "note: the unit holds its sources alone, which its importer has to compile: {problem}"
         );
     }
-    mode.print(&figures, || as_text(&export, &written, &model))?;
+    mode.print(&figures, || made.as_text(&name, &written, &model))?;
     Ok(SUCCESS)
+}
+
+/// The names and the bytes of the files of a folder.
+type Files = Vec<(String, Vec<u8>)>;
+
+/// All that a model becomes.
+struct Made {
+    /// The C, where it is asked for.
+    export: Option<Export>,
+    unit: Option<Unit>,
+    folders: Vec<(PathBuf, Files)>,
+    /// Count of the weights of modules of Python.
+    weights: Option<usize>,
+}
+
+impl Made {
+    fn of(
+        args: &ExportArgs,
+        model: &Learned,
+        about: About<'_>,
+    ) -> Result<Self, lagrangian_export::Error> {
+        let export = (args.c.is_some() || args.fmu.is_some()).then(|| export(model, about));
+        let mut made = Self {
+            export: export.transpose()?,
+            unit: None,
+            folders: Vec::new(),
+            weights: None,
+        };
+        if let (Some(folder), Some(export)) = (&args.c, &made.export) {
+            let unit = args.fmu.as_ref().map(|path| path.display().to_string());
+            let files = export.files(unit.as_deref())?.into_iter();
+            let files = files.map(|file| (file.name, file.text.into_bytes()));
+            made.folders.push((folder.clone(), files.collect()));
+        }
+        if let (Some(_), Some(export)) = (&args.fmu, &made.export) {
+            made.unit = Some(unit(export)?);
+        }
+        for (folder, library) in [(&args.jax, Library::Jax), (&args.torch, Library::Torch)] {
+            if let Some(folder) = folder {
+                let module = module(model, library, about)?;
+                made.weights = Some(module.weights);
+                made.folders.push((folder.clone(), module.files.into()));
+            }
+        }
+        Ok(made)
+    }
+
+    /// Writes all files; returns their paths.
+    fn write(&self, args: &ExportArgs, existing: Existing) -> Result<Vec<PathBuf>> {
+        let mut written = Vec::new();
+        if let (Some(file), Some(unit)) = (&args.fmu, &self.unit) {
+            write_bytes(file, existing, &unit.bytes)?;
+            written.push(file.clone());
+        }
+        for (folder, files) in &self.folders {
+            written.extend(write(folder, files, existing)?);
+        }
+        Ok(written)
+    }
+
+    /// The names of the functions in C.
+    fn functions(&self) -> Option<Vec<&'static str>> {
+        let calls = &self.export.as_ref()?.interface.calls;
+        Some(calls.iter().map(|call| call.name()).collect())
+    }
+
+    fn as_text(&self, name: &str, written: &[PathBuf], model: &Learned) -> String {
+        let mut text = format!("{name}: {}", counted(model.coordinates().dof(), "joint"));
+        if let Some(Export { interface, code }) = &self.export {
+            text += &format!(
+                ", {} functions, {} constants, at most {:.1} kB of stack",
+                interface.calls.len() + 1,
+                code.constants,
+                code.stack_bytes(8) as f64 / 1000.0,
+            );
+        }
+        if let Some(count) = self.weights {
+            text += &format!(", {}", counted(count, "weight"));
+        }
+        text += "\n";
+        for path in written {
+            text += &format!("  {}\n", path.display());
+        }
+        if self.export.is_some() && model.visited().is_none() {
+            text += "note: the model does not know the states of its data (it was saved by an older version): the C cannot tell when it is outside of them\n";
+        }
+        text
+    }
 }
 
 /// Refuses files that cannot be written, before any work is done for them.
 fn check(args: &ExportArgs, model: &Path, existing: Existing) -> Result<()> {
-    if args.c.is_none() && args.fmu.is_none() {
+    let folders = [&args.c, &args.jax, &args.torch].map(Option::as_deref);
+    if folders.iter().all(Option::is_none) && args.fmu.is_none() {
         return Err(mistake(
             "what should the model become?",
-            "give --c FOLDER for C99 (with CasADi and Rust), --fmu FILE for a functional mock-up unit, or both",
+            "give --c FOLDER for C99 (with CasADi and Rust), --fmu FILE for a functional mock-up unit, --jax FOLDER or --torch FOLDER for a module \
+             of Python, or several of them",
+        ));
+    }
+    if args.jax.is_some() && args.jax == args.torch {
+        return Err(mistake(
+            "--jax and --torch name the same folder",
+            "give each a folder of its own: the modules have the same name",
         ));
     }
     if let Some(version) = (args.fmi.as_deref()).filter(|version| !["2", "2.0"].contains(version)) {
@@ -85,11 +174,8 @@ fn check(args: &ExportArgs, model: &Path, existing: Existing) -> Result<()> {
             "omit --fmi: importing programs read FMI 2.0, among them Simulink, Dymola, OpenModelica, SimulationX and FMPy",
         ));
     }
-    if let Some(folder) = args
-        .c
-        .as_ref()
-        .filter(|folder| folder.exists() && !folder.is_dir())
-    {
+    let mut folders = folders.into_iter().flatten();
+    if let Some(folder) = folders.find(|folder| folder.exists() && !folder.is_dir()) {
         return Err(mistake(
             format!("cannot write to '{}': it is a file", folder.display()),
             "name a folder",
@@ -102,22 +188,13 @@ fn check(args: &ExportArgs, model: &Path, existing: Existing) -> Result<()> {
     Ok(())
 }
 
-/// Writes the folder of a controller; returns its files.
-fn write(
-    export: &Export,
-    folder: &Path,
-    unit: Option<&Path>,
-    existing: Existing,
-) -> Result<Vec<PathBuf>> {
-    let unit = unit.map(|path| path.display().to_string());
-    let files = export
-        .files(unit.as_deref())
-        .advise("cannot export", "--name gives the prefix of all names in C")?;
-    let mut paths = files.iter().map(|file| folder.join(&file.name));
+/// Writes files into a folder; returns their paths.
+fn write(folder: &Path, files: &Files, existing: Existing) -> Result<Vec<PathBuf>> {
+    let mut paths = files.iter().map(|(name, _)| folder.join(name));
     if let Some(path) = paths.find(|path| existing == Existing::Keep && path.exists()) {
         return Err(mistake(
             format!("'{}' exists already", path.display()),
-            "give another --c, or --force to replace what an export writes",
+            "give another --c, --jax or --torch, or --force to replace what an export writes",
         ));
     }
     fs::create_dir_all(folder).advise(
@@ -125,9 +202,9 @@ fn write(
         "check that its parent is a folder and can be written to",
     )?;
     let mut written = Vec::new();
-    for file in &files {
-        let path = folder.join(&file.name);
-        write_bytes(&path, existing, file.text.as_bytes())?;
+    for (name, bytes) in files {
+        let path = folder.join(name);
+        write_bytes(&path, existing, bytes)?;
         written.push(path);
     }
     Ok(written)
@@ -139,21 +216,15 @@ struct Unit {
     problem: Option<String>,
 }
 
-fn unit(export: &Export, file: &Path) -> Result<Unit> {
+fn unit(export: &Export) -> Result<Unit, lagrangian_export::Error> {
     let sources = [export.code.header.clone(), export.code.source.clone()];
     let fmu = Fmu {
         interface: &export.interface,
         sources: &sources,
     };
-    let hint = "export it with --c alone";
-    let shown = format!("cannot make '{}'", file.display());
-    let library = library(
-        &fmu.files(true).advise(&shown, hint)?,
-        &export.interface.name,
-    );
-    let bytes = archive(&fmu, library.as_deref().ok()).advise(&shown, hint)?;
+    let library = library(&fmu.files(true)?, &export.interface.name);
     Ok(Unit {
-        bytes,
+        bytes: archive(&fmu, library.as_deref().ok())?,
         problem: library.err(),
     })
 }
@@ -186,25 +257,6 @@ fn library(files: &[File], name: &str) -> Result<Vec<u8>, String> {
         Ok(Ok(fs::read(folder.path().join(out))?))
     };
     compile().unwrap_or_else(|error| Err(format!("no C compiler could be run (`cc`: {error})")))
-}
-
-fn as_text(export: &Export, written: &[PathBuf], model: &Learned) -> String {
-    let Export { interface, code } = export;
-    let mut text = format!(
-        "{}: {}, {} functions, {} constants, at most {:.1} kB of stack\n",
-        interface.name,
-        counted(interface.joints.len(), "joint"),
-        interface.calls.len() + 1,
-        code.constants,
-        code.stack_bytes(8) as f64 / 1000.0,
-    );
-    for path in written {
-        text += &format!("  {}\n", path.display());
-    }
-    if model.visited().is_none() {
-        text += "note: the model does not know the states of its data (it was saved by an older version): the C cannot tell when it is outside of them\n";
-    }
-    text
 }
 
 /// A prefix in C from the name of the file, or of its run where all files have one name.

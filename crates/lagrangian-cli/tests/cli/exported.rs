@@ -71,6 +71,7 @@ fn a_model_becomes_c_that_compiles_and_two_models_make_one_program() {
 fn what_cannot_be_exported_is_refused_and_nothing_is_lost() {
     let bench = with_model();
     bench.succeed("export run --c out --name arm");
+    bench.succeed("export run --jax out-jax --name arm");
     let before = bench.read("out/arm.c");
     for (line, words) in [
         ("export run", "--c FOLDER"),
@@ -88,6 +89,10 @@ fn what_cannot_be_exported_is_refused_and_nothing_is_lost() {
             "Simulink, Dymola, OpenModelica",
         ),
         ("export run --fmu other.fmu --fmi 3", "FMI 2.0"),
+        ("export run --jax other --torch other", "folder of its own"),
+        ("export run --jax arm.csv", "folder"),
+        ("export run --torch other --name été", "letter"),
+        ("export run --jax out-jax --name arm", "another --c, --jax"),
     ] {
         let message = bench.refuse(line);
         assert!(message.contains(words), "{line}: {message}");
@@ -99,4 +104,25 @@ fn what_cannot_be_exported_is_refused_and_nothing_is_lost() {
     bench.run("fit pendulum.csv --model neural-ode --order first --steps 5 --width 16 --out flow");
     let message = bench.refuse("export flow --c other");
     assert!(message.contains("no equations"), "{message}");
+    bench.succeed("export flow --jax other");
+}
+
+#[test]
+fn a_model_becomes_modules_of_python_with_its_weights_beside_them() {
+    let bench = with_model();
+    let shown = bench.succeed("export run --jax jax --torch torch --name arm");
+    assert!(shown.stdout.contains("arm: 2 joints, "), "{}", shown.stdout);
+    let figures = bench
+        .succeed("export run --c both --jax both --json")
+        .json();
+    let weights = figures["weights"].as_u64().unwrap() as usize;
+    let array = bench.read("jax/arm_weights.npy");
+    assert!(array.starts_with(b"\x93NUMPY\x01\x00") && array.len() == 128 + 8 * weights);
+    assert_eq!(array, bench.read("torch/arm_weights.npy"));
+    assert_eq!(array, bench.read("both/run_weights.npy"));
+    for (file, library) in [("jax/arm.py", "jax.numpy"), ("torch/arm.py", "torch")] {
+        let text = String::from_utf8(bench.read(file)).unwrap();
+        assert!(text.starts_with("\"\"\"arm: ") && text.contains("def acceleration("));
+        assert!(text.contains(&format!("import {library} as xp")), "{file}");
+    }
 }

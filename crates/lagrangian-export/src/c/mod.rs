@@ -9,7 +9,7 @@ mod plain;
 use std::fmt::Write as _;
 
 use lagrangian::Learned;
-use lagrangian::expression::{Equations, Graph, Plain};
+use lagrangian::expression::{self, Equations, Graph, Plain};
 
 use crate::block::{Output, Printer};
 use crate::interface::{Call, Interface, Quantity};
@@ -84,6 +84,7 @@ pub(crate) fn code(
         Equations::Mechanics(mechanics) => writer.mechanics(mechanics),
         Equations::Hamiltonian(hamiltonian) => writer.hamiltonian(hamiltonian),
         Equations::Plain(plain) => writer.plain(plain),
+        Equations::Flow(_) => return Err(expression::without("a plain flow in C").into()),
     }
     writer.distance();
     let n = interface.joints.len();

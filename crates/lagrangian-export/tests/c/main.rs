@@ -210,11 +210,11 @@ fn compare_slopes(
     name: &str,
 ) {
     let n = interface.joints.len();
-    let equations = model.equations().unwrap();
+    let equations = model.equations(Graph::new()).unwrap();
     let (graph, along) = match &equations {
         Equations::Mechanics(of) => (&of.graph, of.needed_along),
         Equations::Plain(of) => (&of.graph, of.along),
-        Equations::Hamiltonian(_) => return,
+        Equations::Hamiltonian(_) | Equations::Flow(_) => return,
     };
     for (state, answer) in states.chunks_exact(4 * n).zip(built.run(interface, states)) {
         let of = |call: Call| {

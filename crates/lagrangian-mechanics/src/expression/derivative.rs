@@ -64,7 +64,7 @@ impl<'g> Value<'g> {
         let value = |id: Id| graph.value(id);
         let mut whole = |id: Id, part: Self| give(value(id), Part::Whole(part));
         match graph.operation(self.id) {
-            Operation::Input(_) | Operation::Constant(_) => {}
+            Operation::Input(_) | Operation::Constant(_) | Operation::Weights(_) => {}
             Operation::Add(a, b) => {
                 whole(a, adjoint);
                 whole(b, adjoint);
@@ -168,7 +168,7 @@ impl Graph {
     fn again<'g>(&'g self, id: Id, others: &HashMap<Id, Value<'g>>) -> Value<'g> {
         let own = |id: Id| others[&id];
         let found = match self.operation(id) {
-            Operation::Input(_) | Operation::Constant(_) => self.value(id),
+            Operation::Input(_) | Operation::Constant(_) | Operation::Weights(_) => self.value(id),
             Operation::Add(a, b) => own(a) + own(b),
             Operation::Subtract(a, b) => own(a) - own(b),
             Operation::Multiply(a, b) => own(a) * own(b),
@@ -207,7 +207,7 @@ impl<'g> Value<'g> {
             return None;
         }
         let found = match operation {
-            Operation::Input(_) | Operation::Constant(_) => return None,
+            Operation::Input(_) | Operation::Constant(_) | Operation::Weights(_) => return None,
             Operation::Add(a, b) => or_zero(a) + or_zero(b),
             Operation::Subtract(a, b) => or_zero(a) - or_zero(b),
             Operation::Multiply(a, b) => or_zero(a) * value(b) + value(a) * or_zero(b),

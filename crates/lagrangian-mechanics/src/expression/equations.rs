@@ -32,6 +32,21 @@ pub enum Equations {
     Hamiltonian(Hamiltonian),
     /// Equations of a plain network.
     Plain(Plain),
+    /// Equations of first order, in (q, v) with any v.
+    Flow(Flow),
+}
+
+impl Equations {
+    /// The graph of all expressions.
+    #[must_use]
+    pub fn graph(&self) -> &Graph {
+        match self {
+            Self::Mechanics(own) => &own.graph,
+            Self::Hamiltonian(own) => &own.graph,
+            Self::Plain(own) => &own.graph,
+            Self::Flow(own) => &own.graph,
+        }
+    }
 }
 
 /// A state and its acceleration, as inputs of a graph.
@@ -126,16 +141,10 @@ impl Mechanics {
     ///
     /// # Errors
     /// [`Error::Setting`] for a Lagrangian without expressions.
-    pub fn of(lagrangian: &dyn Lagrangian, applied: &Applied<'_>) -> Result<Self> {
-        if applied
-            .dissipation
-            .is_some_and(|friction| friction.directional.is_some())
-        {
-            return Err(without("friction by the direction of the power"));
-        }
+    pub fn of(graph: Graph, lagrangian: &dyn Lagrangian, applied: &Applied<'_>) -> Result<Self> {
+        check(applied)?;
         let coordinates = lagrangian.coordinates();
         let n = coordinates.dof();
-        let graph = Graph::new();
         let at = Moving::of(&graph, n);
         let (tau, direction) = (graph.input(input::TAU, n), graph.input(input::DIRECTION, n));
         let terms = lagrangian
@@ -206,12 +215,12 @@ impl Hamiltonian {
     /// # Errors
     /// An error for a force without an expression.
     pub fn of(
+        graph: Graph,
         n: usize,
         applied: &Applied<'_>,
         write: impl for<'g> Fn(Value<'g>, Value<'g>) -> Value<'g>,
     ) -> Result<Self> {
         check(applied)?;
-        let graph = Graph::new();
         let of = |name| graph.input(name, n);
         let (q, p, qd, direction) = (
             of(input::Q),
@@ -263,11 +272,12 @@ pub struct Plain {
 impl Plain {
     /// Equations of a network that `write` writes as an expression of q, q̇ and the third input.
     pub fn of(
+        graph: Graph,
         coordinates: &Coordinates,
         inverse: bool,
         write: impl for<'g> Fn(&Moving<'g>) -> Value<'g>,
     ) -> Self {
-        let (graph, n) = (Graph::new(), coordinates.dof());
+        let n = coordinates.dof();
         let third = graph.input(if inverse { input::QDD } else { input::TAU }, n);
         let at = Moving {
             qdd: third,
@@ -283,6 +293,38 @@ impl Plain {
             along,
             graph,
         }
+    }
+}
+
+/// Equations of first order: q̇ and v̇ of (q, v, τ), where v need not be the velocity.
+#[derive(Debug)]
+pub struct Flow {
+    /// The graph of both expressions.
+    pub graph: Graph,
+    /// Numbers of q̇ and v̇ of the inputs q, q̇ and τ, `[n]` each.
+    pub rates: [Id; 2],
+}
+
+impl Flow {
+    /// Equations under these forces, whose q̇ and v̇ without forces `write` writes as expressions of (q, v, τ).
+    ///
+    /// # Errors
+    /// An error for a force without an expression.
+    pub fn of(
+        graph: Graph,
+        coordinates: &Coordinates,
+        applied: Option<&Applied<'_>>,
+        write: impl for<'g> Fn([Value<'g>; 3]) -> [Value<'g>; 2],
+    ) -> Result<Self> {
+        let n = coordinates.dof();
+        let at = [input::Q, input::QD, input::TAU].map(|name| graph.input(name, n));
+        let [velocity, mut rate] = write(at);
+        if let Some(applied) = applied {
+            check(applied)?;
+            rate = rate + applied.exerted_by(velocity, at[2]);
+        }
+        let rates = [velocity, rate].map(|rate| plain(hold(coordinates, rate)));
+        Ok(Self { graph, rates })
     }
 }
 
@@ -334,6 +376,7 @@ impl<'g> Value<'g> {
 ///
 /// # Errors
 /// An error where the Lagrangian or a force has no expression.
-pub fn of(lagrangian: &dyn Lagrangian, applied: &Applied<'_>) -> Result<Equations> {
-    Ok(Equations::Mechanics(Mechanics::of(lagrangian, applied)?))
+pub fn of(graph: Graph, lagrangian: &dyn Lagrangian, applied: &Applied<'_>) -> Result<Equations> {
+    let mechanics = Mechanics::of(graph, lagrangian, applied)?;
+    Ok(Equations::Mechanics(mechanics))
 }

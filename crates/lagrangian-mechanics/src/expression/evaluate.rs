@@ -54,6 +54,10 @@ impl Graph {
         match operation {
             Operation::Input(_) => Vec::new(),
             Operation::Constant(bits) => bits.iter().map(|x| f64::from_bits(*x)).collect(),
+            Operation::Weights(first) => {
+                let all = self.spans().into_iter().flat_map(|span| span.values);
+                all.skip(*first).take(length).collect()
+            }
             Operation::Add(a, b) => each(&|i| at(a, i) + at(b, i)),
             Operation::Subtract(a, b) => each(&|i| at(a, i) - at(b, i)),
             Operation::Multiply(a, b) => each(&|i| at(a, i) * at(b, i)),

@@ -100,6 +100,7 @@ impl Function {
             return x.map(self);
         };
         match activation {
+            Activation::Softplus if x.graph().keeps_weights() => smooth_softplus(x, order),
             Activation::Softplus => softplus(x, order),
             Activation::Tanh => tanh(x, order),
             Activation::XTanh => x_tanh(x, order),
@@ -123,6 +124,19 @@ fn softplus(x: Value<'_>, order: u8) -> Value<'_> {
         1 => logistic(),
         2 => e * r * r,
         _ => e * r * r * (x.choose(-one, one) * (one - e) * r),
+    }
+}
+
+/// Derivatives of log(1 + eˣ) by itself and the first, for those who differentiate once more: |x| has no derivative at 0.
+fn smooth_softplus(x: Value<'_>, order: u8) -> Value<'_> {
+    fn logistic(x: Value<'_>) -> Value<'_> {
+        x.map(Function::Activation(Activation::Softplus, 1))
+    }
+    match order {
+        0 => x.map(Function::Activation(Activation::Softplus, 0)),
+        1 => logistic(x),
+        2 => logistic(x) * logistic(-x),
+        _ => logistic(x) * logistic(-x) * (logistic(-x) - logistic(x)),
     }
 }
 

@@ -25,16 +25,18 @@ mod function;
 mod network;
 mod operators;
 mod visited;
+mod weights;
 
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::fmt;
 use std::rc::Rc;
 
-pub use equations::{Equations, Expressed, Hamiltonian, Mechanics, Moving, Plain, input};
+pub use equations::{Equations, Expressed, Flow, Hamiltonian, Mechanics, Moving, Plain, input};
 pub use equations::{of, without};
 pub use function::Function;
 pub use network::network;
+pub use weights::{Span, Weights};
 
 /// The number of a vector in its graph.
 pub type Id = usize;
@@ -46,6 +48,8 @@ pub enum Operation {
     Input(&'static str),
     /// Numbers, by their bits.
     Constant(Rc<[u64]>),
+    /// Numbers of the vector of weights from this index on, of a [graph that keeps them](Graph::of_weights).
+    Weights(usize),
     /// a + b.
     Add(Id, Id),
     /// a − b.
@@ -82,7 +86,7 @@ impl Operation {
     #[must_use]
     pub fn operands(&self) -> Vec<Id> {
         match self {
-            Self::Input(_) | Self::Constant(_) => Vec::new(),
+            Self::Input(_) | Self::Constant(_) | Self::Weights(_) => Vec::new(),
             Self::Add(a, b) | Self::Subtract(a, b) | Self::Multiply(a, b) | Self::Divide(a, b) => {
                 vec![*a, *b]
             }
@@ -109,7 +113,7 @@ impl Operation {
     }
 }
 
-/// A matrix of constants.
+/// A matrix of constants or weights.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Matrix {
     /// The number of rows.
@@ -118,6 +122,10 @@ pub struct Matrix {
     pub columns: usize,
     /// Values, row by row.
     pub values: Vec<f64>,
+    /// The vector of its weights, in a graph that keeps them.
+    pub weights: Option<Id>,
+    /// Whether it is the pseudo-inverse of the matrix of these weights.
+    pub inverted: bool,
 }
 
 #[derive(Debug)]
@@ -132,6 +140,8 @@ pub struct Graph {
     nodes: RefCell<Vec<Node>>,
     known: RefCell<HashMap<Operation, Vec<Id>>>,
     matrices: RefCell<Vec<Matrix>>,
+    /// The spans of the vector of weights; `None` where weights are constants.
+    spans: Option<RefCell<Vec<Span>>>,
 }
 
 impl fmt::Debug for Graph {
@@ -218,6 +228,8 @@ impl Graph {
             rows,
             columns,
             values: values.to_vec(),
+            weights: None,
+            inverted: false,
         });
         matrices.len() - 1
     }
@@ -444,21 +456,18 @@ impl<'g> Value<'g> {
     }
 
     fn product(self, matrix: usize, transposed: bool) -> Self {
-        let (rows, columns) = {
-            let matrix = &self.graph.matrices.borrow()[matrix];
-            (matrix.rows, matrix.columns)
-        };
+        let own = self.graph.matrix_of(matrix);
         let (length, width) = match transposed {
-            false => (rows, columns),
-            true => (columns, rows),
+            false => (own.rows, own.columns),
+            true => (own.columns, own.rows),
         };
         assert_eq!(self.len(), width, "a matrix times a vector of its width");
         if self.is(0.0) {
             return self.graph.constant(&vec![0.0; length]);
         }
-        if length == 1 || width == 1 {
-            let values = self.graph.matrices.borrow()[matrix].values.clone();
-            let products = self * self.graph.constant(&values);
+        if (length == 1 || width == 1) && !own.inverted {
+            let numbers = own.weights.map(|id| self.graph.value(id));
+            let products = self * numbers.unwrap_or_else(|| self.graph.constant(&own.values));
             return if length == 1 {
                 products.sum()
             } else {

@@ -9,20 +9,25 @@ use lagrangian_motion::Coordinates;
 /// Outputs of a network with these parameters at features `x` and velocities `v`.
 pub fn network<'g>(net: &Net, parameters: &[f64], x: Value<'g>, v: Option<Value<'g>>) -> Value<'g> {
     let graph = x.graph();
+    let weights = graph.weights("parameters", parameters);
     let mut outputs: Vec<Value<'g>> = Vec::with_capacity(net.layers.len());
     for layer in &net.layers {
         let z = match &layer.kind {
             Kind::Dense { inputs, bias } => {
-                let zeros = vec![0.0; layer.width];
-                let biases = bias.map_or(&zeros[..], |at| &parameters[at..at + layer.width]);
-                let mut z = graph.constant(biases);
+                let mut z = match bias {
+                    Some(at) => weights.vector(*at..at + layer.width),
+                    None => graph.constant(&vec![0.0; layer.width]),
+                };
                 for input in inputs.iter().filter(|input| input.width > 0) {
                     let source = match input.source {
                         Source::Features => x,
                         Source::Layer(l) => outputs[l],
                     };
-                    let weights = &parameters[input.at..][..layer.width * input.width];
-                    let matrix = graph.matrix(layer.width, input.width, weights);
+                    if input.non_negative {
+                        let own = input.at..input.at + layer.width * input.width;
+                        let _ = weights.bounded(own, [0.0, f64::INFINITY]);
+                    }
+                    let matrix = weights.matrix(input.at, layer.width, input.width);
                     z = z + source.times_matrix(matrix);
                 }
                 z

@@ -3,11 +3,13 @@
 mod allowed;
 mod choice;
 mod forward;
+mod fresh;
 mod selection;
 mod settings;
 mod stepper;
 
 pub use choice::ResolvedConfig;
+pub use fresh::fresh;
 pub use selection::{Selection, select};
 pub use settings::{DampingName, OptimizerName, ROLLOUT_SETTINGS, SETTINGS, TrainingSettings};
 pub use stepper::{StepLoss, Stepper};

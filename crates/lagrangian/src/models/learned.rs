@@ -7,20 +7,18 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::FAMILIES;
-use super::family::Training;
 use super::named::{Named, Parameter};
-use super::setup::Setup;
 use crate::saved::WEIGHTS;
 use crate::saved::{self, Header, Provenance, SavedModel, Tensor};
 use crate::train::FittedForces;
 use lagrangian_mechanics::Visited;
 use lagrangian_mechanics::dynamics::{Driven, EulerLagrange, Evaluator, Mechanical, Model};
-use lagrangian_mechanics::expression::{self, Equations};
+use lagrangian_mechanics::expression::{self, Equations, Graph};
 use lagrangian_mechanics::forces::{Actuation, Applied, Dissipation};
 use lagrangian_mechanics::hamiltonian::Hamiltonian;
 use lagrangian_mechanics::lagrangian::{Lagrangian, Sum};
 use lagrangian_mechanics::rigid::{RigidBodies, RobotShape};
-use lagrangian_motion::{Coordinates, Error, Result};
+use lagrangian_motion::{Coordinates, Result};
 
 /// A fitted model of any family, with the states that its data visited.
 #[derive(Debug, Clone)]
@@ -88,22 +86,11 @@ pub trait FittedModel: Model + Any + Debug {
         None
     }
 
-    /// The model in training again, and its parameters.
-    ///
-    /// # Errors
-    /// [`crate::Error::Setting`] for a model that is not trained step by step.
-    fn in_training(&self) -> Result<(Training, Vec<f64>)> {
-        Err(not_trained(&format!(
-            "a model of the family {}",
-            self.description().family
-        )))
-    }
-
-    /// The equations of the model as expressions.
+    /// The equations of the model as expressions of a graph.
     ///
     /// # Errors
     /// [`crate::Error::Setting`] for a model whose equations cannot be written down.
-    fn equations(&self) -> Result<Equations> {
+    fn equations(&self, graph: Graph) -> Result<Equations> {
         let lagrangian = self.lagrangian().ok_or_else(|| {
             expression::without(&format!(
                 "a model of the family {}",
@@ -115,6 +102,7 @@ pub trait FittedModel: Model + Any + Debug {
             actuation,
         } = self.forces();
         expression::of(
+            graph,
             lagrangian,
             &Applied {
                 dissipation,
@@ -131,14 +119,6 @@ impl Clone for Box<dyn FittedModel> {
     fn clone(&self) -> Self {
         (**self).boxed()
     }
-}
-
-/// The error for a model that is not trained step by step.
-pub(crate) fn not_trained(what: &str) -> Error {
-    Error::setting(
-        format!("{what} has no weights that a gradient step could change"),
-        "take lnn, delan, vin, hnn, mlp or neural-ode, without a nominal robot and without a limit of speed",
-    )
 }
 
 /// The description of a fitted model.
@@ -244,18 +224,6 @@ pub trait LearnedLagrangian: Lagrangian + Any + Debug {
         None
     }
 
-    /// The Lagrangian in training again with this setup, and its weights.
-    ///
-    /// # Errors
-    /// As [`FittedModel::in_training`].
-    fn in_training(&self, setup: Setup) -> Result<(Training, Vec<f64>)> {
-        let _ = setup;
-        Err(not_trained(&format!(
-            "a model of the family {}",
-            self.description().family
-        )))
-    }
-
     /// A copy on the heap.
     fn boxed(&self) -> Box<dyn LearnedLagrangian>;
 }
@@ -296,14 +264,6 @@ impl<L: LearnedLagrangian + Clone> FittedModel for Mechanical<L> {
     fn boxed_motion(&self) -> Option<Mechanical<Box<dyn LearnedLagrangian>>> {
         let heap = |lagrangian: L| Ok(LearnedLagrangian::boxed(&lagrangian));
         self.clone().with(heap).ok()
-    }
-
-    fn in_training(&self) -> Result<(Training, Vec<f64>)> {
-        let (n, rotors) = (self.coordinates().dof(), self.lagrangian.rotors());
-        let (setup, extra) = Setup::again((n, 1), FittedForces::of(self), rotors);
-        let (training, mut parameters) = self.lagrangian.in_training(setup)?;
-        parameters.extend(extra);
-        Ok((training, parameters))
     }
 
     fn boxed(&self) -> Box<dyn FittedModel> {
@@ -348,10 +308,6 @@ impl FittedModel for Mechanical<WithNominal> {
     fn within(&self, visited: &Visited) -> Option<Box<dyn FittedModel>> {
         let within = |sum: WithNominal| Ok(sum.within(visited.clone()));
         Some(Box::new(self.clone().with(within).ok()?))
-    }
-
-    fn in_training(&self) -> Result<(Training, Vec<f64>)> {
-        Err(not_trained("a model with a nominal robot"))
     }
 
     fn boxed(&self) -> Box<dyn FittedModel> {
@@ -450,23 +406,18 @@ impl Learned {
         self.model.lagrangian()
     }
 
-    /// The equations of the model as expressions, for code generators.
+    /// The equations of the model as expressions of a graph, for code generators.
     ///
     /// # Errors
     /// [`crate::Error::Setting`] for a model whose equations cannot be written down.
-    pub fn equations(&self) -> Result<Equations> {
-        self.model.equations()
+    pub fn equations(&self, graph: Graph) -> Result<Equations> {
+        self.model.equations(graph)
     }
 
     /// The Hamiltonian, where the model moves by one in (q, p).
     #[must_use]
     pub fn hamiltonian(&self) -> Option<&dyn Hamiltonian> {
         self.model.hamiltonian()
-    }
-
-    /// The model in training again, and its parameters.
-    pub(crate) fn in_training(&self) -> Result<(Training, Vec<f64>)> {
-        self.model.in_training()
     }
 
     /// The friction, where it exists.

@@ -26,6 +26,7 @@ mod setup;
 #[cfg(test)]
 mod tests;
 pub(crate) mod vin;
+mod weights;
 
 pub use crate::dataset::Momenta;
 pub use crate::train::FittedForces;
@@ -37,7 +38,6 @@ pub use family::{
 pub(crate) use family::{Residuals, Trainable};
 pub use features::{FeatureLagrangian, FeaturesConfig};
 pub use hnn::{Hnn, HnnConfig, HnnStructure};
-pub(crate) use learned::not_trained;
 pub use learned::{Description, FittedModel, Learned, LearnedLagrangian, Stored};
 pub use lnn::{Form, Lnn, LnnConfig};
 pub use mlp::{Direction, Mlp, MlpConfig, MlpScaling};

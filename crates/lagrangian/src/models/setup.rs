@@ -5,7 +5,6 @@ use std::borrow::Cow;
 use super::family::Residuals;
 use super::learned::{Learned, LearnedLagrangian};
 use crate::dataset::Dataset;
-use crate::train::FittedForces;
 use crate::train::{
     CHORDS, ForceTerms, Forces, Loss, MAX_DOF, PositionsLearner, TrainingTask, remainder,
 };
@@ -16,7 +15,7 @@ use lagrangian_motion::{Error, Result};
 
 /// The part of a fit that does not depend on the network.
 #[derive(Debug, Clone)]
-pub struct Setup {
+pub(crate) struct Setup {
     /// The loss; under the rollout loss, that of the warm start.
     pub(crate) loss: Loss,
     /// The weight of each residual of a sample, `[m]`.
@@ -57,25 +56,6 @@ impl Setup {
             nominal,
         };
         Ok((setup, dataset))
-    }
-
-    /// The setup of a fitted model of `n` coordinates with these forces and rotors, each of whose coordinates has `rates`
-    /// rates, for evaluations without data; and the parameters of its forces.
-    pub(crate) fn again(
-        (n, rates): (usize, usize),
-        fitted: FittedForces<'_>,
-        rotors: &[f64],
-    ) -> (Self, Vec<f64>) {
-        let (terms, forces, parameters) = Forces::again(n, fitted, rotors);
-        let setup = Self {
-            loss: Loss::ACCELERATION,
-            weights: vec![1.0; rates * n],
-            ones: vec![1.0; 2 * MAX_DOF],
-            terms,
-            forces,
-            nominal: None,
-        };
-        (setup, parameters)
     }
 
     /// The loss for such residuals, and their weights.

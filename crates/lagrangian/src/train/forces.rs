@@ -3,9 +3,10 @@
 //! The balance that is trained is M q̈ + c + d(q̇, B u − o) + o + J q̈ = B u. The contribution of a term to the left side depends on
 //! a few parameters of its own coordinate; their slopes join the Jacobian beside those of the network.
 
-mod again;
-pub use again::FittedForces;
+mod fitted;
 mod geared;
+
+pub use fitted::FittedForces;
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;

@@ -299,24 +299,6 @@ pub(crate) trait Learner<T: Real>: Send + Sync {
         let _ = (packed, extra, work);
         slopes.fill(f64::NAN);
     }
-    /// Writes ∂S/∂τ `[samples, k, n]` at fixed states and at the accelerations of [`Linearisation::along`], after
-    /// [`Learner::state_slopes`]; NaN for a learner that is not a flow.
-    fn input_slopes(&self, extra: &[f64], work: &Work<T>, slopes: &mut [f64]) {
-        let _ = (extra, work);
-        slopes.fill(f64::NAN);
-    }
-    /// Adds ∂(Σ w L)/∂parameters to `gradient` (the network's part) for the weights w `[samples]` of the samples of the
-    /// block, L or H of its states in J; `false` for a model without such a scalar.
-    fn pull_back_scalar(
-        &self,
-        packed: &Packed<T>,
-        work: &mut Work<T>,
-        weights: &[f64],
-        gradient: &mut Gradient<T>,
-    ) -> bool {
-        let _ = (packed, work, weights, gradient);
-        false
-    }
 }
 
 impl<'a, T: Real> dyn Learner<T> + 'a {
@@ -410,26 +392,6 @@ impl<T: Real> Work<T> {
             let tau = &self.states.tau[s * n..(s + 1) * n];
             let slope = forces.velocity_slope(parameters, i, self.states.qd[s * n + i], tau);
             slopes[i * 2 * n + n + i] += slope / energy;
-        }
-    }
-
-    /// Writes the slopes of the forces of sample `s` over its inputs, `[n, n]`, in units of `energy`.
-    pub(crate) fn write_input_slopes(
-        &self,
-        forces: &Forces,
-        parameters: &[f64],
-        (s, energy): (usize, f64),
-        slopes: &mut [f64],
-    ) {
-        let n = self.mechanics.jet.n();
-        for (at, slope) in slopes.iter_mut().enumerate() {
-            let (i, j) = (at / n, at % n);
-            let drive = Drive {
-                qd: self.states.qd[s * n + i],
-                qdd: 0.0,
-                tau: &self.states.tau[s * n..][..n],
-            };
-            *slope = forces.input_slope(parameters, (i, j), &drive) / energy;
         }
     }
 }

@@ -1,5 +1,6 @@
 //! A deep Lagrangian network as an expression.
 
+use super::family::ROTORS;
 use super::{Delan, factor};
 use lagrangian_mechanics::expression::{Function, Value, network};
 use nets::Activation;
@@ -29,7 +30,10 @@ impl Delan {
         l = l * number(scaling.energy);
         match shape.rotors.is_empty() {
             true => l,
-            false => l + (graph.constant(&shape.rotors) * qd).dot(qd) * number(0.5),
+            false => {
+                let rotors = graph.weights(ROTORS, &shape.rotors).not_negative().all();
+                l + (rotors * qd).dot(qd) * number(0.5)
+            }
         }
     }
 }

@@ -5,7 +5,7 @@ use super::{Delan, DelanConfig, DelanShape, Inertia};
 use crate::dataset::Dataset;
 use crate::models::NetworkShape;
 use crate::models::family::{
-    self, Abilities, BoxedLearner, Candidate, Entry, Family, Plan, Residuals, Trained, Training,
+    self, Abilities, BoxedLearner, Candidate, Entry, Family, Plan, Residuals, Trained,
 };
 use crate::models::learned::{Description, Learned, LearnedLagrangian, Stored};
 use crate::models::settings as shared;
@@ -38,7 +38,7 @@ pub(crate) const ENTRY: Entry = Entry {
 const NAME: &str = "delan";
 
 /// The tensor of the inertias of rotors, one per coordinate or empty.
-const ROTORS: &str = "rotor_inertias";
+pub(super) const ROTORS: &str = "rotor_inertias";
 
 /// The losses that a family with a mass matrix of its own can be trained with.
 pub(crate) const LOSSES: &[Loss] = &[
@@ -189,13 +189,6 @@ impl LearnedLagrangian for Delan {
             .chain(std::iter::repeat(0.0));
         let rotors = own.zip(added).map(|(a, b)| a + b).collect();
         self.clone().with_rotors(rotors).ok()
-    }
-
-    fn in_training(&self, setup: Setup) -> Result<(Training, Vec<f64>)> {
-        Ok((
-            Training::of(self.shape.clone(), setup),
-            self.parameters.clone(),
-        ))
     }
 
     fn boxed(&self) -> Box<dyn LearnedLagrangian> {

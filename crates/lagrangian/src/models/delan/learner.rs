@@ -116,38 +116,6 @@ impl<T: Real> Learner<T> for DelanLearner<'_> {
         own.factors.each.push(factor);
         work.scratch.put(own);
     }
-
-    fn input_slopes(&self, extra: &[f64], work: &Work<T>, slopes: &mut [f64]) {
-        let n = self.shape.dof();
-        let of_samples = slopes.chunks_exact_mut(n * self.outputs()).enumerate();
-        for (s, slopes) in of_samples {
-            for set in slopes.chunks_exact_mut(n * n) {
-                work.write_input_slopes(&self.forces, extra, (s, self.energy()), set);
-            }
-        }
-    }
-
-    fn pull_back_scalar(
-        &self,
-        packed: &Packed<T>,
-        work: &mut Work<T>,
-        weights: &[f64],
-        gradient: &mut Gradient<T>,
-    ) -> bool {
-        let n = self.shape.dof();
-        for s in 0..work.pass.samples() {
-            let q = &work.states.q[s * n..][..n];
-            self.shape.write(&mut work.pass, s, q, q);
-        }
-        let (qd, scale) = (&work.states.qd, &self.shape.scaling.qd_scale);
-        let v = |s: usize, i: usize| qd[s * n + i] / scale[i];
-        let mut own = work.scratch.take::<Scratch<T>>();
-        let factors = &mut own.factors;
-        self.shape
-            .pull_back_value((packed, factors), &mut work.pass, (weights, v), gradient);
-        work.scratch.put(own);
-        true
-    }
 }
 
 impl DelanLearner<'_> {

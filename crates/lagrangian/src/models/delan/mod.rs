@@ -30,7 +30,7 @@ use lagrangian_mechanics::lagrangian::scaled::{Features, Scaling};
 use lagrangian_mechanics::lagrangian::{Jets, Lagrangian};
 use lagrangian_motion::{Coordinates, Error, Result};
 use nets::simd::Real;
-use nets::{Activation, Build, Gradient, Net, Packed, Pass};
+use nets::{Activation, Build, Net, Pass};
 
 /// The hidden layers of M and V.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -323,21 +323,6 @@ impl DelanShape {
     fn recall<T: Real>(&self, pass: &Pass<T>, (s, at): (usize, usize), i: usize) -> Features {
         let value = |k| pass.feature(0, s, at + k).f64();
         Features::recall(&self.coordinates, &self.scaling, i, value)
-    }
-
-    /// Adds ∂(Σ w L)/∂parameters to `gradient` for the weights w `[samples]` and the scaled velocities `v(s, i)` of the states
-    /// that were written.
-    pub(crate) fn pull_back_value<T: Real>(
-        &self,
-        (packed, factors): (&Packed<T>, &mut Factors),
-        pass: &mut Pass<T>,
-        (weights, v): (&[f64], impl Fn(usize, usize) -> f64),
-        gradient: &mut Gradient<T>,
-    ) {
-        pass.forward(&self.net, packed, None);
-        let weight = |s: usize| self.scaling.energy * weights[s];
-        factors.read_weighted(self, packed, pass, (Outputs::Values, v, weight));
-        pass.add_products(&self.net, &[(0, 0)], gradient);
     }
 
     /// Writes ∂(L/E)/∂q of sample `s` `[n]`, after the pass was reversed with the seeds of its factor.

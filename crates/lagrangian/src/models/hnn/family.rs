@@ -7,14 +7,14 @@ use super::{Hnn, HnnConfig, HnnShape, HnnStructure};
 use crate::dataset::{Dataset, Momenta};
 use crate::models::NetworkShape;
 use crate::models::family::{
-    self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained, Training,
+    self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained,
 };
-use crate::models::learned::{Description, FittedModel, Learned, Stored, not_trained};
+use crate::models::learned::{Description, FittedModel, Learned, Stored};
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::saved::{self, SavedModel};
 use crate::train::{AutoSetting, DataFacts, FitSpec, FittedForces, ForceTerms, Loss, TrainingTask};
-use lagrangian_mechanics::expression::Equations;
+use lagrangian_mechanics::expression::{Equations, Graph};
 use lagrangian_mechanics::hamiltonian::{Canonical, Hamiltonian};
 use lagrangian_mechanics::lagrangian::Lagrangian;
 use lagrangian_motion::settings::{Kind, Range, Setting, named};
@@ -211,22 +211,8 @@ impl FittedModel for Canonical<Hnn> {
         Some(Self::hamiltonian(self))
     }
 
-    fn equations(&self) -> Result<Equations> {
-        Self::hamiltonian(self).equations(&self.mechanical().applied())
-    }
-
-    fn in_training(&self) -> Result<(Training, Vec<f64>)> {
-        let hnn = Self::hamiltonian(self);
-        if hnn.config().speed_limit.is_some() {
-            return Err(not_trained("a Hamiltonian below a limit of speed"));
-        }
-        if self.forces().dissipation.is_some() {
-            return Err(not_trained("a Hamiltonian with friction"));
-        }
-        let n = hnn.shape.dof();
-        let (setup, extra) = Setup::again((n, 2), self.forces(), &[]);
-        let parameters = [&hnn.parameters[..], &extra].concat();
-        Ok((Training::of(hnn.shape.clone(), setup), parameters))
+    fn equations(&self, graph: Graph) -> Result<Equations> {
+        Self::hamiltonian(self).equations(graph, &self.mechanical().applied())
     }
 
     fn boxed(&self) -> Box<dyn FittedModel> {

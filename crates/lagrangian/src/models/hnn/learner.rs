@@ -109,47 +109,6 @@ impl<T: Real> Learner<T> for HnnLearner<'_> {
     ) {
         self.curvature(packed, work, slopes);
     }
-
-    fn input_slopes(&self, extra: &[f64], work: &Work<T>, slopes: &mut [f64]) {
-        let n = self.shape.dof();
-        for (s, slopes) in slopes.chunks_exact_mut(2 * n * n).enumerate() {
-            let (speeds, pushes) = slopes.split_at_mut(n * n);
-            speeds.fill(0.0);
-            work.write_input_slopes(&self.forces, extra, (s, 1.0), pushes);
-            for (i, row) in pushes.chunks_exact_mut(n).enumerate() {
-                let unit = self.shape.unit(i, work.states.p[s * n + i]).force;
-                row.iter_mut().for_each(|x| *x /= -unit);
-            }
-        }
-    }
-
-    fn pull_back_scalar(
-        &self,
-        packed: &Packed<T>,
-        work: &mut Work<T>,
-        weights: &[f64],
-        gradient: &mut Gradient<T>,
-    ) -> bool {
-        let n = self.shape.dof();
-        for s in 0..work.pass.samples() {
-            let (q, p) = (&work.states.q[s * n..][..n], &work.states.p[s * n..][..n]);
-            self.shape.write(&mut work.pass, s, q, p);
-        }
-        let pass = &mut work.pass;
-        match &self.shape.net {
-            HnnNet::None(_) => return false,
-            HnnNet::Free(shape) => shape.pull_back_value(packed, pass, weights, gradient),
-            HnnNet::Mass(shape) => {
-                let (p, scale) = (&work.states.p, &shape.scaling.qd_scale);
-                let v = |s: usize, i: usize| p[s * n + i] / scale[i];
-                let mut own = work.scratch.take::<Scratch<T>>();
-                let factors = &mut own.factors;
-                shape.pull_back_value((packed, factors), pass, (weights, v), gradient);
-                work.scratch.put(own);
-            }
-        }
-        true
-    }
 }
 
 impl HnnLearner<'_> {

@@ -7,9 +7,9 @@ use super::{Form, Lnn, LnnConfig, LnnShape, UNITS};
 use crate::dataset::Dataset;
 use crate::models::NetworkShape;
 use crate::models::family::{
-    self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained, Training,
+    self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained,
 };
-use crate::models::learned::{Description, Learned, LearnedLagrangian, Stored, not_trained};
+use crate::models::learned::{Description, Learned, LearnedLagrangian, Stored};
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::saved::{self, SavedModel};
@@ -176,16 +176,6 @@ impl LearnedLagrangian for Lnn {
 
     fn stored(&self) -> Result<Stored> {
         self.stored_as(NAME)?.with_form(&self.config().form)
-    }
-
-    fn in_training(&self, setup: Setup) -> Result<(Training, Vec<f64>)> {
-        if self.shape.seen.bends() {
-            return Err(not_trained("a Lagrangian below a limit of speed"));
-        }
-        Ok((
-            Training::of(self.shape.clone(), setup),
-            self.parameters.clone(),
-        ))
     }
 
     fn boxed(&self) -> Box<dyn LearnedLagrangian> {

@@ -116,29 +116,6 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
             work.add_force_slopes(&self.forces, extra, (s, energy), slopes);
         }
     }
-
-    fn input_slopes(&self, extra: &[f64], work: &Work<T>, slopes: &mut [f64]) {
-        let (n, energy) = (self.shape.dof(), self.shape.scaling.energy);
-        for (s, slopes) in slopes.chunks_exact_mut(n * n).enumerate() {
-            work.write_input_slopes(&self.forces, extra, (s, energy), slopes);
-        }
-    }
-
-    fn pull_back_scalar(
-        &self,
-        packed: &Packed<T>,
-        work: &mut Work<T>,
-        weights: &[f64],
-        gradient: &mut Gradient<T>,
-    ) -> bool {
-        let (shape, n) = (self.shape, self.shape.dof());
-        for s in 0..work.pass.samples() {
-            let (q, qd) = (&work.states.q[s * n..][..n], &work.states.qd[s * n..][..n]);
-            shape.write(&mut work.pass, s, q, qd, None);
-        }
-        shape.pull_back_value(packed, &mut work.pass, weights, gradient);
-        true
-    }
 }
 
 impl LnnLearner<'_> {

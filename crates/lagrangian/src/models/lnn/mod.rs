@@ -18,7 +18,7 @@ use lagrangian_mechanics::lagrangian::seen::{SpeedChart, VelocityFeature, Veloci
 use lagrangian_mechanics::lagrangian::{Curvature, Jet, Jets, Lagrangian};
 use lagrangian_motion::{Coordinates, Error, Result};
 use nets::simd::Real;
-use nets::{Activation, Build, Gradient, Net, Packed, Pass, Weighted};
+use nets::{Activation, Build, Net, Pass, Weighted};
 
 /// The class of functions of the velocity that a network represents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -432,20 +432,6 @@ impl LnnShape {
                 row[n + j] += velocity.f64() / self.scaling.qd_scale[j];
             }
         }
-    }
-
-    /// Adds ∂(Σ w L)/∂parameters to `gradient` for the weights w `[samples]` of the states that were written.
-    pub(crate) fn pull_back_value<T: Real>(
-        &self,
-        packed: &Packed<T>,
-        pass: &mut Pass<T>,
-        weights: &[f64],
-        gradient: &mut Gradient<T>,
-    ) {
-        pass.forward(&self.net, packed, None);
-        let weight = |s: usize, _| T::of(self.scaling.energy * weights[s]);
-        pass.reverse_sum(&self.net, packed, weight);
-        pass.add_products(&self.net, &[(0, 0)], gradient);
     }
 
     /// Reads sample `s` of a pass that has been forward and back into row `row` of `jet`; `qdd` is the acceleration with which

@@ -5,13 +5,13 @@ use super::{Direction, Mlp, MlpConfig, MlpScaling, MlpShape};
 use crate::dataset::Dataset;
 use crate::models::NetworkShape;
 use crate::models::family::{
-    self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained, Training,
+    self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained,
 };
-use crate::models::learned::{Description, FittedModel, Learned, Stored, not_trained};
+use crate::models::learned::{Description, FittedModel, Learned, Stored};
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::train::{Loss, TrainingTask};
-use lagrangian_mechanics::expression::Equations;
+use lagrangian_mechanics::expression::{Equations, Graph};
 use lagrangian_motion::Result;
 use nets::simd::Real;
 
@@ -96,19 +96,8 @@ impl FittedModel for Mlp {
         self.stored_as(NAME)
     }
 
-    fn equations(&self) -> Result<Equations> {
-        Ok(Self::equations(self))
-    }
-
-    fn in_training(&self) -> Result<(Training, Vec<f64>)> {
-        if self.config().direction == Direction::Inverse {
-            return Err(not_trained("a plain network of torques"));
-        }
-        let (setup, _) = Setup::again((self.shape.dof(), 1), self.forces(), &[]);
-        Ok((
-            Training::of(self.shape.clone(), setup),
-            self.parameters.clone(),
-        ))
+    fn equations(&self, graph: Graph) -> Result<Equations> {
+        Self::equations(self, graph)
     }
 
     fn boxed(&self) -> Box<dyn FittedModel> {

@@ -103,11 +103,4 @@ impl<T: Real> Learner<T> for MlpLearner<'_> {
             shape.slopes(&work.pass, s, &work.states.q[s * n..][..n], slopes);
         }
     }
-
-    fn input_slopes(&self, _extra: &[f64], work: &Work<T>, slopes: &mut [f64]) {
-        let each = self.shape.dof() * self.shape.outputs();
-        for (s, slopes) in slopes.chunks_exact_mut(each).enumerate() {
-            self.shape.input_slopes(&work.pass, s, slopes);
-        }
-    }
 }

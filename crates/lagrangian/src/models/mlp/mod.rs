@@ -213,21 +213,7 @@ impl MlpShape {
     }
 }
 
-impl MlpShape {
-    /// Writes ∂N/∂τ of sample `s` `[outputs, n]` where [`MlpShape::slopes`] writes those by the state; 0 without such an input.
-    pub(crate) fn input_slopes<T: Real>(&self, pass: &Pass<T>, s: usize, slopes: &mut [f64]) {
-        let n = self.dof();
-        let Some(scale) = self.third_scale() else {
-            return slopes.fill(0.0);
-        };
-        let first = Scaling::features(&self.coordinates) + n;
-        for (o, row) in slopes.chunks_exact_mut(n).enumerate() {
-            for (j, (slope, scale)) in row.iter_mut().zip(scale).enumerate() {
-                *slope = pass.feature_sensitivity(o, s, first + j).f64() / scale;
-            }
-        }
-    }
-}
+impl MlpShape {}
 
 impl Model for Mlp {
     fn coordinates(&self) -> &Coordinates {

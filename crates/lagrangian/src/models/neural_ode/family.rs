@@ -2,9 +2,8 @@
 
 use super::{NeuralOde, NeuralOdeConfig, Order};
 use crate::dataset::Dataset;
-use crate::models::NetworkShape;
 use crate::models::family::{
-    self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained, Training,
+    self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained,
 };
 use crate::models::learned::{Description, FittedModel, Learned, Stored};
 use crate::models::mlp::{Mlp, MlpShape};
@@ -12,7 +11,7 @@ use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::saved::SavedModel;
 use crate::train::{AutoSetting, DataFacts, FitSpec, LOSS, Loss, TrainingTask};
-use lagrangian_mechanics::expression::{self, Equations};
+use lagrangian_mechanics::expression::{Equations, Graph};
 use lagrangian_motion::Result;
 use lagrangian_motion::settings::{Kind, Setting, named};
 use nets::simd::Real;
@@ -112,22 +111,8 @@ impl FittedModel for NeuralOde {
         self.network().stored_as(NAME)
     }
 
-    fn equations(&self) -> Result<Equations> {
-        match self.order() {
-            Order::Second => Ok(self.network().equations()),
-            Order::First => Err(expression::without("a neural ODE of first order")),
-        }
-    }
-
-    fn in_training(&self) -> Result<(Training, Vec<f64>)> {
-        let shape = &self.network().shape;
-        let rates = shape.outputs() / shape.dof();
-        let (setup, _) = Setup::again((shape.dof(), rates), self.forces(), &[]);
-        let network = RightHandSide(shape.clone());
-        Ok((
-            Training::of(network, setup),
-            self.network().parameters.clone(),
-        ))
+    fn equations(&self, graph: Graph) -> Result<Equations> {
+        self.network().equations(graph)
     }
 
     fn boxed(&self) -> Box<dyn FittedModel> {

@@ -17,13 +17,13 @@ use nets::Activation;
 
 type Rng = rand_chacha::ChaCha8Rng;
 
-fn coordinates() -> Coordinates {
+pub(super) fn coordinates() -> Coordinates {
     let mut coordinates = Coordinates::angles(3);
     coordinates.0[1] = Coordinates::lines(1).0.remove(0);
     coordinates
 }
 
-fn scaling(n: usize) -> Scaling {
+pub(super) fn scaling(n: usize) -> Scaling {
     let list = |first: f64| (0..n).map(|i| first + 0.3 * i as f64).collect::<Vec<_>>();
     Scaling {
         q_center: list(0.1),
@@ -54,7 +54,7 @@ fn learned(lagrangian: impl crate::models::LearnedLagrangian + Clone) -> Learned
         .into()
 }
 
-fn models() -> Vec<(String, Learned)> {
+pub(super) fn models() -> Vec<(String, Learned)> {
     let mut models = Vec::new();
     for activation in [
         Activation::Softplus,
@@ -157,7 +157,7 @@ fn assert_close(found: &[f64], expected: &[f64], tolerance: f64, what: &str) {
 }
 
 /// Checks that all expressions agree with the model at random states.
-fn check_mechanics(name: &str, model: &dyn Model, equations: &Mechanics) {
+pub(super) fn check_mechanics(name: &str, model: &dyn Model, equations: &Mechanics) {
     let n = model.coordinates().dof();
     let mut rng = Rng::seed_from_u64(7);
     let mut evaluator = model.evaluator();
@@ -264,7 +264,7 @@ fn difference(ask: &mut Asked<'_>, of: usize, by: &str, k: usize) -> Vec<f64> {
 }
 
 fn mechanics(model: &Learned) -> Mechanics {
-    match model.equations().unwrap() {
+    match model.equations(Graph::new()).unwrap() {
         Equations::Mechanics(mechanics) => mechanics,
         other => panic!("{other:?}"),
     }
@@ -286,7 +286,7 @@ fn robots_say_the_same_as_expressions() {
         let robot = robot.with_drives(drives(0.1), drives(-0.4)).unwrap();
         let (friction, actuation) = forces(n);
         let model = Mechanical::with_forces(robot, Some(friction), Some(actuation)).unwrap();
-        let equations = Mechanics::of(&model.lagrangian, &model.applied()).unwrap();
+        let equations = Mechanics::of(Graph::new(), &model.lagrangian, &model.applied()).unwrap();
         check_mechanics(example, &model, &equations);
     }
 }
@@ -333,7 +333,7 @@ fn plain_networks_say_the_same_as_expressions() {
         let model: Learned = Mlp::random(coordinates(), config, scaling, 5)
             .unwrap()
             .into();
-        let Ok(Equations::Plain(plain)) = model.equations() else {
+        let Ok(Equations::Plain(plain)) = model.equations(Graph::new()) else {
             panic!("mechanics");
         };
         let mut ask = asked(&plain.graph, 3, &mut Rng::seed_from_u64(1));

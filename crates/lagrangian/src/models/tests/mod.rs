@@ -2,3 +2,4 @@
 
 mod curvature;
 mod expression;
+mod weights;

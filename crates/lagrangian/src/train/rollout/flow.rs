@@ -45,8 +45,6 @@ pub(crate) struct Point {
     pub(crate) inverse: Vec<f64>,
     /// D = ∂(learned rates)/∂S, `[samples, rates, k]`.
     pub(crate) by_output: Vec<f64>,
-    /// ∂(learned rates)/∂τ, `[samples, rates, n]`; empty where it is not needed.
-    pub(crate) by_input: Vec<f64>,
     /// A square and marks for implicit stages.
     pub(crate) scratch: Vec<f64>,
     pub(crate) stuck: Vec<bool>,
@@ -61,7 +59,6 @@ impl Point {
             slopes: vec![0.0; m * d * d],
             inverse: vec![0.0; if implicit { m * d * d } else { 0 }],
             by_output: vec![0.0; m * sizes.rates * sizes.outputs],
-            by_input: Vec::new(),
             scratch: vec![0.0; if implicit { d * d } else { 0 }],
             stuck: vec![false; m],
         }
@@ -168,7 +165,6 @@ impl Flow<'_> {
             rate,
             slopes,
             by_output,
-            by_input,
             ..
         } = point;
         self.rate(work, x, tau, rate, failed);
@@ -178,9 +174,6 @@ impl Flow<'_> {
         self.learner
             .state_slopes(self.packed, self.extra, work, &mut raw);
         by_output.copy_from_slice(&work.linear.d);
-        if !by_input.is_empty() {
-            self.by_input(work, failed, by_input);
-        }
         let d = 2 * n;
         for (s, slopes) in slopes.chunks_exact_mut(d * d).enumerate() {
             slopes.fill(0.0);
@@ -201,26 +194,6 @@ impl Flow<'_> {
             }
         }
         work.slopes = raw;
-    }
-
-    /// Writes D ∂S/∂τ of every state, 0 where it has failed.
-    fn by_input(&self, work: &Work<f64>, failed: &[bool], by_input: &mut [f64]) {
-        let Sizes {
-            n, rates, outputs, ..
-        } = self.sizes;
-        let mut raw = vec![0.0; self.sizes.samples * outputs * n];
-        self.learner.input_slopes(self.extra, work, &mut raw);
-        by_input.fill(0.0);
-        for (at, row) in by_input.chunks_exact_mut(n).enumerate() {
-            let s = at / rates;
-            let weights = &work.linear.d[at * outputs..][..outputs];
-            let raw = raw[s * outputs * n..][..outputs * n].chunks_exact(n);
-            for (weight, raw) in weights.iter().zip(raw).filter(|_| !failed[s]) {
-                row.iter_mut()
-                    .zip(raw)
-                    .for_each(|(x, raw)| *x += weight * raw);
-            }
-        }
     }
 }
 

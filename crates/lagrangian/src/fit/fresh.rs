@@ -1,21 +1,26 @@
-//! Fresh models without data.
+//! Models with random weights, for programs that train them themselves.
 
+use super::FitConfig;
 use crate::dataset::Dataset;
-use crate::fit::FitConfig;
 use crate::models::{Learned, Plan};
-use lagrangian_motion::Samples;
-use lagrangian_motion::Signals;
-use lagrangian_motion::{Coordinates, Error, Result};
+use lagrangian_motion::{Coordinates, Error, Result, Samples, Signals};
 
-/// A model with random weights whose scales are all one.
-pub(super) fn fresh(coordinates: Coordinates, config: &FitConfig) -> Result<Learned> {
+/// A model with the family, the forces and the seed of `config`, random weights, and little friction. All scales are one: give states,
+/// velocities, accelerations and forces of order one.
+///
+/// # Errors
+/// [`Error::Argument`] for settings outside their domain; [`Error::Setting`] for a family that is solved and not trained.
+pub fn fresh(coordinates: Coordinates, config: &FitConfig) -> Result<Learned> {
     let dataset = unit(coordinates)?;
     match config.family.prepare(&dataset, config)? {
         Plan::Train(training) => training.assemble(&training.initialise(config.seed)),
-        Plan::Solve(_) => Err(crate::models::not_trained(&format!(
-            "a model of the family {}",
-            config.family.name()
-        ))),
+        Plan::Solve(_) => Err(Error::setting(
+            format!(
+                "a model of the family {} has no random weights: it is solved for",
+                config.family.name()
+            ),
+            "take lnn, delan, vin, hnn, mlp or neural-ode",
+        )),
     }
 }
 
