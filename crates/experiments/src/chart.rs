@@ -4,8 +4,8 @@
 //! knows no preferred coordinates, and what a model family makes of that can be measured.
 
 use lagrangian::analytic::{ClosedForm, DualJets, DualNum, System};
-use lagrangian::mechanics::{Jets, SymmetricSolver};
-use lagrangian::{Coordinates, Lagrangian, Mechanical, State};
+use lagrangian::mechanics::{Jets, Lagrangian, Mechanical, SymmetricSolver};
+use lagrangian::{Coordinates, State};
 
 /// A change of coordinates q = f(Q) from those of a chart, Q, to those of a system, q.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -1,11 +1,11 @@
 //! Families of models as experiments compare them: two hidden layers of a width, all else as it is by default; and the
 //! optimiser of most.
 
-use lagrangian::models::{Form, HnnStructure, Momenta, Order};
-use lagrangian::train::NaturalConfig;
-use lagrangian::{
-    DelanConfig, Family, HnnConfig, LnnConfig, MlpConfig, NeuralOdeConfig, Optimizer, RigidConfig,
+use lagrangian::models::{
+    Family, Form, HnnConfig, HnnStructure, MlpConfig, Momenta, NeuralOdeConfig, Order, RigidConfig,
 };
+use lagrangian::train::NaturalConfig;
+use lagrangian::{DelanConfig, LnnConfig, Optimizer};
 
 /// Makes a family of models whose layers have this number of units.
 pub(crate) type MakeFamily = fn(usize) -> Box<dyn Family>;

@@ -6,8 +6,9 @@ use std::path::PathBuf;
 use anyhow::{Context, Result};
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
+use lagrangian::integrate::Method;
 use lagrangian::trajectory::Sampling;
-use lagrangian::{Coordinates, Layout, Method};
+use lagrangian::{Coordinates, Layout};
 use lagrangian_run::Links;
 
 use crate::column_args::ColumnArgs;
@@ -581,7 +582,7 @@ impl Cli {
         };
         // The parser repeats words of any length and content.
         let is_short =
-            |word: &str| word.len() <= LONG_WORD && !word.contains(lagrangian::is_hidden);
+            |word: &str| word.len() <= LONG_WORD && !word.contains(lagrangian::text::is_hidden);
         let is_plain = |word: &OsString| word.to_str().is_some_and(is_short);
         if !error.use_stderr() {
             output::refuse_closed()?;
@@ -589,7 +590,7 @@ impl Cli {
         } else if arguments().iter().all(is_plain) {
             error.exit();
         } else {
-            note!("{}", lagrangian::brief(&error.render().to_string()));
+            note!("{}", lagrangian::text::brief(&error.render().to_string()));
         }
         std::process::exit(error.exit_code())
     }

@@ -1,7 +1,8 @@
 //! The flags that name the columns of signals: one for each signal that a file may hold.
 
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches};
-use lagrangian::{Signal, Signals};
+use lagrangian::Signals;
+use lagrangian::trajectory::Signal;
 use serde::{Deserialize, Serialize};
 
 use crate::values::name;

@@ -5,10 +5,11 @@ use std::mem::take;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use lagrangian::trajectory::{Sampling, thin};
+use lagrangian::check::CHECKED;
+use lagrangian::trajectory::{Sampling, Signal, thin};
 use lagrangian::{
-    CHECKED, CheckOptions, CheckReport, Estimate, EstimateOptions, Layout, PrepareOptions,
-    Recording, Signal, Trajectory, prepared,
+    CheckOptions, CheckReport, Estimate, EstimateOptions, Layout, PrepareOptions, Recording,
+    Trajectory, prepared,
 };
 use lagrangian_run::{
     FileHash, ReadFile, Source, bag_files, delayed, is_bag, layout_beside, read_file, text,

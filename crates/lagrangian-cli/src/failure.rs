@@ -42,7 +42,7 @@ const LONGEST_LINE: usize = 4000;
 pub(crate) fn describe(error: &Error) -> String {
     let mut lines = with_flags(&format!("error: {error:#}"));
     if lines.lines().any(|line| line.len() > LONGEST_LINE) {
-        lines = lagrangian::brief(&lines);
+        lines = lagrangian::text::brief(&lines);
     }
     let hint = hint(error);
     if !hint.is_empty() {

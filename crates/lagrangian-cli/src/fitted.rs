@@ -4,10 +4,9 @@ use std::path::Path;
 
 use anyhow::Result;
 use lagrangian::saved::Preparation;
+use lagrangian::text::counted;
 use lagrangian::trajectory::Topology;
-use lagrangian::{
-    Coordinates, EstimateOptions, Layout, Learned, Model, Recording, SavedModel, counted,
-};
+use lagrangian::{Coordinates, EstimateOptions, Layout, Learned, Model, Recording, SavedModel};
 
 use crate::cli::{DataArgs, EstimateArgs};
 use crate::failure::{Advise, mistake};

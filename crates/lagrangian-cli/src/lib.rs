@@ -6,7 +6,7 @@
 macro_rules! note {
     ($($argument:tt)*) => {{
         use std::io::Write as _;
-        let lines = lagrangian::shown_lines(&format!($($argument)*));
+        let lines = lagrangian::text::shown_lines(&format!($($argument)*));
         let _ = writeln!(std::io::stderr(), "{lines}");
     }};
 }

@@ -1,9 +1,11 @@
 //! From the flags of a motion to the options of the library.
 
 use anyhow::Result;
+use lagrangian::integrate::Method;
+use lagrangian::mechanics::Outcome;
 use lagrangian::score::{Outside, outside};
 use lagrangian::trajectory::Beyond;
-use lagrangian::{Method, Model, Outcome, RolloutOptions, Score, State, Trajectory};
+use lagrangian::{Model, RolloutOptions, Score, State, Trajectory};
 
 use crate::cli::MotionArgs;
 use crate::failure::mistake;

@@ -118,10 +118,10 @@ const COLOURS: [&str; 4] = ["\u{1b}[32m", "\u{1b}[33m", "\u{1b}[31;1m", "\u{1b}[
 
 /// Writes text to standard output as it is shown, in colours on a terminal.
 pub(crate) fn print(text: &str) -> Result<()> {
-    let mut shown = lagrangian::shown_lines(text);
+    let mut shown = lagrangian::text::shown_lines(text);
     if io::stdout().is_terminal() {
         for colour in COLOURS {
-            shown = shown.replace(&lagrangian::shown(colour), colour);
+            shown = shown.replace(&lagrangian::text::shown(colour), colour);
         }
     }
     print_bytes(shown.as_bytes())
@@ -138,6 +138,6 @@ fn print_bytes(bytes: &[u8]) -> Result<()> {
 
 /// Writes one JSON object and a line end to standard output; invisible characters are written as escapes.
 pub(crate) fn print_json(value: &impl Serialize) -> Result<()> {
-    let text = lagrangian::shown_json(&serde_json::to_string_pretty(value)?);
+    let text = lagrangian::text::shown_json(&serde_json::to_string_pretty(value)?);
     print_bytes((text + "\n").as_bytes())
 }

@@ -1,8 +1,8 @@
 //! A resumed run: it has the settings and the data with which it began, or is refused.
 
 use anyhow::{Result, anyhow};
-use lagrangian::brief;
 use lagrangian::settings::difference;
+use lagrangian::text::brief;
 use lagrangian_run::{RunFolder, RunRecord};
 
 use crate::cli::{Cli, Command};

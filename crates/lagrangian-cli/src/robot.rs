@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Args;
-use lagrangian::{RobotConfig, rigid};
+use lagrangian::rigid;
+use lagrangian::rigid::RobotConfig;
 use lagrangian_run::{DataFile, FileHash, HashingReader};
 use serde::{Deserialize, Serialize};
 

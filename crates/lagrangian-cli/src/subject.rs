@@ -5,8 +5,9 @@ use std::path::Path;
 use anyhow::Result;
 use clap::Args;
 use lagrangian::analytic::{AnalyticModel, by_name};
-use lagrangian::mechanics::Applied;
-use lagrangian::{Coordinates, Lagrangian, Learned, Model, Visited};
+use lagrangian::mechanics::{Applied, Lagrangian};
+use lagrangian::trajectory::Visited;
+use lagrangian::{Coordinates, Learned, Model};
 use lagrangian_analysis::conserved::Physics;
 
 use crate::failure::{Advise, mistake};

@@ -1,7 +1,7 @@
 //! Values on the command line that are refused before anything runs.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use lagrangian::Method;
+use lagrangian::integrate::Method;
 use lagrangian::settings::Range;
 use lagrangian_run::Links;
 use serde::{Deserialize, Serialize};

@@ -2,7 +2,8 @@
 
 use super::gains::{no_inverse, same_dof};
 use super::{Controller, Desired, Gains, Pd, Reference};
-use lagrangian::{Evaluation, Evaluator, Model, Result};
+use lagrangian::mechanics::Evaluation;
+use lagrangian::{Evaluator, Model, Result};
 
 /// τ = M̂(`q_d`) `q̈_d` + ĉ(`q_d`, `q̇_d`) + `K_p` (`q_d` − q) + `K_d` (`q̇_d` − q̇), theory.md (51).
 ///

@@ -4,10 +4,10 @@
 #[path = "../../lagrangian/tests/counting/mod.rs"]
 mod counting;
 
-use lagrangian::mechanics::Scaling;
+use lagrangian::mechanics::{Mechanical, Scaling};
 use lagrangian::models::Delan;
 use lagrangian::rigid::{self, RigidBodies};
-use lagrangian::{Coordinates, DelanConfig, Mechanical, Signals, Trajectory};
+use lagrangian::{Coordinates, DelanConfig, Signals, Trajectory};
 use lagrangian_control::payload::{PayloadConfig, PayloadEstimator, PayloadFeedForward};
 use lagrangian_control::{
     ComputedTorque, Controller, FeedForward, Gains, GravityCompensation, Pd, Reference,

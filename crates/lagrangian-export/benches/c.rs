@@ -11,10 +11,10 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
-use lagrangian::mechanics::Scaling;
+use lagrangian::mechanics::{Dissipation, Mechanical, Scaling};
 use lagrangian::models::{Delan, IdentifiedRobot};
 use lagrangian::rigid::{self, RigidBodies};
-use lagrangian::{Coordinates, DelanConfig, Dissipation, Learned, Mechanical, Model as _};
+use lagrangian::{Coordinates, DelanConfig, Learned, Model as _};
 use lagrangian_export::{About, Export, export};
 
 /// Number of rounds of both, and of calls in a round.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use lagrangian::shown;
+use lagrangian::text::shown;
 
 use crate::Error;
 

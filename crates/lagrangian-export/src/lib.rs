@@ -7,7 +7,7 @@
 //! ```
 //! use lagrangian::mechanics::Scaling;
 //! use lagrangian::models::Delan;
-//! use lagrangian::{Coordinates, DelanConfig, Learned, Mechanical};
+//! use lagrangian::{Coordinates, DelanConfig, Learned, mechanics::Mechanical};
 //! use lagrangian_export::{About, Call, export};
 //!
 //! let delan = Delan::random(Coordinates::angles(2), DelanConfig::default(), Scaling::identity(2), 1)?;
@@ -174,7 +174,7 @@ pub fn export(model: &Learned, about: About<'_>) -> Result<Export, Error> {
 
 /// The joints of a model.
 fn joints(model: &Learned) -> Vec<Joint> {
-    let joint = |coordinate: &lagrangian::Coordinate| Joint {
+    let joint = |coordinate: &lagrangian::trajectory::Coordinate| Joint {
         name: coordinate.name.clone(),
         unit: if coordinate.unit == "rad" {
             Unit::Radian

@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use lagrangian::{Evaluation, Evaluator, Learned, Model as _};
+use lagrangian::mechanics::Evaluation;
+use lagrangian::{Evaluator, Learned, Model as _};
 use rand::{RngExt, SeedableRng};
 
 use crate::Error;

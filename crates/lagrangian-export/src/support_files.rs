@@ -220,7 +220,7 @@ fn size(quantity: &Quantity) -> &'static str {
 
 /// Text in a table of Markdown.
 fn escaped(text: &str) -> String {
-    lagrangian::shown(text)
+    lagrangian::text::shown(text)
         .replace('|', "\\|")
         .replace('<', "&lt;")
         .replace('`', "'")

@@ -2,7 +2,8 @@
 
 use std::sync::{Arc, PoisonError};
 
-use lagrangian::{Evaluation, Evaluator};
+use lagrangian::Evaluator;
+use lagrangian::mechanics::Evaluation;
 use pyo3::prelude::*;
 
 use crate::arrays::{Rows, array, shown, writable};

@@ -3,8 +3,8 @@
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use lagrangian::trajectory::Renamed;
-use lagrangian::{Format, Layout, Readings, Signal};
+use lagrangian::trajectory::{Readings, Renamed, Signal};
+use lagrangian::{Format, Layout};
 use lagrangian_run::{BagReader, Cause};
 use pyo3::prelude::*;
 use serde::Deserialize;

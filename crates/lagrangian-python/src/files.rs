@@ -5,8 +5,8 @@ use std::fs::File;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use lagrangian::trajectory::{Sampling, thin};
-use lagrangian::{Format, Layout, Readings, Recording};
+use lagrangian::trajectory::{Readings, Sampling, thin};
+use lagrangian::{Format, Layout, Recording};
 use lagrangian_run::{ReadFile, bag_files, format_named, layout_beside, read_file, text, unused};
 use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
@@ -60,7 +60,7 @@ impl ColumnSpec {
             every: self.every,
             ..Layout::default()
         };
-        for signal in lagrangian::Signal::IN_FILES {
+        for signal in lagrangian::trajectory::Signal::IN_FILES {
             let Some(words) = self.columns.get(signal.name()).filter(|w| !w.is_empty()) else {
                 continue;
             };

@@ -6,8 +6,9 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
 use lagrangian::analytic::AnalyticModel;
+use lagrangian::mechanics::Evaluation;
 use lagrangian::saved::Preparation;
-use lagrangian::{Evaluation, Evaluator, Learned, Provenance, SavedModel};
+use lagrangian::{Evaluator, Learned, Provenance, SavedModel};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 use self_cell::self_cell;

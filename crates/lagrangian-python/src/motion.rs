@@ -3,8 +3,9 @@
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
+use lagrangian::mechanics::Outcome;
 use lagrangian::rollout::{Hold, free, rollout, rollout_recorded};
-use lagrangian::{Outcome, Rollout, RolloutOptions, Signals, Trajectory};
+use lagrangian::{Rollout, RolloutOptions, Signals, Trajectory};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 

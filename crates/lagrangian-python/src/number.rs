@@ -5,8 +5,8 @@ use std::sync::{Mutex, PoisonError};
 use lagrangian::analytic::{
     AnalyticModel, Dual64, DualJets, DualNum, HyperDual64, OverDuals, Rng, uniform,
 };
-use lagrangian::mechanics::{EulerLagrange, Jets};
-use lagrangian::{Coordinates, Evaluator, Lagrangian, Model, State};
+use lagrangian::mechanics::{EulerLagrange, Jets, Lagrangian};
+use lagrangian::{Coordinates, Evaluator, Model, State};
 use pyo3::basic::CompareOp;
 use pyo3::exceptions::{PyTypeError, PyZeroDivisionError};
 use pyo3::prelude::*;

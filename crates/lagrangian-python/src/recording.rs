@@ -1,7 +1,7 @@
 //! Motions between the two languages: `lagrangian.Trajectory` in Python, recordings and trajectories in the library.
 
-use lagrangian::trajectory::Columns;
-use lagrangian::{Coordinate, Coordinates, Recording, Signal, Signals, Topology, Trajectory};
+use lagrangian::trajectory::{Columns, Coordinate, Signal, Topology};
+use lagrangian::{Coordinates, Recording, Signals, Trajectory};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};

@@ -1,8 +1,8 @@
 //! The tables of the library: families and their settings, systems, integrators.
 
-use lagrangian::Method;
 use lagrangian::analytic::systems as all_systems;
 use lagrangian::fit::{ROLLOUT_SETTINGS, SETTINGS};
+use lagrangian::integrate::Method;
 use lagrangian::models::FAMILIES;
 use lagrangian::settings::{Kind, Setting};
 use pyo3::prelude::*;

@@ -4,9 +4,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use lagrangian::analytic::by_name;
-use lagrangian::rigid::{self, RigidBodies};
+use lagrangian::integrate::Method;
+use lagrangian::rigid::{self, RigidBodies, RobotConfig};
 use lagrangian::rollout::Simulation;
-use lagrangian::{Method, RobotConfig, RolloutOptions, State};
+use lagrangian::{RolloutOptions, State};
 use pyo3::prelude::*;
 use pyo3::types::PyList;
 

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use lagrangian::{Layout, Readings};
+use lagrangian::Layout;
+use lagrangian::trajectory::Readings;
 
 use crate::error::{Advise, Cause, Error, Result};
 

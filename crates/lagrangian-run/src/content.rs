@@ -1,6 +1,7 @@
 //! The content of recordings as one hash: equal for equal numbers, whatever file they were read from.
 
-use lagrangian::{Recording, Signal};
+use lagrangian::Recording;
+use lagrangian::trajectory::Signal;
 use sha2::{Digest, Sha256};
 
 use crate::record::DataFile;

@@ -4,8 +4,8 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use lagrangian::brief;
 use lagrangian::ensemble::MEMBERS;
+use lagrangian::text::brief;
 
 use crate::ensemble::{ENSEMBLE, is_member, member_name};
 use crate::error::{Advise, Error, Result};

@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use lagrangian::{Layout, Readings, Recording};
+use lagrangian::trajectory::Readings;
+use lagrangian::{Layout, Recording};
 use serde::Serialize;
 
 use crate::bags;

@@ -1,8 +1,8 @@
 //! Recordings of a known system, with the imperfections of real ones.
 
 use lagrangian::rollout::Simulation;
-use lagrangian::trajectory::Columns;
-use lagrangian::{Coordinates, Recording, RolloutOptions, Signal, Signals, State, Trajectory};
+use lagrangian::trajectory::{Columns, Signal};
+use lagrangian::{Coordinates, Recording, RolloutOptions, Signals, State, Trajectory};
 use serde::Deserialize;
 
 use crate::error::{Result, bounded};

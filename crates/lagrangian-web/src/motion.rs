@@ -1,7 +1,9 @@
 //! Motions of systems and models, in the form that the page draws.
 
+use lagrangian::integrate::Method;
+use lagrangian::mechanics::Dissipation;
 use lagrangian::rollout::{Outcome, Rollout, RolloutOptions, times, with_friction};
-use lagrangian::{Dissipation, Method, Model, rollout};
+use lagrangian::{Model, rollout};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Result, bounded};

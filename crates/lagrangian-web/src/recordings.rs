@@ -3,9 +3,11 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use lagrangian::trajectory::Readings;
-use lagrangian::trajectory::csv::{self, Look};
-use lagrangian::{Format, Layout, Recording, Signal, Signals};
+use lagrangian::trajectory::{
+    Readings, Signal,
+    csv::{self, Look},
+};
+use lagrangian::{Format, Layout, Recording, Signals};
 use lagrangian_run::{Data, DataFile, FileHash};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;

@@ -1,9 +1,12 @@
 //! The state of a worker of the page, and its answers.
 
+use lagrangian::check::{Item, check};
+use lagrangian::dataset::{random_starts, random_states};
 use lagrangian::rollout::{EnergyTest, energy_test, free, rollout_many, times};
+use lagrangian::trajectory::Visited;
 use lagrangian::{
-    CheckOptions, CheckReport, Dataset, FitSpec, Item, Learned, Model, Recording, RolloutOptions,
-    SavedModel, Verdict, Visited, check, random_starts, random_states,
+    CheckOptions, CheckReport, Dataset, FitSpec, Learned, Model, Recording, RolloutOptions,
+    SavedModel, Verdict,
 };
 use serde::Serialize;
 

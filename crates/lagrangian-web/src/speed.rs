@@ -2,9 +2,9 @@
 
 use std::ops::ControlFlow;
 
-use lagrangian::TrainingTask;
 use lagrangian::analytic::by_name;
-use lagrangian::{Budget, FitConfig, Model, Observer, Progress, fit, random_states};
+use lagrangian::dataset::random_states;
+use lagrangian::{Budget, FitConfig, Model, Observer, Progress, TrainingTask, fit};
 use nets::Instant;
 use serde::Serialize;
 

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use lagrangian::Coordinates;
 use lagrangian::analytic::{AnalyticModel, by_name, systems};
-use lagrangian::{Coordinates, Topology};
+use lagrangian::trajectory::Topology;
 use serde::{Deserialize, Serialize};
 
 use crate::error::Result;
@@ -63,7 +64,7 @@ pub(crate) struct Axis {
 
 /// The coordinates of a model or of data.
 pub(crate) fn axes(coordinates: &Coordinates) -> Vec<Axis> {
-    let axis = |c: &lagrangian::Coordinate| Axis {
+    let axis = |c: &lagrangian::trajectory::Coordinate| Axis {
         name: c.name.clone(),
         unit: c.unit.clone(),
         circle: c.topology == Topology::Circle,

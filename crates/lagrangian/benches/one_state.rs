@@ -16,7 +16,8 @@ mod meter;
 
 use std::hint::black_box;
 
-use lagrangian::{Model, Quantities};
+use lagrangian::Model;
+use lagrangian::mechanics::Quantities;
 use meter::data::wave;
 use meter::networks::{delan, delan_weights, lnn, lnn_weights};
 use meter::{Case, Meter};

@@ -9,13 +9,11 @@ mod meter;
 
 use std::hint::black_box;
 
-use lagrangian::mechanics::Jet;
+use lagrangian::mechanics::{Dissipation, Jet, Lagrangian, Mechanical};
+use lagrangian::models::ChainConfig;
 use lagrangian::rigid::{self, RigidBodies};
 use lagrangian::trajectory::Samples;
-use lagrangian::{
-    ChainConfig, Dataset, Dissipation, Evaluator, FitConfig, Lagrangian, Mechanical, Model, Result,
-    Signals, fit,
-};
+use lagrangian::{Dataset, Evaluator, FitConfig, Model, Result, Signals, fit};
 use meter::data::wave;
 use meter::{Case, Meter, expect};
 

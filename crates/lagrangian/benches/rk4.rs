@@ -10,8 +10,9 @@ mod meter;
 
 use std::hint::black_box;
 
+use lagrangian::integrate::Method;
 use lagrangian::rollout::{free, rollout_many, times};
-use lagrangian::{Method, Model, RolloutOptions, State, rollout};
+use lagrangian::{Model, RolloutOptions, State, rollout};
 use meter::data::wave;
 use meter::networks::{delan, delan_weights, lnn, lnn_weights};
 use meter::{Case, Meter, expect, on_threads, threads};

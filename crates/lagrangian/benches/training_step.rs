@@ -18,12 +18,11 @@ mod meter;
 
 use std::ops::ControlFlow;
 
-use lagrangian::TrainingTask;
-use lagrangian::models::{Form, Momenta};
+use lagrangian::models::{Family, Form, HnnConfig, Momenta};
 use lagrangian::train::{AdamConfig, Precision};
 use lagrangian::{
-    Budget, Coordinates, DelanConfig, Family, FitConfig, HnnConfig, LnnConfig, Loss, Observer,
-    Optimizer, Progress, Provenance, fit,
+    Budget, Coordinates, DelanConfig, FitConfig, LnnConfig, Loss, Observer, Optimizer, Progress,
+    Provenance, TrainingTask, fit,
 };
 use meter::data::dataset;
 use meter::networks::{convex_weights, delan_weights, lnn_weights};

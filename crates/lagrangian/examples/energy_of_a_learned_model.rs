@@ -2,11 +2,11 @@
 //!
 //! `cargo run --release -p lagrangian --example energy_of_a_learned_model`
 
-use lagrangian::TrainingTask;
+use lagrangian::dataset::{random_starts, random_states};
+use lagrangian::models::{Family, MlpConfig};
 use lagrangian::rollout::{energy_test, free, rollout_many, times};
 use lagrangian::{
-    Budget, Family, FitConfig, LnnConfig, MlpConfig, Result, RolloutOptions, analytic, fit,
-    random_starts, random_states,
+    Budget, FitConfig, LnnConfig, Result, RolloutOptions, TrainingTask, analytic, fit,
 };
 
 fn main() -> Result<()> {

@@ -4,11 +4,12 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use lagrangian::TrainingTask;
+use lagrangian::mechanics::{Dissipation, Mechanical, Quantities};
 use lagrangian::rollout::times;
+use lagrangian::train::ForceTerms;
 use lagrangian::{
-    Budget, Dataset, Dissipation, FitConfig, ForceTerms, LnnConfig, Loss, Mechanical, Model,
-    Quantities, Result, RolloutOptions, analytic, fit, rollout,
+    Budget, Dataset, FitConfig, LnnConfig, Loss, Model, Result, RolloutOptions, TrainingTask,
+    analytic, fit, rollout,
 };
 
 fn main() -> Result<()> {

@@ -3,8 +3,9 @@
 //! `cargo run --release -p lagrangian --example own_lagrangian`
 
 use lagrangian::analytic::{Analytic, DualNum, Parameter, Rng, System, uniform};
+use lagrangian::mechanics::Quantities;
 use lagrangian::rollout::{free, times};
-use lagrangian::{Coordinates, Quantities, Result, RolloutOptions, State, rollout};
+use lagrangian::{Coordinates, Result, RolloutOptions, State, rollout};
 
 /// L / m = ½ r² (θ̇² + Ω² sin² θ) + g r cos θ, with θ = 0 at the bottom of the hoop, which turns at Ω.
 struct Bead {

@@ -78,7 +78,7 @@
 
 #![forbid(unsafe_code)]
 
-mod dataset;
+pub mod dataset;
 pub mod ensemble;
 pub mod fit;
 pub mod models;
@@ -120,37 +120,40 @@ pub mod mechanics {
         Actuation, Applied, Balance, Canonical, Command, Curvature, Directional, Dissipation,
         Drive, Driven, DrySolver, EulerLagrange, Evaluation, Evaluator, GearFriction, Hamiltonian,
         HamiltonianJet, HamiltonianJets, HamiltonianOf, Jet, Jets, Lagrangian, LagrangianOf, Load,
-        Mechanical, Model, PhaseFlow, Quantities, Regularity, Scalar, Scaling, Sensitive, Slopes,
-        SpeedChart, Stribeck, Sum, SymmetricSolver, analytic, bias, diagonalise, dot, energy,
-        forward, inverse, inverse_root, momenta, product,
+        Mechanical, Model, Outcome, PhaseFlow, Quantities, Regularity, Scalar, Scaling, Sensitive,
+        Slopes, SpeedChart, Stribeck, Sum, SymmetricSolver, analytic, bias, diagonalise, dot,
+        energy, forward, inverse, inverse_root, momenta, product,
     };
 }
 
-pub use dataset::{Dataset, PrepareOptions, random_starts, random_states, shuffle, split};
+/// The check of recordings before a fit.
+pub mod check {
+    pub use lagrangian_recordings::check::{
+        CHECKED, CheckOptions, CheckReport, Claim, Item, ShownItem, Verdict, check,
+        check_validation,
+    };
+}
+
+/// Words for people, without what a terminal or a page would obey.
+pub mod text {
+    pub use lagrangian_motion::{brief, counted, is_hidden, shown, shown_json, shown_lines};
+}
+
+pub use check::{CheckOptions, CheckReport, Verdict, check};
+pub use dataset::{Dataset, PrepareOptions, split};
 pub use fit::{Fit, FitConfig, fit};
 pub use lagrangian_mechanics::{
-    Actuation, Dissipation, Evaluation, Evaluator, Hamiltonian, Lagrangian, Mechanical, Method,
-    Model, Outcome, Quantities, RobotConfig, Rollout, RolloutOptions, Visited, analytic,
-    expression, integrate, rollout,
+    Evaluator, Model, Rollout, RolloutOptions, analytic, expression, integrate, rollout,
 };
 pub use lagrangian_motion::{
-    Coordinate, Coordinates, Error, Result, Signal, Signals, State, Stop, Topology, Trajectory,
-    brief, counted, is_hidden, settings, shown, shown_json, shown_lines,
+    Coordinates, Error, Result, Signals, State, Stop, Trajectory, settings,
 };
-pub use lagrangian_recordings::check::{
-    CHECKED, CheckOptions, CheckReport, Claim, Item, ShownItem, Verdict, check, check_validation,
-};
-pub use lagrangian_recordings::{Estimate, EstimateOptions, Format, Layout, Readings, Recording};
-pub use models::{
-    ChainConfig, DelanConfig, Family, FeaturesConfig, HnnConfig, Learned, LnnConfig, MlpConfig,
-    NeuralOdeConfig, RigidConfig, ServoConfig, VinConfig,
-};
+pub use lagrangian_recordings::{Estimate, EstimateOptions, Format, Layout, Recording};
+pub use models::{DelanConfig, Learned, LnnConfig};
 pub use prepared::Prepared;
 pub use saved::{Provenance, SavedModel};
 pub use score::{Score, score};
-pub use train::{
-    Budget, Checkpoint, FitSpec, ForceTerms, Loss, Observer, Optimizer, Progress, TrainingTask,
-};
+pub use train::{Budget, Checkpoint, FitSpec, Loss, Observer, Optimizer, Progress, TrainingTask};
 
 /// A check that the program of the page compiles.
 #[cfg(doctest)]

@@ -3,12 +3,10 @@
 
 mod counting;
 
-use lagrangian::mechanics::Scaling;
-use lagrangian::models::{Delan, Form, Lnn, Mlp, MlpScaling};
+use lagrangian::mechanics::{Actuation, Dissipation, Mechanical, Scaling};
+use lagrangian::models::{Delan, Form, Lnn, Mlp, MlpConfig, MlpScaling};
 use lagrangian::rigid::{self, RigidBodies};
-use lagrangian::{
-    Actuation, Coordinates, DelanConfig, Dissipation, LnnConfig, Mechanical, MlpConfig, Model,
-};
+use lagrangian::{Coordinates, DelanConfig, LnnConfig, Model};
 
 use counting::allocations_of;
 

@@ -4,15 +4,15 @@
 use std::ops::ControlFlow;
 use std::sync::{Mutex, PoisonError};
 
-use lagrangian::TrainingTask;
 use lagrangian::analytic::by_name;
-use lagrangian::mechanics::Scaling;
-use lagrangian::models::{Delan, Form, Lnn, Momenta};
+use lagrangian::dataset::random_states;
+use lagrangian::mechanics::{Mechanical, Scaling};
+use lagrangian::models::{Delan, Family, Form, HnnConfig, Lnn, Momenta};
 use lagrangian::rollout::{free, times};
 use lagrangian::train::{AdamConfig, NaturalConfig, Precision};
 use lagrangian::{
-    Budget, Coordinates, Dataset, DelanConfig, Family, FitConfig, HnnConfig, LnnConfig, Mechanical,
-    Model, Observer, Optimizer, Progress, RolloutOptions, fit, random_states, rollout,
+    Budget, Coordinates, Dataset, DelanConfig, FitConfig, LnnConfig, Model, Observer, Optimizer,
+    Progress, RolloutOptions, TrainingTask, fit, rollout,
 };
 use nets::simd::{Level, levels, set_level};
 

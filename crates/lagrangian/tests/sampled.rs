@@ -7,10 +7,10 @@ use std::cell::Cell;
 use std::f64::consts::{PI, TAU};
 use std::io::{Cursor, Read};
 
-use lagrangian::trajectory::{Sampling, csv, thin};
+use lagrangian::trajectory::{Readings, Sampling, csv, thin};
 use lagrangian::{
-    CheckOptions, Error, EstimateOptions, Format, Layout, Readings, Recording, Signals, Trajectory,
-    Verdict, check,
+    CheckOptions, Error, EstimateOptions, Format, Layout, Recording, Signals, Trajectory, Verdict,
+    check,
 };
 
 /// Records the largest number of bytes that this thread has held.

@@ -1,11 +1,10 @@
 //! Whole fits of a few steps with random settings: every table, at, within and beyond its bounds.
 
 use lagrangian::models::{Entry, FAMILIES};
-use lagrangian::rigid;
+use lagrangian::rigid::RobotConfig;
 use lagrangian::settings::{Kind, Range, Setting, Values};
 use lagrangian::{
-    Coordinates, Dataset, Fit, FitConfig, Loss, Model, Provenance, RobotConfig, Signals,
-    Trajectory, fit,
+    Coordinates, Dataset, Fit, FitConfig, Loss, Model, Provenance, Signals, Trajectory, fit, rigid,
 };
 use lagrangian::{
     FitSpec,

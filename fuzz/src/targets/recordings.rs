@@ -2,10 +2,11 @@
 
 use std::io::{Cursor, Write};
 
-use lagrangian::trajectory::csv::{coordinates, look, time};
-use lagrangian::{
-    CheckOptions, EstimateOptions, Format, Layout, Readings, Signals, Trajectory, check,
+use lagrangian::trajectory::{
+    Readings,
+    csv::{coordinates, look, time},
 };
+use lagrangian::{CheckOptions, EstimateOptions, Format, Layout, Signals, Trajectory, check};
 use zip::write::SimpleFileOptions;
 
 use crate::{Outcome, refused, text};

@@ -1,6 +1,6 @@
 //! Robots from URDF.
 
-use lagrangian::Quantities;
+use lagrangian::mechanics::Quantities;
 use lagrangian::rigid::RigidBodies;
 
 use crate::{Outcome, refused, text};

@@ -4,15 +4,14 @@ use std::fs;
 use std::time::Instant;
 
 use experiments::letters::{Letters, error};
-use lagrangian::TrainingTask;
-use lagrangian::mechanics::Scaling;
-use lagrangian::models::{Delan, Lnn};
+use lagrangian::dataset::{random_starts, random_states};
+use lagrangian::mechanics::{Mechanical, Scaling};
+use lagrangian::models::{Delan, Family, Lnn};
 use lagrangian::rollout::{energy_test, free, rollout_many, times};
 use lagrangian::trajectory::Samples;
 use lagrangian::{
-    Budget, Checkpoint, Dataset, DelanConfig, Family, FitConfig, LnnConfig, Loss, Mechanical,
-    Observer, Optimizer, Progress, RolloutOptions, Trajectory, analytic, fit, random_starts,
-    random_states,
+    Budget, Checkpoint, Dataset, DelanConfig, FitConfig, LnnConfig, Loss, Observer, Optimizer,
+    Progress, RolloutOptions, TrainingTask, Trajectory, analytic, fit,
 };
 use lagrangian::{
     fit::Stepper,

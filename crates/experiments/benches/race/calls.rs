@@ -3,12 +3,12 @@
 use std::hint::black_box;
 
 use experiments::field::{DensityConfig, DensityNet, Field, FieldScaling};
-use lagrangian::mechanics::Scaling;
+use lagrangian::integrate::Method;
+use lagrangian::mechanics::{Mechanical, Scaling};
 use lagrangian::models::{Delan, Lnn};
 use lagrangian::rollout::{free, rollout_many, times};
 use lagrangian::{
-    Coordinates, DelanConfig, Evaluator, LnnConfig, Mechanical, Method, Model, RolloutOptions,
-    State, rollout,
+    Coordinates, DelanConfig, Evaluator, LnnConfig, Model, RolloutOptions, State, rollout,
 };
 use rayon::prelude::*;
 use serde_json::json;

@@ -3,10 +3,11 @@
 mod paths;
 
 use anyhow::{Result, anyhow};
-use lagrangian::TrainingTask;
 use lagrangian::analytic::AnalyticModel;
+use lagrangian::dataset::random_states;
+use lagrangian::mechanics::Lagrangian;
 use lagrangian::models::Form;
-use lagrangian::{FitConfig, Lagrangian, Learned, LnnConfig, Loss, random_states};
+use lagrangian::{FitConfig, Learned, LnnConfig, Loss, TrainingTask};
 use lagrangian_analysis::action::{DiscreteAction, Path, PathKind};
 use lagrangian_report::{Axis, Role};
 

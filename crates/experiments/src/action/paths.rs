@@ -11,9 +11,9 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use lagrangian::analytic::{AnalyticModel, by_name};
-use lagrangian::mechanics::{Jet, dot};
+use lagrangian::mechanics::{Jet, Lagrangian, dot};
 use lagrangian::rollout::free;
-use lagrangian::{Error, Lagrangian, Model, Result, RolloutOptions, rollout};
+use lagrangian::{Error, Model, Result, RolloutOptions, rollout};
 use lagrangian_analysis::action::{DiscreteAction, Path, StationaryPath, stationary_path_from};
 
 /// Segments of the paths.

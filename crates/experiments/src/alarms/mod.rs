@@ -4,7 +4,8 @@ mod real;
 mod simulated;
 
 use anyhow::Result;
-use lagrangian::{CheckOptions, Item, Recording, check};
+use lagrangian::check::{Item, check};
+use lagrangian::{CheckOptions, Recording};
 use lagrangian_report::{Role, Table};
 use serde_json::json;
 

@@ -1,10 +1,11 @@
 //! Simulated logs as good sensors record them: each of another machine, motion, rate, length, noise and friction.
 
 use anyhow::{Result, anyhow};
+use lagrangian::RolloutOptions;
 use lagrangian::analytic::{SystemEntry, systems};
+use lagrangian::mechanics::{Dissipation, Quantities};
 use lagrangian::rigid::{self, RigidBodies};
 use lagrangian::rollout::{self, rollout_many};
-use lagrangian::{Dissipation, Quantities, RolloutOptions};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -7,9 +7,9 @@ mod protocol;
 use crate::chart::Chart;
 use crate::data::{Chunks, TEST_SEED};
 use anyhow::Result;
-use lagrangian::TrainingTask;
+use lagrangian::text::counted;
 use lagrangian::train::RolloutLoss;
-use lagrangian::{FitConfig, Rollout, State, counted};
+use lagrangian::{FitConfig, Rollout, State, TrainingTask};
 use lagrangian_report::{Axis, Role};
 
 use crate::harness::failure::mistake;

@@ -3,9 +3,9 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use lagrangian::mechanics::Jet;
+use lagrangian::mechanics::{Jet, Lagrangian};
 use lagrangian::rollout::{free, rollout_many};
-use lagrangian::{Lagrangian, Model, Result, RolloutOptions, State, Trajectory};
+use lagrangian::{Model, Result, RolloutOptions, State, Trajectory};
 
 /// Where motions are cut.
 pub(crate) struct Cut {

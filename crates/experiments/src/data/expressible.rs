@@ -1,7 +1,7 @@
 //! What a deep Lagrangian network cannot express of a known Lagrangian: found before anything is trained.
 
-use lagrangian::mechanics::{Curvature, Jet};
-use lagrangian::{Lagrangian, Learned, State};
+use lagrangian::mechanics::{Curvature, Jet, Lagrangian};
+use lagrangian::{Learned, State};
 
 /// Relative differences below this are rounding.
 const ROUNDING: f64 = 1e-6;

@@ -2,9 +2,9 @@
 
 use num_dual::DualNum;
 
+use lagrangian::Coordinates;
 use lagrangian::analytic::{ClosedForm, DualJets};
-use lagrangian::mechanics::Jets;
-use lagrangian::{Coordinates, Lagrangian};
+use lagrangian::mechanics::{Jets, Lagrangian};
 
 /// A chain of unit masses a spacing h = 1 apart (theory.md, 66), with U = ½ ω₀² φ² or, of angles, ω₀² (1 − cos φ):
 ///

@@ -4,8 +4,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::Field;
+use lagrangian::mechanics::Lagrangian;
 use lagrangian::rollout::{free, times};
-use lagrangian::{Lagrangian, Model, Result, RolloutOptions, Trajectory, rollout};
+use lagrangian::{Model, Result, RolloutOptions, Trajectory, rollout};
 use nets::normal;
 
 /// The distribution of random rings: Fourier modes with normal amplitudes, equal for all wave numbers.

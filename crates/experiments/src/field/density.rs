@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::inputs::{FieldScaling, Inputs, Symmetry, along};
 use super::stencil::NEIGHBOURS;
-use lagrangian::mechanics::{Jet, Jets};
-use lagrangian::{Coordinates, Lagrangian, Result};
+use lagrangian::mechanics::{Jet, Jets, Lagrangian};
+use lagrangian::{Coordinates, Result};
 use nets::simd::Real;
 use nets::{Activation, Build, Net, Packed, Pass};
 

@@ -11,8 +11,9 @@ use super::inputs::FieldScaling;
 use super::natural::{RingMemory, RingProblem};
 use super::plain::StencilField;
 use super::ring::Field;
+use lagrangian::dataset::shuffle;
 use lagrangian::train::{Batch, LeastSquares, Natural, NaturalConfig, StepSize, cosine};
-use lagrangian::{Budget, Dataset, Model, Observer, Progress, Result, shuffle};
+use lagrangian::{Budget, Dataset, Model, Observer, Progress, Result};
 
 /// Settings of a fit.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::stencil::NEIGHBOURS;
-use lagrangian::trajectory::Samples;
-use lagrangian::{Coordinate, Coordinates, Topology};
+use lagrangian::Coordinates;
+use lagrangian::trajectory::{Coordinate, Samples, Topology};
 use nets::Pass;
 use nets::simd::Real;
 

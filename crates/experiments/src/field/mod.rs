@@ -2,7 +2,7 @@
 //!
 //! L = Σᵢ ℓ(φᵢ₋₁, φᵢ, φᵢ₊₁, φ̇ᵢ₋₁, φ̇ᵢ, φ̇ᵢ₊₁) (Cranmer et al. 2020, section 4: a graph of local Lagrangians;
 //! theory.md, section 20). The density is the same everywhere, so one that was learned on ten points is the law of a
-//! thousand. A density is itself a [`Lagrangian`](lagrangian::Lagrangian) of three coordinates, the values left, here and
+//! thousand. A density is itself a [`Lagrangian`](lagrangian::mechanics::Lagrangian) of three coordinates, the values left, here and
 //! right; whatever offers one can be a field: a closed form ([`Chain`]), a network ([`DensityNet`]).
 //!
 //! ```text

@@ -2,7 +2,8 @@
 
 use super::density::Weighted;
 use super::stencil::{Neighbours, ring_coordinates};
-use lagrangian::{Coordinates, Evaluation, Evaluator, Model, Result};
+use lagrangian::mechanics::Evaluation;
+use lagrangian::{Coordinates, Evaluator, Model, Result};
 use nets::Pass;
 
 /// φ̈ᵢ = s N(what a [`DensityNet`](super::DensityNet) sees), the same at every point of a ring: a convolution.

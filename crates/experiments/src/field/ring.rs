@@ -1,8 +1,8 @@
 //! A field on a ring as a model: what moves by the Euler–Lagrange equation of the sum of its densities.
 
 use super::stencil::{Assembly, NEIGHBOURS, Neighbours, ring_coordinates};
-use lagrangian::mechanics::{Jet, Jets, Regularity};
-use lagrangian::{Coordinates, Error, Evaluation, Evaluator, Lagrangian, Model, Result};
+use lagrangian::mechanics::{Evaluation, Jet, Jets, Lagrangian, Regularity};
+use lagrangian::{Coordinates, Error, Evaluator, Model, Result};
 
 /// The sum of one density over a ring of points (theory.md, 65).
 ///

@@ -2,8 +2,9 @@
 
 use serde_json::Value;
 
+use lagrangian::mechanics::Lagrangian;
 use lagrangian::saved::{Header, Tensor};
-use lagrangian::{Error, Lagrangian, Provenance, Result, SavedModel};
+use lagrangian::{Error, Provenance, Result, SavedModel};
 
 use super::density::DensityNet;
 

@@ -1,7 +1,8 @@
 //! Three neighbouring points of a ring: what a density sees, and what comes back from it.
 
 use lagrangian::mechanics::{Jet, Regularity};
-use lagrangian::{Coordinate, Coordinates, Error, Result, Topology};
+use lagrangian::trajectory::{Coordinate, Topology};
+use lagrangian::{Coordinates, Error, Result};
 
 use super::cyclic_band::{CyclicBand, CyclicBandSolver};
 

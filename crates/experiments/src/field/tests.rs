@@ -10,10 +10,11 @@ use super::{
     Symmetry, centre_of_pulse, dispersion, fit, kink, kink_position, ring_states, speed_of_motion,
 };
 use lagrangian::analytic::{Analytic, DualNum, Parameter, Rng, System};
+use lagrangian::integrate::Method;
+use lagrangian::mechanics::{Lagrangian, Mechanical};
 use lagrangian::rollout::{free, times};
 use lagrangian::{
-    Budget, Coordinates, Dataset, Error, Evaluator, Lagrangian, Mechanical, Method, Model,
-    RolloutOptions, State, rollout, split,
+    Budget, Coordinates, Dataset, Error, Evaluator, Model, RolloutOptions, State, rollout, split,
 };
 
 /// The whole Lagrangian of a rod of sine-Gordon pendulums, written without any density: the dense oracle.

@@ -3,9 +3,8 @@
 mod protocol;
 
 use anyhow::Result;
-use lagrangian::TrainingTask;
-use lagrangian::models::{HnnStructure, Momenta};
-use lagrangian::{FitConfig, HnnConfig};
+use lagrangian::models::{HnnConfig, HnnStructure, Momenta};
+use lagrangian::{FitConfig, TrainingTask};
 use lagrangian_report::{Axis, Role};
 
 use crate::data::column;

@@ -7,10 +7,10 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use lagrangian::analytic::{AnalyticModel, by_name, normal};
-use lagrangian::mechanics::{HamiltonianOf, momenta};
+use lagrangian::mechanics::{Hamiltonian, HamiltonianOf, momenta};
 use lagrangian::rollout::{free, rollout_phase};
 use lagrangian::trajectory::Samples;
-use lagrangian::{Dataset, Hamiltonian, Loss, Model, Result, RolloutOptions, Trajectory, rollout};
+use lagrangian::{Dataset, Loss, Model, Result, RolloutOptions, Trajectory, rollout};
 use nets::Activation;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

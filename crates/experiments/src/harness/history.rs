@@ -100,7 +100,7 @@ mod tests {
     use lagrangian::TrainingTask;
     use lagrangian::analytic::by_name;
     use lagrangian::models::Lnn;
-    use lagrangian::{Budget, LnnConfig, random_states};
+    use lagrangian::{Budget, LnnConfig, dataset::random_states};
 
     #[test]
     fn a_measured_fit_ends_with_the_same_bits_and_its_last_moment_is_its_model() {

@@ -1,6 +1,7 @@
 //! Laws of motion that are given by their accelerations, three of which have no Lagrangian.
 
-use lagrangian::{Coordinates, Evaluation, Evaluator, Model};
+use lagrangian::mechanics::Evaluation;
+use lagrangian::{Coordinates, Evaluator, Model};
 
 /// A law of motion of unit masses, q̈ = a(q, q̇) + τ, as a [`Model`].
 #[derive(Debug, Clone)]

@@ -9,10 +9,9 @@ use crate::plausibility::premises::Premise;
 use lagrangian::analytic::{
     Analytic, DoublePendulum, Pendulum, System as DataFacts, by_name, normal,
 };
+use lagrangian::mechanics::{Dissipation, Mechanical};
 use lagrangian::rollout::{free, times};
-use lagrangian::{
-    Coordinates, Dissipation, Mechanical, Model, Result, RolloutOptions, Trajectory, rollout,
-};
+use lagrangian::{Coordinates, Model, Result, RolloutOptions, Trajectory, rollout};
 use lagrangian_analysis::existence::Existence;
 
 /// A system whose Lagrangian exists, needs friction beside it, or does not exist.

@@ -6,12 +6,13 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::torque::{self, variances};
+use lagrangian::dataset::shuffle;
+use lagrangian::integrate::Method;
 use lagrangian::rollout::{Hold, rollout_recorded};
 use lagrangian::torque::TorqueParts;
 use lagrangian::trajectory::csv;
 use lagrangian::{
-    Coordinates, Error, EstimateOptions, Layout, Method, Model, Result, RolloutOptions, Signals,
-    Trajectory, shuffle,
+    Coordinates, Error, EstimateOptions, Layout, Model, Result, RolloutOptions, Signals, Trajectory,
 };
 
 /// Letters that no model is trained on.

@@ -4,7 +4,8 @@
 //! quadratic in q̇ and nothing rubs.
 
 use lagrangian::torque::{self, TorqueParts};
-use lagrangian::{Model, Signal, Trajectory};
+use lagrangian::trajectory::Signal;
+use lagrangian::{Model, Trajectory};
 
 use super::data::Letter;
 use crate::data::column;

@@ -3,8 +3,8 @@
 mod orbits;
 
 use anyhow::Result;
-use lagrangian::TrainingTask;
-use lagrangian::{DelanConfig, FitConfig, Loss, random_starts};
+use lagrangian::dataset::random_starts;
+use lagrangian::{DelanConfig, FitConfig, Loss, TrainingTask};
 use lagrangian_report::{Axis, Role};
 
 use crate::data::{TEST_SEED, beyond_delan, column, lagrangian_of, two_samples};

@@ -4,10 +4,10 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use lagrangian::analytic::{AnalyticModel, by_name, uniform};
-use lagrangian::mechanics::{Curvature, Jet};
+use lagrangian::mechanics::{Curvature, Jet, Lagrangian, Outcome};
 use lagrangian::rollout::{free, times};
 use lagrangian::trajectory::Samples;
-use lagrangian::{Lagrangian, Model, Outcome, Result, RolloutOptions, Signals, State, rollout};
+use lagrangian::{Model, Result, RolloutOptions, Signals, State, rollout};
 
 use crate::data::{accelerations, energies, relative_error};
 

@@ -6,7 +6,8 @@ mod stages;
 mod table;
 
 use anyhow::Result;
-use lagrangian::{Item, Verdict};
+use lagrangian::Verdict;
+use lagrangian::check::Item;
 use lagrangian_report::{Role, Table};
 use serde_json::{Value, json};
 

@@ -4,9 +4,10 @@ use std::f64::consts::TAU;
 
 use anyhow::{Result, anyhow};
 use lagrangian::analytic::by_name;
+use lagrangian::mechanics::{Dissipation, Quantities};
 use lagrangian::rigid::{self, RigidBodies};
 use lagrangian::rollout::{self, rollout_many};
-use lagrangian::{Dissipation, Format, Layout, Quantities, RolloutOptions, Trajectory};
+use lagrangian::{Format, Layout, RolloutOptions, Trajectory};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

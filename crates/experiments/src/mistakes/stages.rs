@@ -1,10 +1,12 @@
 //! What a program says of data, stage by stage: reading, the check, the fit.
 
 use anyhow::Result;
+use lagrangian::check::{Item, check, check_validation};
+use lagrangian::rigid::RobotConfig;
 use lagrangian::score::{Assessment, Grade, Reason};
 use lagrangian::{
-    CheckOptions, CheckReport, Dataset, EstimateOptions, FitConfig, Item, Observer, RobotConfig,
-    RolloutOptions, Verdict, check, check_validation, score,
+    CheckOptions, CheckReport, Dataset, EstimateOptions, FitConfig, Observer, RolloutOptions,
+    Verdict, score,
 };
 use lagrangian::{FitSpec, fit::select};
 

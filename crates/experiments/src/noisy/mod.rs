@@ -3,11 +3,10 @@
 mod protocol;
 
 use anyhow::Result;
-use lagrangian::TrainingTask;
 use lagrangian::analytic::by_name;
-use lagrangian::models::Order;
+use lagrangian::models::{Family, Order};
 use lagrangian::train::{AdamConfig, RolloutLoss, Start};
-use lagrangian::{Family, FitConfig, Loss, Optimizer};
+use lagrangian::{FitConfig, Loss, Optimizer, TrainingTask};
 use lagrangian_report::Axis;
 
 use crate::families::{self, MakeFamily};

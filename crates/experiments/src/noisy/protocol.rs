@@ -136,7 +136,7 @@ pub(crate) fn errors(model: &dyn Model, truth: &[Rollout], step: f64) -> Result<
     let exact = RolloutOptions::default();
     let fixed = |factor: f64| -> Result<(f64, f64)> {
         let options = RolloutOptions {
-            method: lagrangian::Method::Rk4,
+            method: lagrangian::integrate::Method::Rk4,
             step: factor * step,
             ..RolloutOptions::default()
         };

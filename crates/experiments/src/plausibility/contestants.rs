@@ -1,6 +1,7 @@
 //! The models that are compared.
 
-use lagrangian::{ForceTerms, Loss};
+use lagrangian::Loss;
+use lagrangian::train::ForceTerms;
 
 use crate::families::{self, MakeFamily};
 use crate::harness::{Contestant, contestants};

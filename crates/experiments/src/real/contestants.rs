@@ -1,7 +1,7 @@
 //! The models of real machines, and the candidates among which each one's validation samples choose.
 
-use lagrangian::train::AdamConfig;
-use lagrangian::{ForceTerms, Loss, Optimizer};
+use lagrangian::train::{AdamConfig, ForceTerms};
+use lagrangian::{Loss, Optimizer};
 
 use crate::families::{self, MakeFamily};
 use crate::harness::{Contestant, contestants};

@@ -1,10 +1,9 @@
 //! The models that are compared, with the starts that the validation loss chooses from.
 
-use lagrangian::TrainingTask;
 use lagrangian::mechanics::SpeedChart;
-use lagrangian::models::{Form, Momenta};
+use lagrangian::models::{Family, Form, HnnConfig, Momenta};
 use lagrangian::train::NaturalConfig;
-use lagrangian::{Budget, Family, FitConfig, HnnConfig, LnnConfig, Loss, Optimizer};
+use lagrangian::{Budget, FitConfig, LnnConfig, Loss, Optimizer, TrainingTask};
 
 use crate::families;
 use crate::harness::{Contestant, contestants};

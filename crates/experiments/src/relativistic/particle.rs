@@ -8,9 +8,9 @@ use rand_chacha::ChaCha8Rng;
 use lagrangian::analytic::{
     Analytic, AnalyticModel, RelativisticParticle, RelativisticParticlePublished, System, uniform,
 };
-use lagrangian::mechanics::Jet;
-use lagrangian::trajectory::Samples;
-use lagrangian::{Coordinate, Coordinates, Lagrangian, Model, Signals, State, Topology};
+use lagrangian::mechanics::{Jet, Lagrangian};
+use lagrangian::trajectory::{Coordinate, Samples, Topology};
+use lagrangian::{Coordinates, Model, Signals, State};
 
 use crate::data::{accelerations, column, without_parameters};
 

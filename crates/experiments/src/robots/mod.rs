@@ -3,10 +3,10 @@
 use std::io::Cursor;
 
 use anyhow::Result;
-use lagrangian::FitSpec;
+use lagrangian::rigid::RobotConfig;
 use lagrangian::score::Assessment;
 use lagrangian::{
-    Coordinates, Dataset, Estimate, EstimateOptions, FitConfig, Format, Layout, RobotConfig,
+    Coordinates, Dataset, Estimate, EstimateOptions, FitConfig, FitSpec, Format, Layout,
     RolloutOptions, Trajectory, score, split,
 };
 use serde_json::{Value, json};

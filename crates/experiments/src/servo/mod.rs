@@ -161,7 +161,7 @@ fn compete(
 fn coordinates() -> Coordinates {
     let mut coordinates = Coordinates::angles(1);
     // The servo turns less than once, and its controller knows no circle.
-    coordinates.0[0].topology = lagrangian::Topology::Line;
+    coordinates.0[0].topology = lagrangian::trajectory::Topology::Line;
     coordinates
 }
 

@@ -1,7 +1,8 @@
 //! The rows of the table.
 
-use lagrangian::models::{Angles, HnnStructure, Momenta, Order};
-use lagrangian::{Loss, Method, Model, RigidConfig, VinConfig};
+use lagrangian::integrate::Method;
+use lagrangian::models::{Angles, HnnStructure, Momenta, Order, RigidConfig, VinConfig};
+use lagrangian::{Loss, Model};
 
 use super::columns::{Column, PUBLISHED};
 use super::measure::{acceleration_error, flow_acceleration_error};

@@ -7,7 +7,8 @@ use super::Task;
 use crate::chart::Chart;
 use crate::data::{Chunks, column_sizes, with_accelerations, with_estimated_accelerations};
 use lagrangian::analytic::{Rng, normal};
-use lagrangian::{Dataset, Model, Result, Signal, Signals, Trajectory};
+use lagrangian::trajectory::Signal;
+use lagrangian::{Dataset, Model, Result, Signals, Trajectory};
 
 /// How many chunks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -7,8 +7,9 @@ use super::Lesson;
 use super::columns::{Measured, OWN_ENERGY};
 use crate::data::{accelerations, energies, first_state};
 use crate::harness::spread::upper_median;
+use lagrangian::integrate::Method;
 use lagrangian::rollout::{free, rollout_many, times};
-use lagrangian::{Method, Model, Result, Rollout, RolloutOptions, Signals, State, Trajectory};
+use lagrangian::{Model, Result, Rollout, RolloutOptions, Signals, State, Trajectory};
 
 /// Root mean square of the error of q̈ at the test states over that of q̈ itself, both in the system's own coordinates:
 /// an error Δ in the chart is (∂f/∂Q) Δ there, whatever the chart.
@@ -242,8 +243,8 @@ mod tests {
     use super::super::{Reads, Size, Task};
     use super::*;
     use crate::chart::in_chart;
-    use lagrangian::Signal;
     use lagrangian::analytic::{DoublePendulum, System};
+    use lagrangian::trajectory::Signal;
 
     const FEW: Size = Size {
         train: 6,

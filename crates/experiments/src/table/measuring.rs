@@ -1,9 +1,9 @@
 //! The measurements behind the cells, one fit for as many of them as it can serve.
 
 use anyhow::Result;
-use lagrangian::TrainingTask;
 use lagrangian::train::{NaturalConfig, RolloutLoss};
-use lagrangian::{Budget, Error, FitConfig, Learned, Loss, Observer, Signal, fit};
+use lagrangian::trajectory::Signal;
+use lagrangian::{Budget, Error, FitConfig, Learned, Loss, Observer, TrainingTask, fit};
 
 use super::columns::{Column, Measured};
 use super::contestants::Recipe;

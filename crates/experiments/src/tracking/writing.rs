@@ -4,14 +4,13 @@
 use std::f64::consts::TAU;
 
 use crate::families;
-use lagrangian::TrainingTask;
 use lagrangian::analytic::by_name;
+use lagrangian::models::{ChainConfig, Family, RigidConfig};
 use lagrangian::rigid::{IdentifiedRobot, LoadParameters, RigidBodies, example};
 use lagrangian::trajectory::Samples;
 use lagrangian::{
-    ChainConfig, Dataset, Error, Family, FitConfig, Learned, Loss, Model, RigidConfig, fit,
+    Dataset, Error, FitConfig, Learned, Loss, Model, Result, Signals, TrainingTask, Trajectory, fit,
 };
-use lagrangian::{Result, Signals, Trajectory};
 use lagrangian_control::online::{
     Differentiator, FeedForwardSource, OnlineConfig, OnlineLearner, PayloadSource, Record,
     RobotChange, TrackingConfig, track,

@@ -3,7 +3,8 @@
 mod protocol;
 
 use anyhow::Result;
-use lagrangian::{Method, Model};
+use lagrangian::Model;
+use lagrangian::integrate::Method;
 use lagrangian_report::{Axis, Role};
 
 use crate::harness::{Contestant, Experiment, Lab, less};

@@ -4,14 +4,14 @@
 //! that were not seen. The paper adds noise of deviation 0.33 to positions and velocities and infers initial states with a
 //! recurrent network; here the noise is a setting, and only positions are seen.
 
-use lagrangian::TrainingTask;
 use lagrangian::analytic::{AnalyticModel, by_name};
-use lagrangian::integrate::{Rule, Variational};
+use lagrangian::integrate::{Method, Rule, Variational};
 use lagrangian::mechanics::Slopes;
+use lagrangian::models::{Family, VinConfig};
 use lagrangian::rollout::{energy_error, free, times};
 use lagrangian::{
-    Budget, Coordinates, Dataset, Error, Family, FitConfig, Learned, Loss, Method, Model, Observer,
-    Result, Rollout, RolloutOptions, State, Trajectory, VinConfig, fit, rollout, split,
+    Budget, Coordinates, Dataset, Error, FitConfig, Learned, Loss, Model, Observer, Result,
+    Rollout, RolloutOptions, State, TrainingTask, Trajectory, fit, rollout, split,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -7,11 +7,9 @@ use crate::field::{
     Chain, Field, Pulse, RingStates, Symmetry, centre_of_pulse, dispersion, kink, kink_position,
     slope, speed_of_motion,
 };
-use lagrangian::mechanics::SymmetricSolver;
+use lagrangian::mechanics::{Lagrangian, Outcome, SymmetricSolver};
 use lagrangian::rollout::{free, times};
-use lagrangian::{
-    Evaluator, Lagrangian, Model, Outcome, Result, RolloutOptions, Trajectory, rollout,
-};
+use lagrangian::{Evaluator, Model, Result, RolloutOptions, Trajectory, rollout};
 
 /// A field with a known density, its data, and its test.
 #[derive(Debug, Clone)]

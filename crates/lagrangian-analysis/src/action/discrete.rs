@@ -3,8 +3,7 @@
 use std::f64::consts::PI;
 
 use super::tridiagonal::BlockTridiagonal;
-use lagrangian::Lagrangian;
-use lagrangian::mechanics::{Curvature, Jet, Jets};
+use lagrangian::mechanics::{Curvature, Jet, Jets, Lagrangian};
 
 /// A path on a uniform time grid.
 #[derive(Debug, Clone, PartialEq)]

@@ -10,7 +10,8 @@ use super::discrete::{DiscreteAction, Path};
 use super::guess::guess;
 use super::newton::newton;
 use super::stationary::{StationaryPath, extent};
-use lagrangian::{Error, Lagrangian, Result};
+use lagrangian::mechanics::Lagrangian;
+use lagrangian::{Error, Result};
 
 /// Settings of a search for stationary paths.
 #[derive(Debug, Clone, Copy, PartialEq)]

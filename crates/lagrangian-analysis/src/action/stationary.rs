@@ -4,9 +4,9 @@ use serde::Serialize;
 
 use super::discrete::{DiscreteAction, Path};
 use super::second_variation::SecondVariation;
-use lagrangian::mechanics::{Jet, Jets, SymmetricSolver, dot};
+use lagrangian::mechanics::{Jet, Jets, Lagrangian, SymmetricSolver, dot};
 use lagrangian::score::{Grade, Judgement, Outside, extrapolation};
-use lagrangian::{Lagrangian, Signals, Trajectory};
+use lagrangian::{Signals, Trajectory};
 
 /// Kind of a stationary path: whether it is a minimum of the action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

@@ -5,7 +5,8 @@ use serde::Serialize;
 use super::Physics;
 use super::charge::Charge;
 use lagrangian::mechanics::{Jet, dot};
-use lagrangian::{Result, Signal, Trajectory};
+use lagrangian::trajectory::Signal;
+use lagrangian::{Result, Trajectory};
 
 /// Change of a quantity along motions.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]

@@ -6,8 +6,8 @@ use serde::Serialize;
 use super::charge::{rate, rates_of_functions};
 use super::states::States;
 use super::symmetry::Symmetry;
-use lagrangian::Topology;
 use lagrangian::mechanics::{diagonalise, dot, inverse_root, product};
+use lagrangian::trajectory::Topology;
 
 /// A linear direction that is a symmetry.
 #[derive(Debug, Clone, PartialEq, Serialize)]

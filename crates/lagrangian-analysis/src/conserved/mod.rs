@@ -18,10 +18,10 @@ pub use generators::Generator;
 pub use symmetry::{Symmetry, candidates, points_by_name};
 
 use charge::Charge;
-use lagrangian::mechanics::Applied;
+use lagrangian::mechanics::{Applied, Lagrangian};
 use lagrangian::rollout::free;
 use lagrangian::score::{Grade, Judgement};
-use lagrangian::{Error, Lagrangian, Model, Result, RolloutOptions, Trajectory, rollout};
+use lagrangian::{Error, Model, Result, RolloutOptions, Trajectory, rollout};
 use states::States;
 
 /// A model, its Lagrangian and its forces.

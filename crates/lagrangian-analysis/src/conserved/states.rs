@@ -1,7 +1,7 @@
 //! The states at which symmetries are measured, with the derivatives of L there.
 
-use lagrangian::mechanics::{Curvature, Jet, SymmetricSolver, dot};
-use lagrangian::{Coordinates, Error, Lagrangian, Result, Trajectory, mechanics as dynamics};
+use lagrangian::mechanics::{Curvature, Jet, Lagrangian, SymmetricSolver, dot};
+use lagrangian::{Coordinates, Error, Result, Trajectory, mechanics as dynamics};
 
 /// Thinned states of motions, with the quantities of theory.md (78) to (80); arrays are `[m, n]` or `[m, n, n]`.
 pub(super) struct States {

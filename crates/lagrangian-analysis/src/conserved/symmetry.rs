@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 
-use lagrangian::{Coordinates, Error, Result, Topology};
+use lagrangian::trajectory::Topology;
+use lagrangian::{Coordinates, Error, Result};
 
 /// A direction ξ(q) = A q + b in the space of configurations.
 #[derive(Debug, Clone, PartialEq, Serialize)]

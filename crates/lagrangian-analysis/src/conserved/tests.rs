@@ -3,9 +3,8 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
-use lagrangian::Dissipation;
 use lagrangian::analytic::{AnalyticModel, by_name};
-use lagrangian::mechanics::Applied;
+use lagrangian::mechanics::{Applied, Dissipation};
 use lagrangian::rollout::{record_forces, rollout_many, sines, times, with_friction};
 
 fn physics(system: &dyn AnalyticModel) -> Physics<'_> {
@@ -193,7 +192,9 @@ fn the_work_of_forces_and_friction_is_taken_off() {
     );
     let mut motion = driven.unwrap().trajectory;
     record_forces(&mut motion, &drive);
-    let damped = lagrangian::Mechanical::dissipative(cart.lagrangian(), friction.clone()).unwrap();
+    let damped =
+        lagrangian::mechanics::Mechanical::dissipative(cart.lagrangian(), friction.clone())
+            .unwrap();
     let physics = Physics {
         model: &damped,
         lagrangian: cart.lagrangian(),

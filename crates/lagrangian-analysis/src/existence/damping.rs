@@ -102,7 +102,11 @@ mod tests {
     use super::*;
     use lagrangian::analytic::by_name;
     use lagrangian::rollout::{sines, times};
-    use lagrangian::{Dissipation, Mechanical, RolloutOptions, rollout};
+    use lagrangian::{
+        RolloutOptions,
+        mechanics::{Dissipation, Mechanical},
+        rollout,
+    };
 
     #[test]
     fn the_damping_that_is_seen_is_the_friction_of_the_joints_whatever_the_mass_matrix_does() {

@@ -1,7 +1,8 @@
 //! The field of accelerations f(q, q̇, τ) of any model, and its derivatives.
 
 use faer::{Mat, Scale};
-use lagrangian::{Evaluator, Model, Signal, Trajectory};
+use lagrangian::trajectory::Signal;
+use lagrangian::{Evaluator, Model, Trajectory};
 
 /// Step of finite differences relative to the scale of a signal, and along the motion relative to the time.
 const STEP: f64 = 1e-4;
@@ -114,7 +115,7 @@ mod tests {
     use super::super::tests::unit;
     use super::*;
     use lagrangian::analytic::by_name;
-    use lagrangian::{Dissipation, Mechanical};
+    use lagrangian::mechanics::{Dissipation, Mechanical};
 
     #[test]
     fn the_endomorphism_of_a_damped_spring_is_its_stiffness_less_a_quarter_of_the_square_of_its_damping()

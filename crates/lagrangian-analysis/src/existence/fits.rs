@@ -5,11 +5,12 @@ use std::ops::ControlFlow;
 use super::errors::HeldOutErrors;
 use super::parts::Parts;
 use super::survey::SurveyConfig;
-use lagrangian::TrainingTask;
-use lagrangian::models::{Form, Lnn};
+use lagrangian::mechanics::Mechanical;
+use lagrangian::models::{Family, Form, Lnn, MlpConfig};
+use lagrangian::train::ForceTerms;
 use lagrangian::{
-    Dataset, Family, Fit, FitConfig, ForceTerms, Learned, LnnConfig, Loss, Mechanical, MlpConfig,
-    Model, Observer, Progress, Result, fit,
+    Dataset, Fit, FitConfig, Learned, LnnConfig, Loss, Model, Observer, Progress, Result,
+    TrainingTask, fit,
 };
 
 /// Maximum number of fits of a survey.

@@ -12,8 +12,9 @@ use serde::Serialize;
 
 use super::field::{Field, FieldScale, Q, QD, States, states};
 use super::verdict::TIMES_CHANCE;
+use lagrangian::integrate::Method;
 use lagrangian::rollout::{free, times};
-use lagrangian::{Method, Model, Result, RolloutOptions, rollout};
+use lagrangian::{Model, Result, RolloutOptions, rollout};
 use lagrangian_motion::statistics::upper_median;
 
 /// Length of a motion in times of [`FieldScale`], and number of steps of the frame along it; Φ is evaluated at twice as many.
@@ -170,7 +171,7 @@ mod tests {
     use super::super::tests::{active_particle, curl_force, unit};
     use super::*;
     use lagrangian::analytic::by_name;
-    use lagrangian::{Dissipation, Mechanical};
+    use lagrangian::mechanics::{Dissipation, Mechanical};
 
     /// Violation along the free motion from each of these states.
     fn violations(model: &dyn Model, starts: &[[&[f64]; 2]], time: f64) -> Vec<f64> {

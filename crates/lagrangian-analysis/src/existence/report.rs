@@ -1,6 +1,6 @@
 //! The verdict in sentences, and as an item of the check of recordings.
 
-use lagrangian::Item;
+use lagrangian::check::Item;
 
 use super::{Existence, Survey};
 

@@ -2,10 +2,10 @@
 use super::field::FieldScale;
 use super::*;
 use lagrangian::analytic::{by_name, normal};
+use lagrangian::mechanics::{Dissipation, Evaluation, Mechanical};
 use lagrangian::rollout::{free, times};
 use lagrangian::{
-    Budget, Coordinates, Dissipation, Error, Evaluation, Evaluator, Mechanical, Model,
-    RolloutOptions, Trajectory, rollout,
+    Budget, Coordinates, Error, Evaluator, Model, RolloutOptions, Trajectory, rollout,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -3,8 +3,10 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
+use lagrangian::mechanics::Lagrangian;
 use lagrangian::score::{Judgement, outside};
-use lagrangian::{Coordinates, Lagrangian, Model, counted};
+use lagrangian::text::counted;
+use lagrangian::{Coordinates, Model};
 use lagrangian_analysis::action::{
     Boundary, DiscreteAction, PathKind, Search, SearchOptions, StationaryPath, stationary_paths,
 };

@@ -5,8 +5,10 @@ use std::iter;
 use std::path::Path;
 
 use anyhow::Result;
+use lagrangian::check::{Item, ShownItem};
+use lagrangian::text::counted;
 use lagrangian::trajectory::Sampling;
-use lagrangian::{CheckOptions, CheckReport, Item, Recording, ShownItem, Verdict, counted};
+use lagrangian::{CheckOptions, CheckReport, Recording, Verdict};
 use serde_json::{Value, json};
 
 use super::{OutputMode, existence};

@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use lagrangian::{Coordinates, Layout, Recording, Trajectory, counted};
+use lagrangian::text::counted;
+use lagrangian::{Coordinates, Layout, Recording, Trajectory};
 use lagrangian_run::Source;
 use serde_json::json;
 

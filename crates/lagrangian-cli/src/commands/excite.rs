@@ -9,7 +9,8 @@ use lagrangian::rigid::{
     Excitation, ExcitationConfig, JointLimits, PartChange, Quantity, RigidBodies, SearchProgress,
     excite, excite_joints,
 };
-use lagrangian::{Coordinate, Coordinates, Model, Topology};
+use lagrangian::trajectory::{Coordinate, Topology};
+use lagrangian::{Coordinates, Model};
 use lagrangian_report::draw::short;
 use lagrangian_report::{Command, Figure, Motion, Report, Role, phase_portrait, trajectories};
 use serde_json::json;

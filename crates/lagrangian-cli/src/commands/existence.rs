@@ -1,7 +1,8 @@
 //! `lagrangian check --lagrangian`: the existence of a Lagrangian for these motions.
 
 use anyhow::Result;
-use lagrangian::{Budget, CheckReport, EstimateOptions, Item, Recording};
+use lagrangian::check::Item;
+use lagrangian::{Budget, CheckReport, EstimateOptions, Recording};
 use lagrangian_analysis::existence::{SurveyConfig, check_item, survey};
 
 use super::OutputMode;

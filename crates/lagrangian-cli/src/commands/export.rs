@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::Result;
-use lagrangian::{Learned, Model as _, SavedModel, counted};
+use lagrangian::text::counted;
+use lagrangian::{Learned, Model as _, SavedModel};
 use lagrangian_export::arrays::{Library, module};
 use lagrangian_export::fmu::{Fmu, archive};
 use lagrangian_export::{About, Export, File, export};

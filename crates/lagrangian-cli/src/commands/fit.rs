@@ -6,7 +6,8 @@ use anyhow::Result;
 use lagrangian::ensemble::Coverage;
 use lagrangian::models::Parameter;
 use lagrangian::score::Assessment;
-use lagrangian::{Fit, Layout, Prepared, Score, Trajectory, Verdict, counted};
+use lagrangian::text::counted;
+use lagrangian::{Fit, Layout, Prepared, Score, Trajectory, Verdict};
 use lagrangian::{
     fit::ResolvedConfig,
     score::CandidateResult,

@@ -1,15 +1,14 @@
 //! `lagrangian identify`: from logs of a robot to a URDF with its parameters.
 
 use anyhow::Result;
+use lagrangian::mechanics::Mechanical;
 use lagrangian::rigid::{
-    self, Changes, Identification, IdentifyOptions, PartChange, Quantity, RigidBodies,
+    self, Changes, Identification, IdentifyOptions, PartChange, Quantity, RigidBodies, RobotConfig,
 };
 use lagrangian::score::SignalError;
 use lagrangian::torque::{predict_torque, summarise};
 use lagrangian::trajectory::Sampling;
-use lagrangian::{
-    Coordinates, Dataset, Estimate, Mechanical, Model, RobotConfig, Trajectory, prepared, split,
-};
+use lagrangian::{Coordinates, Dataset, Estimate, Model, Trajectory, prepared, split};
 use lagrangian_report::draw::short;
 use serde::Serialize;
 use serde_json::json;

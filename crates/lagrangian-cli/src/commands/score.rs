@@ -2,7 +2,9 @@
 
 use anyhow::Result;
 use lagrangian::score::{Assessment, Judgement, SignalError};
-use lagrangian::{Coordinate, Coordinates, Model, Score, Trajectory, counted, score};
+use lagrangian::text::counted;
+use lagrangian::trajectory::Coordinate;
+use lagrangian::{Coordinates, Model, Score, Trajectory, score};
 use lagrangian_run::ENSEMBLE;
 use serde::Serialize;
 use serde_json::json;

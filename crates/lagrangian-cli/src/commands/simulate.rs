@@ -2,10 +2,12 @@
 
 use anyhow::{Result, bail};
 use lagrangian::analytic::{AnalyticModel, Parameter, by_name, systems};
-use lagrangian::rigid::RigidBodies;
+use lagrangian::mechanics::Outcome;
+use lagrangian::rigid::{RigidBodies, RobotConfig};
 use lagrangian::rollout::Simulation;
+use lagrangian::text::counted;
 use lagrangian::trajectory::Simulated;
-use lagrangian::{Layout, Outcome, RobotConfig, Rollout, Trajectory, counted};
+use lagrangian::{Layout, Rollout, Trajectory};
 use serde::Serialize;
 use serde_json::json;
 

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use lagrangian::is_hidden;
+use lagrangian::text::is_hidden;
 
 use crate::workbench::{Outcome, Workbench, swing};
 

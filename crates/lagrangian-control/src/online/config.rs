@@ -3,9 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::ReplayConfig;
-use lagrangian::TrainingTask;
-use lagrangian::train::NaturalConfig;
-use lagrangian::{DelanConfig, Error, Family, FitConfig, ForceTerms, Loss, Optimizer, Result};
+use lagrangian::models::Family;
+use lagrangian::train::{ForceTerms, NaturalConfig};
+use lagrangian::{DelanConfig, Error, FitConfig, Loss, Optimizer, Result, TrainingTask};
 
 /// Settings of an online learner.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

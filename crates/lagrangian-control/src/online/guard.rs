@@ -1,7 +1,7 @@
 //! The test that a model must pass before a controller uses it.
 
-use lagrangian::mechanics::{Regularity, SymmetricSolver};
-use lagrangian::{Evaluation, Model};
+use lagrangian::Model;
+use lagrangian::mechanics::{Evaluation, Regularity, SymmetricSolver};
 
 /// Tests models at probe states: torques must be finite and, for a Lagrangian, M positive definite.
 #[derive(Debug, Clone, Default)]

@@ -3,9 +3,10 @@
 
 use super::*;
 use crate::{Driven, FeedForward, Gains, LoopConfig, Pd, Reference, Sensors, Simulation};
+use lagrangian::mechanics::Quantities;
 use lagrangian::rigid::{self, LoadParameters, RigidBodies, is_body};
 use lagrangian::rollout::times;
-use lagrangian::{Quantities, Signals, State, Trajectory};
+use lagrangian::{Signals, State, Trajectory};
 
 const HOME: [f64; 7] = [0.0, 0.5, 0.0, -1.2, 0.0, 0.9, 0.0];
 

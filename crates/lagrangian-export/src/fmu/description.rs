@@ -245,7 +245,7 @@ fn structure(variables: &[Variable]) -> String {
 
 /// A text as the value of an attribute.
 fn escaped(text: &str) -> String {
-    lagrangian::shown(text)
+    lagrangian::text::shown(text)
         .replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")

@@ -2,11 +2,13 @@
 
 use std::process::Command;
 
-use lagrangian::TrainingTask;
+use lagrangian::mechanics::{Dissipation, Mechanical};
 use lagrangian::rollout::times;
+use lagrangian::train::ForceTerms;
+use lagrangian::trajectory::Visited;
 use lagrangian::{
-    Budget, Dataset, DelanConfig, Dissipation, FitConfig, ForceTerms, Learned, Mechanical,
-    Model as _, Result, RolloutOptions, Visited, analytic, fit, rollout,
+    Budget, Dataset, DelanConfig, FitConfig, Learned, Model as _, Result, RolloutOptions,
+    TrainingTask, analytic, fit, rollout,
 };
 use lagrangian_export::{About, export};
 

@@ -16,7 +16,8 @@ use std::collections::BTreeMap;
 
 use built::{Built, Compiler};
 use lagrangian::expression::{Equations, Graph, input};
-use lagrangian::{Evaluation, Evaluator, Learned, Model as _};
+use lagrangian::mechanics::Evaluation;
+use lagrangian::{Evaluator, Learned, Model as _};
 use lagrangian_export::{About, Call, Export, Interface, export};
 use rand::{RngExt, SeedableRng};
 

@@ -1,17 +1,18 @@
 //! Models of all families with random weights, with all forces.
 
-use lagrangian::TrainingTask;
-use lagrangian::mechanics::{Canonical, Scaling};
-use lagrangian::models::{
-    Delan, Direction, Form, Hnn, HnnStructure, IdentifiedRobot, LearnedLagrangian, Lnn, Mlp,
-    MlpScaling,
+use lagrangian::mechanics::{
+    Actuation, Canonical, Dissipation, Lagrangian, Mechanical, Quantities, Scaling,
 };
-use lagrangian::rigid::{self, RigidBodies};
+use lagrangian::models::{
+    Delan, Direction, Form, Hnn, HnnConfig, HnnStructure, IdentifiedRobot, LearnedLagrangian, Lnn,
+    Mlp, MlpConfig, MlpScaling,
+};
+use lagrangian::rigid::{self, RigidBodies, RobotConfig};
+use lagrangian::train::ForceTerms;
 use lagrangian::trajectory::Samples;
 use lagrangian::{
-    Actuation, Budget, Coordinates, Dataset, DelanConfig, Dissipation, FitConfig, ForceTerms,
-    HnnConfig, Lagrangian, Learned, LnnConfig, Loss, Mechanical, MlpConfig, Quantities,
-    RobotConfig, Signals, fit,
+    Budget, Coordinates, Dataset, DelanConfig, FitConfig, Learned, LnnConfig, Loss, Signals,
+    TrainingTask, fit,
 };
 use rand::{RngExt, SeedableRng};
 

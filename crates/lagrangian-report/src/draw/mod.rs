@@ -48,7 +48,7 @@ impl Axis {
 fn plain(text: &str) -> String {
     let seen = |letter| match letter {
         '\n' | '\t' => ' ',
-        hidden if lagrangian::is_hidden(hidden) => '\u{fffd}',
+        hidden if lagrangian::text::is_hidden(hidden) => '\u{fffd}',
         other => other,
     };
     text.chars().map(seen).collect()

@@ -1,6 +1,7 @@
 //! The figures of a comparison: errors along the motions, the first motion with its forces as each model predicts them, and losses.
 
-use lagrangian::{Coordinates, Model, Signal, Trajectory};
+use lagrangian::trajectory::Signal;
+use lagrangian::{Coordinates, Model, Trajectory};
 use lagrangian_report::{
     Axis, Figure, Motion, Role, Series, force_unit, loss_curves, trajectories,
 };

@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 
 use lagrangian::score::{Predictions, THRESHOLD, predict_all, valid_prediction_time};
-use lagrangian::{Coordinate, Coordinates, Model, Rollout, RolloutOptions, Signal, Trajectory};
+use lagrangian::trajectory::{Coordinate, Signal};
+use lagrangian::{Coordinates, Model, Rollout, RolloutOptions, Trajectory};
 use serde::Serialize;
 
 use super::LoadedRun;

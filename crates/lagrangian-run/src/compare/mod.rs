@@ -9,7 +9,8 @@ mod paired;
 use std::path::{Path, PathBuf};
 
 use lagrangian::saved::Preparation;
-use lagrangian::{Coordinate, Learned, Model, Provenance, RolloutOptions, SavedModel, Trajectory};
+use lagrangian::trajectory::Coordinate;
+use lagrangian::{Learned, Model, Provenance, RolloutOptions, SavedModel, Trajectory};
 use lagrangian_report::Report;
 use serde::Serialize;
 

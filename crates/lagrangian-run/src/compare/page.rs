@@ -1,6 +1,6 @@
 //! The presentation of a comparison: its verdict in sentences, and its page.
 
-use lagrangian::counted;
+use lagrangian::text::counted;
 use lagrangian_report::draw::short;
 use lagrangian_report::{Figure, Report, Table};
 

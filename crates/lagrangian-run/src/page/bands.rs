@@ -3,7 +3,8 @@
 
 use lagrangian::ensemble::{Coverage, Covered, Ensemble, Prediction};
 use lagrangian::score::{SignalError, predict, score_samples};
-use lagrangian::{Coordinate, Learned, Model, Rollout, RolloutOptions, Signal, Trajectory};
+use lagrangian::trajectory::{Coordinate, Signal};
+use lagrangian::{Learned, Model, Rollout, RolloutOptions, Trajectory};
 use lagrangian_report::draw::short;
 use lagrangian_report::{Axis, Banded, Figure, Headline, Table};
 

@@ -1,7 +1,8 @@
 //! The figures of a run's page: loss, a predicted motion, its energy, accelerations.
 
 use lagrangian::score::Accelerations;
-use lagrangian::{Coordinate, Model, Rollout, Signal, Trajectory};
+use lagrangian::trajectory::{Coordinate, Signal};
+use lagrangian::{Model, Rollout, Trajectory};
 use lagrangian_report::{
     Axis, Figure, Motion, Role, Series, energy_error_over_time, loss_curves, parity,
     phase_portrait, trajectories,

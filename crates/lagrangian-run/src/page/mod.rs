@@ -15,9 +15,8 @@ use lagrangian::ensemble::Ensemble;
 use lagrangian::score::{
     Assessment, Grade, Judgement, Predictions, Reason, SignalError, predict_all, score_predictions,
 };
-use lagrangian::{
-    CheckReport, Learned, Model, Prepared, RolloutOptions, Score, Trajectory, counted,
-};
+use lagrangian::text::counted;
+use lagrangian::{CheckReport, Learned, Model, Prepared, RolloutOptions, Score, Trajectory};
 use lagrangian_report::draw::short;
 use lagrangian_report::{Command, Figure, Headline, Report, Role};
 

@@ -1,7 +1,10 @@
 //! The tables of a run's page.
 
+use lagrangian::check::Item;
+use lagrangian::mechanics::Outcome;
 use lagrangian::score::{Assessment, Forward, RolloutScore, SignalError};
-use lagrangian::{Coordinate, Item, Model, Outcome, Score, Trajectory, Verdict};
+use lagrangian::trajectory::Coordinate;
+use lagrangian::{Model, Score, Trajectory, Verdict};
 use lagrangian::{models::Parameter, score::CandidateResult, train::AutoSetting};
 use lagrangian_report::draw::short;
 use lagrangian_report::{Axis, Table};

@@ -1,8 +1,8 @@
 //! Networks of two hidden layers with random weights, and the number of weights of their matrices.
 
-use lagrangian::mechanics::Scaling;
+use lagrangian::mechanics::{Mechanical, Scaling};
 use lagrangian::models::{Delan, Lnn};
-use lagrangian::{Coordinates, DelanConfig, LnnConfig, Mechanical};
+use lagrangian::{Coordinates, DelanConfig, LnnConfig};
 
 use super::expect;
 

@@ -6,7 +6,7 @@
 //!
 //! ```
 //! use lagrangian::ensemble::fit_ensemble;
-//! use lagrangian::{Budget, FitConfig, LnnConfig, TrainingTask, analytic, random_states};
+//! use lagrangian::{Budget, FitConfig, LnnConfig, TrainingTask, analytic, dataset::random_states};
 //!
 //! let pendulum = analytic::by_name("pendulum", &[])?;
 //! let data = random_states(&*pendulum, 400, 50, 0)?;

@@ -11,7 +11,7 @@ const SAMPLES: usize = 10_000;
 /// The largest part of the samples outside for a motion like the fitted ones.
 const USUAL: f64 = 0.05;
 
-/// The distance of motions from the states that the data of a model [visited](crate::Visited).
+/// The distance of motions from the states that the data of a model [visited](crate::trajectory::Visited).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Outside {
     /// The part of the samples that lies outside.

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::Quantities;
+use lagrangian::mechanics::Quantities;
 use lagrangian::rigid::{self, RigidBodies};
 use rand::{RngExt, SeedableRng};
 

@@ -2,12 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::TrainingTask;
+use lagrangian::mechanics::{Dissipation, Mechanical, Quantities};
+use lagrangian::models::ChainConfig;
 use lagrangian::rigid::RigidBodies;
 use lagrangian::trajectory::Samples;
 use lagrangian::{
-    ChainConfig, Coordinates, Dataset, Dissipation, Fit, FitConfig, Learned, Loss, Mechanical,
-    Model, Provenance, Quantities, SavedModel, Signals, fit,
+    Coordinates, Dataset, Fit, FitConfig, Learned, Loss, Model, Provenance, SavedModel, Signals,
+    TrainingTask, fit,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -1,11 +1,13 @@
 //! Laws of deep Lagrangian networks on random weights: the properties that robotics relies on hold for any weights.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::mechanics::{Directional, Jet, Regularity, Scaling, Stribeck, SymmetricSolver};
-use lagrangian::models::{Delan, Trunks};
-use lagrangian::{
-    Actuation, Coordinates, DelanConfig, Dissipation, Lagrangian, Mechanical, Model, Topology,
+use lagrangian::mechanics::{
+    Actuation, Directional, Dissipation, Jet, Lagrangian, Mechanical, Regularity, Scaling,
+    Stribeck, SymmetricSolver,
 };
+use lagrangian::models::{Delan, Trunks};
+use lagrangian::trajectory::Topology;
+use lagrangian::{Coordinates, DelanConfig, Model};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -4,12 +4,14 @@
 use std::f64::consts::{PI, TAU};
 
 use lagrangian::analytic::by_name;
-use lagrangian::mechanics::{Canonical, HamiltonianOf, Scaling, Stribeck};
-use lagrangian::models::{Delan, Mlp, MlpScaling};
+use lagrangian::integrate::Method;
+use lagrangian::mechanics::{
+    Canonical, Dissipation, HamiltonianOf, Mechanical, Outcome, Scaling, Stribeck,
+};
+use lagrangian::models::{Delan, Mlp, MlpConfig, MlpScaling};
 use lagrangian::rollout::{Hold, free, rollout_many, rollout_phase, rollout_recorded, times};
 use lagrangian::{
-    Coordinates, DelanConfig, Dissipation, Mechanical, Method, MlpConfig, Model, Outcome, Rollout,
-    RolloutOptions, Signals, State, Trajectory, rollout,
+    Coordinates, DelanConfig, Model, Rollout, RolloutOptions, Signals, State, Trajectory, rollout,
 };
 
 fn coulomb(coulomb: &[f64]) -> Dissipation {

@@ -4,8 +4,9 @@
 
 use std::ops::ControlFlow;
 
+use lagrangian::Model;
+use lagrangian::mechanics::Dissipation;
 use lagrangian::rigid::{self, RigidBodies};
-use lagrangian::{Dissipation, Model};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

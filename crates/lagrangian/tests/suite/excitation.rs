@@ -4,11 +4,12 @@
 
 use std::ops::ControlFlow;
 
+use lagrangian::mechanics::{Dissipation, Mechanical};
 use lagrangian::rigid::{
-    self, Excitation, ExcitationConfig, IdentifyOptions, JointLimits, RigidBodies, excite,
-    excite_joints,
+    self, Excitation, ExcitationConfig, IdentifyOptions, JointLimits, RigidBodies, RobotConfig,
+    excite, excite_joints,
 };
-use lagrangian::{Coordinates, Dataset, Dissipation, Mechanical, Model, RobotConfig, Trajectory};
+use lagrangian::{Coordinates, Dataset, Model, Trajectory};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

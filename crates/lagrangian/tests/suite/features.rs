@@ -1,14 +1,16 @@
 //! Lagrangians that are linear in random features.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::FitSpec;
 use lagrangian::analytic::by_name;
-use lagrangian::models::FeatureLagrangian;
+use lagrangian::dataset::random_states;
+use lagrangian::mechanics::Outcome;
+use lagrangian::models::{FeatureLagrangian, FeaturesConfig};
 use lagrangian::rollout::{free, times};
+use lagrangian::train::ForceTerms;
 use lagrangian::trajectory::Samples;
 use lagrangian::{
-    Dataset, Error, FeaturesConfig, FitConfig, ForceTerms, Learned, Loss, Model, Outcome,
-    Provenance, RolloutOptions, SavedModel, Signals, fit, random_states, rollout,
+    Dataset, Error, FitConfig, FitSpec, Learned, Loss, Model, Provenance, RolloutOptions,
+    SavedModel, Signals, fit, rollout,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

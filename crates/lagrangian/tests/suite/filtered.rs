@@ -2,9 +2,9 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use lagrangian::analytic::by_name;
-use lagrangian::models::identify;
+use lagrangian::models::{RigidConfig, identify};
 use lagrangian::trajectory::Columns;
-use lagrangian::{Coordinates, Dataset, Error, EstimateOptions, Recording, RigidConfig, Signals};
+use lagrangian::{Coordinates, Dataset, Error, EstimateOptions, Recording, Signals};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

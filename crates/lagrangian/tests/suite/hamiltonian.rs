@@ -2,13 +2,14 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use lagrangian::analytic::{by_name, systems};
-use lagrangian::mechanics::{Canonical, HamiltonianJet, HamiltonianOf, Jet, LagrangianOf, Scaling};
-use lagrangian::models::{Hnn, HnnStructure, Momenta};
-use lagrangian::rollout::{free, rollout_phase, times};
-use lagrangian::{
-    Coordinates, Dissipation, Evaluation, Hamiltonian, HnnConfig, Lagrangian, Method, Model,
-    RolloutOptions, rollout,
+use lagrangian::integrate::Method;
+use lagrangian::mechanics::{
+    Canonical, Dissipation, Evaluation, Hamiltonian, HamiltonianJet, HamiltonianOf, Jet,
+    Lagrangian, LagrangianOf, Scaling,
 };
+use lagrangian::models::{Hnn, HnnConfig, HnnStructure, Momenta};
+use lagrangian::rollout::{free, rollout_phase, times};
+use lagrangian::{Coordinates, Model, RolloutOptions, rollout};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -2,11 +2,10 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use lagrangian::analytic::by_name;
-use lagrangian::models::{Angles, Identified, RigidChain, identify};
+use lagrangian::mechanics::{Dissipation, Mechanical};
+use lagrangian::models::{Angles, Identified, RigidChain, RigidConfig, identify};
 use lagrangian::trajectory::Samples;
-use lagrangian::{
-    Coordinates, Dataset, Dissipation, Error, Mechanical, Model, RigidConfig, Signals,
-};
+use lagrangian::{Coordinates, Dataset, Error, Model, Signals};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -2,10 +2,10 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use lagrangian::analytic::{Analytic, Domain, Parameter, System, systems};
-use lagrangian::mechanics::{EulerLagrange, Jet, bias};
-use lagrangian::{
-    Coordinates, Dissipation, Evaluation, Evaluator, Lagrangian, Mechanical, Model, State,
+use lagrangian::mechanics::{
+    Dissipation, EulerLagrange, Evaluation, Jet, Lagrangian, Mechanical, bias,
 };
+use lagrangian::{Coordinates, Evaluator, Model, State};
 use num_dual::DualNum;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -1,9 +1,10 @@
 //! Networks evaluated by the kernels, compared with their evaluation over dual numbers.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::mechanics::{Jet, Scaling, SpeedChart};
+use lagrangian::mechanics::{Jet, Lagrangian, Mechanical, Scaling, SpeedChart};
 use lagrangian::models::{Delan, Form, Lnn, Trunks};
-use lagrangian::{Coordinates, DelanConfig, Lagrangian, LnnConfig, Mechanical, Model, Topology};
+use lagrangian::trajectory::Topology;
+use lagrangian::{Coordinates, DelanConfig, LnnConfig, Model};
 use nets::Activation;
 use num_dual::{Dual64, DualNum, HyperDual64};
 use rand::{RngExt, SeedableRng};

@@ -2,18 +2,18 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::TrainingTask;
-use lagrangian::mechanics::{EulerLagrange, Jet, Scaling, Sum};
-use lagrangian::models::Lnn;
-use lagrangian::rigid::{self, RigidBodies};
+use lagrangian::mechanics::{
+    Dissipation, EulerLagrange, Jet, Lagrangian, Mechanical, Scaling, Sum,
+};
+use lagrangian::models::{Family, Lnn};
+use lagrangian::rigid::{self, RigidBodies, RobotConfig};
 use lagrangian::rollout::{free, times};
-use lagrangian::score::CandidateResult;
-use lagrangian::score::{Assessment, Grade};
+use lagrangian::score::{Assessment, CandidateResult, Grade};
+use lagrangian::train::ForceTerms;
 use lagrangian::trajectory::Samples;
 use lagrangian::{
-    Budget, Dataset, DelanConfig, Dissipation, Evaluator, Family, FitConfig, ForceTerms,
-    Lagrangian, Learned, LnnConfig, Loss, Mechanical, Model, Provenance, RobotConfig,
-    RolloutOptions, SavedModel, Signals, Trajectory, fit, rollout, score,
+    Budget, Dataset, DelanConfig, Evaluator, FitConfig, Learned, LnnConfig, Loss, Model,
+    Provenance, RolloutOptions, SavedModel, Signals, TrainingTask, Trajectory, fit, rollout, score,
 };
 use rand::{RngExt, SeedableRng};
 
@@ -319,8 +319,8 @@ fn a_correction_is_silent_beyond_the_range_of_its_data() {
 fn a_family_that_cannot_stand_on_a_robot_says_so() {
     let data = dataset(&loaded(), 50);
     for family in [
-        Box::<dyn Family>::from(lagrangian::MlpConfig::default()),
-        Box::<dyn Family>::from(lagrangian::RigidConfig::default()),
+        Box::<dyn Family>::from(lagrangian::models::MlpConfig::default()),
+        Box::<dyn Family>::from(lagrangian::models::RigidConfig::default()),
     ] {
         let mut settings = config(family, Loss::ACCELERATION);
         settings.loss = Loss::ACCELERATION;

@@ -2,13 +2,13 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use lagrangian::analytic::{Analytic, AnalyticModel, Parameter, System, by_name};
-use lagrangian::mechanics::{Jet, Scaling};
-use lagrangian::models::{Delan, Form, Lnn, Mlp, MlpScaling};
+use lagrangian::mechanics::{Jet, Lagrangian, Mechanical, Scaling};
+use lagrangian::models::{Delan, Form, Lnn, Mlp, MlpConfig, MlpScaling};
 use lagrangian::rollout::{free, times};
-use lagrangian::trajectory::Samples;
+use lagrangian::trajectory::{Samples, Topology};
 use lagrangian::{
-    Coordinates, Dataset, DelanConfig, Error, Lagrangian, LnnConfig, Mechanical, MlpConfig, Model,
-    RolloutOptions, Signals, State, Topology, rollout,
+    Coordinates, Dataset, DelanConfig, Error, LnnConfig, Model, RolloutOptions, Signals, State,
+    rollout,
 };
 use num_dual::DualNum;
 use rand::{Rng, RngExt, SeedableRng};

@@ -5,9 +5,9 @@
 use std::fs::File;
 use std::path::PathBuf;
 
+use lagrangian::check::{Item, check};
 use lagrangian::{
-    CheckOptions, CheckReport, Estimate, EstimateOptions, Format, Item, Layout, Recording, Verdict,
-    check,
+    CheckOptions, CheckReport, Estimate, EstimateOptions, Format, Layout, Recording, Verdict,
 };
 
 /// The folder of recorded data, if it exists.

@@ -5,9 +5,10 @@
 use std::f64::consts::TAU;
 
 use lagrangian::analytic::{AnalyticModel, by_name, systems};
+use lagrangian::integrate::Method;
 use lagrangian::mechanics::{Jet, bias};
 use lagrangian::rollout::{free, times};
-use lagrangian::{Error, Method, Rollout, RolloutOptions, State, Trajectory, rollout};
+use lagrangian::{Error, Rollout, RolloutOptions, State, Trajectory, rollout};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 

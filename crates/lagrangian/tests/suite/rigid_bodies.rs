@@ -2,12 +2,11 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::mechanics::{EulerLagrange, Jet};
+use lagrangian::integrate::Method;
+use lagrangian::mechanics::{EulerLagrange, Jet, Lagrangian, Mechanical, Quantities};
 use lagrangian::rigid::{self, LinkLoad, RigidBodies};
 use lagrangian::rollout::{free, times};
-use lagrangian::{
-    Evaluator, Lagrangian, Mechanical, Method, Model, Quantities, RolloutOptions, rollout,
-};
+use lagrangian::{Evaluator, Model, RolloutOptions, rollout};
 use rand::{RngExt, SeedableRng};
 use serde::Deserialize;
 
@@ -139,11 +138,11 @@ fn joints_that_are_not_named_are_depth_first_in_the_order_of_the_file() {
 
 /// A trait with the method under another name, since two traits have it.
 trait Names {
-    fn coordinates_of(&self) -> &[lagrangian::Coordinate];
+    fn coordinates_of(&self) -> &[lagrangian::trajectory::Coordinate];
 }
 
 impl Names for RigidBodies {
-    fn coordinates_of(&self) -> &[lagrangian::Coordinate] {
+    fn coordinates_of(&self) -> &[lagrangian::trajectory::Coordinate] {
         &Lagrangian::coordinates(self).0
     }
 }

@@ -2,13 +2,16 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::TrainingTask;
-use lagrangian::rigid::{self, IdentifiedRobot, IdentifyOptions, Quantity, RigidBodies};
+use lagrangian::mechanics::{Dissipation, Mechanical};
+use lagrangian::models::{Family, RigidConfig};
+use lagrangian::rigid::{
+    self, IdentifiedRobot, IdentifyOptions, Quantity, RigidBodies, RobotConfig,
+};
+use lagrangian::train::ForceTerms;
 use lagrangian::trajectory::Samples;
 use lagrangian::{
-    Coordinates, Dataset, Dissipation, Error, Evaluator, Family, FitConfig, ForceTerms, Learned,
-    Loss, Mechanical, Model, Provenance, RigidConfig, RobotConfig, SavedModel, Signals, Trajectory,
-    fit,
+    Coordinates, Dataset, Error, Evaluator, FitConfig, Learned, Loss, Model, Provenance,
+    SavedModel, Signals, TrainingTask, Trajectory, fit,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

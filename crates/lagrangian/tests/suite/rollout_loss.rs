@@ -3,14 +3,15 @@
 
 use std::ops::ControlFlow;
 
-use lagrangian::TrainingTask;
 use lagrangian::analytic::by_name;
-use lagrangian::models::{Delan, Order};
+use lagrangian::dataset::random_starts;
+use lagrangian::integrate::Method;
+use lagrangian::models::{Delan, Family, NeuralOdeConfig, Order};
 use lagrangian::rollout::{free, rollout_many, times};
 use lagrangian::train::{AdamConfig, NaturalConfig, RolloutLoss, Start};
 use lagrangian::{
-    Budget, Checkpoint, Dataset, DelanConfig, Family, FitConfig, Learned, Loss, Method, Model,
-    NeuralOdeConfig, Observer, Optimizer, Progress, RolloutOptions, Trajectory, fit, random_starts,
+    Budget, Checkpoint, Dataset, DelanConfig, FitConfig, Learned, Loss, Model, Observer, Optimizer,
+    Progress, RolloutOptions, TrainingTask, Trajectory, fit,
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

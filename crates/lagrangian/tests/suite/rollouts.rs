@@ -3,14 +3,13 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use lagrangian::analytic::by_name;
-use lagrangian::integrate::{Control, Dop853, Dopri5, EmbeddedPair, Failure, adaptive};
-use lagrangian::mechanics::Scaling;
+use lagrangian::integrate::{Control, Dop853, Dopri5, EmbeddedPair, Failure, Method, adaptive};
+use lagrangian::mechanics::{Dissipation, Mechanical, Outcome, Scaling};
 use lagrangian::models::Lnn;
 use lagrangian::rollout::{Hold, free, recorded, rollout_many, rollout_recorded, times};
 use lagrangian::score::valid_prediction_time;
 use lagrangian::{
-    Coordinates, Dissipation, LnnConfig, Mechanical, Method, Model, Outcome, RolloutOptions,
-    Signals, State, Trajectory, rollout,
+    Coordinates, LnnConfig, Model, RolloutOptions, Signals, State, Trajectory, rollout,
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

@@ -301,7 +301,11 @@ mod families {
     use lagrangian::models::{
         Angles, Delan, Direction, Form, Inertia, Lnn, Mlp, MlpScaling, Rigid, RigidChain,
     };
-    use lagrangian::{DelanConfig, Dissipation, Learned, LnnConfig, Mechanical, MlpConfig, Model};
+    use lagrangian::{
+        DelanConfig, Learned, LnnConfig, Model,
+        mechanics::{Dissipation, Mechanical},
+        models::MlpConfig,
+    };
 
     fn lnn(form: Form) -> Lnn {
         let config = LnnConfig {

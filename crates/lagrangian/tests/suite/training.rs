@@ -3,15 +3,14 @@
 
 use std::ops::ControlFlow;
 
-use lagrangian::TrainingTask;
 use lagrangian::analytic::by_name;
-use lagrangian::models::Form;
+use lagrangian::dataset::{random_starts, random_states};
+use lagrangian::models::{Family, Form, MlpConfig};
 use lagrangian::rollout::{energy_test, free, rollout_many, times};
 use lagrangian::train::{AdamConfig, NaturalConfig};
 use lagrangian::{
-    Budget, Checkpoint, Dataset, Error, Family, FitConfig, Learned, LnnConfig, MlpConfig, Model,
-    Observer, Optimizer, Progress, Provenance, RolloutOptions, fit, random_starts, random_states,
-    rollout,
+    Budget, Checkpoint, Dataset, Error, FitConfig, Learned, LnnConfig, Model, Observer, Optimizer,
+    Progress, Provenance, RolloutOptions, TrainingTask, fit, rollout,
 };
 
 fn pendulum(samples: usize) -> Dataset {

@@ -2,14 +2,11 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use lagrangian::analytic::by_name;
-use lagrangian::integrate::{Rule, Variational};
-use lagrangian::mechanics::{Scaling, Slopes};
+use lagrangian::integrate::{Method, Rule, Variational};
+use lagrangian::mechanics::{Dissipation, Mechanical, Outcome, Scaling, Slopes};
 use lagrangian::models::Lnn;
 use lagrangian::rollout::{free, times};
-use lagrangian::{
-    Coordinates, Dissipation, LnnConfig, Mechanical, Method, Model, Outcome, Rollout,
-    RolloutOptions, Trajectory, rollout,
-};
+use lagrangian::{Coordinates, LnnConfig, Model, Rollout, RolloutOptions, Trajectory, rollout};
 
 const RULES: [Method; 2] = [Method::VariationalMidpoint, Method::VariationalTrapezoidal];
 

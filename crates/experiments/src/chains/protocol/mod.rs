@@ -16,7 +16,8 @@ pub(crate) use error::{Score, floor, motions, predictions, score, test_starts};
 
 use crate::chart::{Chart, InChart, in_chart};
 use lagrangian::analytic::{NLinkPendulum, Rng, normal};
-use lagrangian::{Mechanical, RolloutOptions, State};
+use lagrangian::mechanics::Mechanical;
+use lagrangian::{RolloutOptions, State};
 
 use crate::data::prediction;
 

@@ -141,7 +141,7 @@ mod tests {
     use crate::plausibility::premises::Premise;
     use lagrangian::mechanics::Scaling;
     use lagrangian::models::{Lnn, Mlp, MlpScaling};
-    use lagrangian::{Coordinates, LnnConfig, MlpConfig};
+    use lagrangian::{Coordinates, LnnConfig, models::MlpConfig};
 
     fn starts() -> Vec<State> {
         vec![State::new(vec![0.5, -0.4], vec![0.0, 0.0])]
@@ -168,7 +168,7 @@ mod tests {
         let scaling = Scaling::identity(2);
         let config = LnnConfig::default();
         let lnn = Lnn::random(coordinates.clone(), config, scaling.clone(), 1).unwrap();
-        let lnn = lagrangian::Mechanical::conservative(lnn);
+        let lnn = lagrangian::mechanics::Mechanical::conservative(lnn);
         let obeyed = laws(&lnn, &*arm, &driven, &starts()).unwrap();
         assert!(
             obeyed.asymmetry < 1e-12 && obeyed.own_power.unwrap() < 1e-4,

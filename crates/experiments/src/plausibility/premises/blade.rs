@@ -6,7 +6,8 @@ use rand::Rng;
 
 use crate::data::without_parameters;
 use lagrangian::analytic::{System, uniform};
-use lagrangian::{Coordinate, Coordinates, State, Topology};
+use lagrangian::trajectory::{Coordinate, Topology};
+use lagrangian::{Coordinates, State};
 
 /// Mass, kg, inertia about the centre of mass, kg·m², and how far behind it the blade stands, m.
 const MASS: f64 = 2.0;

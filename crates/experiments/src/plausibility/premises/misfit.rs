@@ -1,8 +1,10 @@
 //! How far a model is from recordings: in torque, and in motion over a short time.
 
 use crate::data::shorter;
+use lagrangian::integrate::Method;
 use lagrangian::rollout::{Hold, rollout_recorded};
-use lagrangian::{Method, Model, Result, RolloutOptions, Signal, Trajectory};
+use lagrangian::trajectory::Signal;
+use lagrangian::{Model, Result, RolloutOptions, Trajectory};
 
 /// Root mean square over samples and coordinates of the recorded torque less the model's, N·m; `None` where it has no
 /// inverse dynamics or nothing is recorded.

@@ -2,8 +2,10 @@
 
 use anyhow::{Result, bail};
 use lagrangian::analytic::AnalyticModel;
+use lagrangian::dataset::random_starts;
+use lagrangian::integrate::Method;
 use lagrangian::rollout::{EnergyTest, energy_test, free, rollout_many, times};
-use lagrangian::{Method, Model, Rollout, RolloutOptions, State, random_starts};
+use lagrangian::{Model, Rollout, RolloutOptions, State};
 use lagrangian_analysis::chaos::{ValidTimes, lyapunov_times, restarted, valid_times};
 
 use super::{OutputMode, REFERENCE_ENERGY};

@@ -6,12 +6,12 @@ mod page;
 use std::time::Instant;
 
 use anyhow::{Result, bail};
-use lagrangian::TrainingTask;
 use lagrangian::analytic::{AnalyticModel, by_name};
+use lagrangian::dataset::random_states;
+use lagrangian::models::{Family, MlpConfig};
 use lagrangian::train::{Ending, NaturalConfig};
 use lagrangian::{
-    Budget, Dataset, Family, Fit, FitConfig, LnnConfig, Loss, MlpConfig, Optimizer, Provenance,
-    random_states,
+    Budget, Dataset, Fit, FitConfig, LnnConfig, Loss, Optimizer, Provenance, TrainingTask,
 };
 use lagrangian_run::{
     Existing, ExistingRun, FIGURES, MODEL, Metric, REPORT, RunFolder, RunRecord, Tensorboard, Watch,

@@ -5,7 +5,8 @@ use std::path::Path;
 use anyhow::Result;
 use lagrangian::analytic::{by_name, systems};
 use lagrangian::rigid::RigidBodies;
-use lagrangian::{Learned, Model, Trajectory, counted};
+use lagrangian::text::counted;
+use lagrangian::{Learned, Model, Trajectory};
 
 use crate::failure::{Advise, mistake};
 use crate::robot;

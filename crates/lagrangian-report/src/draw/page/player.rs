@@ -100,7 +100,7 @@ fn json(clip: &Animation) -> String {
             .collect(),
     };
     let json = serde_json::to_string(&data).unwrap_or_else(|_| "{}".into());
-    lagrangian::shown_json(&json).replace('<', "\\u003c")
+    lagrangian::text::shown_json(&json).replace('<', "\\u003c")
 }
 
 fn clip_panel(panel: &Panel, reach: f64) -> ClipPanel {

@@ -167,7 +167,7 @@ impl Plots {
     pub(super) fn json(&self) -> Option<String> {
         let json = serde_json::to_string(self).ok()?;
         let safe = |json: String| json.replace('<', "\\u003c").replace('\'', "\\u0027");
-        (!self.is_empty()).then(|| safe(lagrangian::shown_json(&json)))
+        (!self.is_empty()).then(|| safe(lagrangian::text::shown_json(&json)))
     }
 }
 

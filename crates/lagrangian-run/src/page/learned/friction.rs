@@ -1,6 +1,6 @@
 //! Friction of each joint over its velocity.
 
-use lagrangian::Dissipation;
+use lagrangian::mechanics::Dissipation;
 use lagrangian_report::{Along, Axis, Figure, Sweep};
 
 use super::Subject;

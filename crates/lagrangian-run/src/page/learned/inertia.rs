@@ -1,7 +1,8 @@
 //! The mass matrix along the most moved coordinate, and its condition number over the motions.
 
+use lagrangian::mechanics::Quantities;
 use lagrangian::score::spectrum_of;
-use lagrangian::{Model, Quantities, Signals};
+use lagrangian::{Model, Signals};
 use lagrangian_report::{Along, Axis, Figure, Role, Series, Sweep};
 
 use super::Subject;

@@ -10,8 +10,8 @@ mod truth;
 
 use std::f64::consts::{PI, TAU};
 
-use lagrangian::trajectory::Axis as Range;
-use lagrangian::{Coordinates, Learned, Model, Trajectory, Visited};
+use lagrangian::trajectory::{Axis as Range, Visited};
+use lagrangian::{Coordinates, Learned, Model, Trajectory};
 use lagrangian_motion::statistics::upper_median;
 use lagrangian_report::{Axis, Figure, HeatMap, Table};
 

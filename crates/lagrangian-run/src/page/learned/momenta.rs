@@ -1,6 +1,8 @@
 //! Momenta along a recorded motion, and gyroscopic forces.
 
-use lagrangian::{Coordinate, Model, Quantities};
+use lagrangian::Model;
+use lagrangian::mechanics::Quantities;
+use lagrangian::trajectory::Coordinate;
 use lagrangian_report::{Along, Axis, Figure, Role, Series, Sweep};
 
 use super::Subject;

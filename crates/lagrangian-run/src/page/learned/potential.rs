@@ -2,7 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use lagrangian::{Model, Quantities};
+use lagrangian::Model;
+use lagrangian::mechanics::Quantities;
 use lagrangian_report::{Along, Axis, Figure, HeatMap, Sweep};
 
 use super::Subject;

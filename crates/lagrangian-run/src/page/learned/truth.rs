@@ -1,9 +1,10 @@
 //! The system that generated the data, where they name it.
 
 use lagrangian::analytic::{AnalyticModel, by_name};
+use lagrangian::mechanics::Quantities;
 use lagrangian::rigid::{RigidBodies, RobotConfig};
 use lagrangian::trajectory::Simulated;
-use lagrangian::{Layout, Learned, Model, Quantities};
+use lagrangian::{Layout, Learned, Model};
 
 use crate::record::RunRecord;
 
@@ -42,7 +43,9 @@ impl Truth {
         Some(Self {
             system,
             friction,
-            is_scaled: model.visited().is_some_and(lagrangian::Visited::is_free),
+            is_scaled: model
+                .visited()
+                .is_some_and(lagrangian::trajectory::Visited::is_free),
         })
     }
 

@@ -24,7 +24,7 @@ impl FitSpec {
     /// The request with its robot among the settings of the family.
     ///
     /// # Errors
-    /// [`Error::Setting`] for a number outside its range, as [`RobotConfig::new`](crate::RobotConfig::new) and
+    /// [`Error::Setting`] for a number outside its range, as [`RobotConfig::new`](crate::rigid::RobotConfig::new) and
     /// [`Entry::taking_a_robot`].
     pub fn checked(&self) -> Result<Self> {
         self.refuse_out_of_range()?;

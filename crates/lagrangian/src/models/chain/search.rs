@@ -13,8 +13,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::refine::Refinement;
-use crate::dataset::Dataset;
-use crate::shuffle;
+use crate::dataset::{Dataset, shuffle};
 use crate::train::Observer;
 use lagrangian_mechanics::rigid::consistent::Quadratic;
 use lagrangian_mechanics::rigid::joint_sums::{Friction, JointSums};

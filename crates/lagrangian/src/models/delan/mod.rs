@@ -144,7 +144,7 @@ impl DelanConfig {
 /// precision.
 ///
 /// ```
-/// use lagrangian::{Coordinates, DelanConfig, Mechanical, Quantities};
+/// use lagrangian::{Coordinates, DelanConfig, mechanics::{Mechanical, Quantities}};
 /// use lagrangian::mechanics::Scaling;
 /// use lagrangian::models::Delan;
 ///

@@ -101,7 +101,7 @@ const KINETIC: f64 = 1.0;
 /// positive definite. All is in double precision.
 ///
 /// ```
-/// use lagrangian::{Coordinates, HnnConfig, Model};
+/// use lagrangian::{Coordinates, models::HnnConfig, Model};
 /// use lagrangian::mechanics::{Canonical, Scaling};
 /// use lagrangian::models::{Hnn, HnnStructure};
 ///

@@ -69,7 +69,7 @@ impl NeuralOdeConfig {
 /// A neural ODE. It has neither energy nor inverse dynamics.
 ///
 /// ```
-/// use lagrangian::{Coordinates, MlpConfig, Model};
+/// use lagrangian::{Coordinates, models::MlpConfig, Model};
 /// use lagrangian::models::{Direction, Mlp, MlpScaling, NeuralOde};
 ///
 /// let network = MlpConfig { direction: Direction::Flow, ..MlpConfig::default() };

@@ -4,9 +4,8 @@
 
 use rand::SeedableRng;
 
-use crate::models::lnn::Form;
-use crate::models::{Delan, Direction, Lnn, Mlp, MlpScaling, Trunks};
-use crate::{DelanConfig, Learned, LnnConfig, MlpConfig};
+use crate::models::{Delan, Direction, Lnn, Mlp, MlpConfig, MlpScaling, Trunks, lnn::Form};
+use crate::{DelanConfig, Learned, LnnConfig};
 use lagrangian_mechanics::analytic::uniform;
 use lagrangian_mechanics::expression::{Equations, Function, Graph, Mechanics, Value, input};
 use lagrangian_mechanics::rigid::{self, RigidBodies};
