@@ -80,7 +80,7 @@ export async function scrolledThrough(page) {
   for (let y = 0; y < tall; y += 600) {
     await page.evaluate((y) => scrollTo(0, y), y);
     await frame(page);
-    await page.waitForFunction(() => [...document.querySelectorAll(".plot")].every((box) => {
+    await page.waitForFunction(() => [...document.querySelectorAll("[data-plot] .plot")].every((box) => {
       const { top, bottom, height } = box.getBoundingClientRect();
       return height === 0 || bottom < 0 || top > innerHeight || box.querySelector(".mount canvas");
     }));

@@ -13,10 +13,10 @@ after(async () => {
 
 /** Each view, and what it shows once its library has answered. */
 const VIEWS = [
-  ["#learn", 'canvas[aria-label^="Energy along"][aria-label*="truth"]'],
+  ["#learn", '[aria-label^="Energy along"][aria-label*="truth"]'],
   ["#data", "[aria-label=Results]"],
   ["#lesson?step=1", ".big:not(:empty)"],
-  ["#lesson?step=4", 'canvas[aria-label^="Energy along"][aria-label*="truth"]'],
+  ["#lesson?step=4", '[aria-label^="Energy along"][aria-label*="truth"]'],
   ["#play?system=pendulum", ".figures dd:not(:empty)"],
 ];
 const CHANGES = 200;

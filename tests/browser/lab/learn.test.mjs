@@ -26,7 +26,7 @@ test("a fit in the page has the energy error that the same seed has natively", a
   await page.getByRole("button", { name: "Learn", exact: true }).click();
   const ratio = (await percent(page, "lagrangian")) / native.percent;
   assert.ok(ratio > 0.8 && ratio < 1.25, `${ratio} of the native error`);
-  const curves = await page.locator(".plot canvas").nth(1).getAttribute("aria-label");
+  const curves = await page.locator(".plot .chart").nth(1).getAttribute("aria-label");
   assert.match(curves, /Lagrangian: .*e−/);
   const [saved] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Save the Lagrangian" }).click()]);
   assert.equal(saved.suggestedFilename(), "pendulum.safetensors");

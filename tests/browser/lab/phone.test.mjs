@@ -46,7 +46,7 @@ test("a tap on a plot reads its values, beneath it and until the next one", asyn
   await page.touchscreen.tap(canvas.x + 0.5 * canvas.width, canvas.y + 0.5 * canvas.height);
   const reading = figure.locator(".reading");
   await page.waitForFunction((text) => text.textContent.startsWith("time"), await reading.elementHandle());
-  assert.match(await reading.textContent(), /^time \d.*: energy 2\.23/);
+  assert.match(await reading.textContent(), /^time \d.*: energy 2\.227 J/);
   assert.ok((await reading.boundingBox()).y >= canvas.y + canvas.height);
   assert.equal((await figure.boundingBox()).height, height, "the plot moves under the finger");
   assert.deepEqual(wrong, []);
@@ -67,7 +67,7 @@ test("Learn begins with its button and its stage, and says that it learns", asyn
   // Without a model the truth alone moves on.
   await learning.getByText("Set the start with sliders").click();
   await put(learning, "q at the start", 0);
-  await page.waitForFunction(() => /truth: −9\.8/.test(document.querySelector('canvas[aria-label^="Energy along"]').getAttribute("aria-label")));
+  await page.waitForFunction(() => /truth: −9\.8/.test(document.querySelector('[aria-label^="Energy along"]').getAttribute("aria-label")));
   assert.equal(await page.locator(".message.bad:visible").count(), 0);
   assert.deepEqual(wrong, []);
   await close();
@@ -81,7 +81,7 @@ test("the start of the race and of recorded motions is set with sliders", async 
   const race = page.getByRole("region", { name: "Learning" });
   await race.getByText("Set the start with sliders").click();
   await put(race, "q at the start", 0);
-  const energy = page.locator('canvas[aria-label^="Energy along"]');
+  const energy = page.locator('[aria-label^="Energy along"]');
   await page.waitForFunction((plot) => /truth: −9\.8/.test(plot.getAttribute("aria-label")), await energy.elementHandle());
   const data = page.getByRole("region", { name: "Data and networks" });
   await data.getByText("Record motions by hand").click();

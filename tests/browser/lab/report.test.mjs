@@ -67,7 +67,9 @@ test("the saved report is a file that opens by itself", async () => {
   await writeFile(file, bytes);
   const alone = await open(own, pathToFileURL(file).href);
   assert.ok((await alone.page.locator(".card").count()) >= 3);
-  assert.ok((await alone.page.locator("figure .plot canvas").count()) >= 4);
+  assert.ok((await alone.page.locator("figure.live .plot").count()) >= 4);
+  await alone.page.locator("figure.live .plot").first().scrollIntoViewIfNeeded();
+  await alone.page.locator("figure.live .plot canvas").first().waitFor();
   assert.deepEqual(alone.wrong.filter((line) => !line.startsWith("a request")), []);
   await alone.close();
   assert.deepEqual(wrong, []);

@@ -1,11 +1,12 @@
-// A plot on a canvas: curves, a legend that hides them, values under the pointer, a cursor in time.
+// A plot of a view: that of pages, with its values and its legend beneath.
 
+import uPlot from "uplot";
+import "uplot/dist/uPlot.min.css";
+import { legend } from "../../../crates/lagrangian-report/src/draw/page/plot/legend.js";
+import { Plot as Drawn, forgetInks, ink } from "../../../crates/lagrangian-report/src/draw/page/plot/plot.js";
 import { short } from "./controls";
 import { el } from "./element";
-import { sheet } from "./sheet";
 import { withNextFrame } from "./frame";
-import { colour } from "./theme";
-import { type Axis, axisOver, place, ticks, tickText, valueAt } from "./axes";
 
 export interface Curve {
   name: string;
@@ -27,63 +28,57 @@ export interface Spot {
 
 export interface Settings {
   title: string;
-  /** What the axes show, with their units. */
+  /** What the axes show, with their units after a comma. */
   x: string;
   y: string;
   logarithmic?: boolean;
-  /** Whether both axes have one scale. */
-  equal?: boolean;
 }
 
-const LEFT = 62;
-const RIGHT = 10;
-const TOP = 8;
-const BOTTOM = 36;
+const axis = (text: string) => ({ label: text.replace(/, [^,]*$/, ""), unit: /, ([^,]*)$/.exec(text)?.[1] ?? "" });
 
 export class Plot {
   readonly element: HTMLElement;
-  private readonly canvas = el("canvas", { tabindex: 0, role: "img" });
-  private readonly legend = el("div", { class: "legend" });
+  private readonly box = el("div", { class: "chart", tabindex: 0, role: "img" });
+  private readonly empty = el("p", { class: "faint" }, "nothing yet");
+  private readonly names = el("div", {});
   private readonly reading = el("span", { class: "reading", "aria-live": "off" });
-  private curves: Curve[] = [];
-  private hidden = new Set<string>();
+  private readonly drawn: Drawn;
+  private shown = "";
   private cursor: number | undefined;
   private spots: Spot[] = [];
-  private pointer: number | undefined;
-  private axes: { x: Axis; y: Axis } | undefined;
-  private readonly later = withNextFrame(() => this.draw());
-  private span = 0;
-  /** What does not change with the cursor, painted once. */
-  private readonly painted = el("canvas");
-  private stale = true;
+  private readonly later = withNextFrame(() => this.drawn.u?.redraw(false));
 
   constructor(private readonly settings: Settings) {
-    this.element = el("figure", { class: "plot" }, el("figcaption", {}, settings.title), this.canvas, this.reading, this.legend);
+    const said = (marks: { head?: string; rows: { name: string; value: string }[] } | null) => {
+      const values = marks?.rows.map(({ name, value }) => `${name} ${value}`.trim()).join(" · ");
+      this.reading.textContent = marks ? [marks.head, values].filter(Boolean).join(": ") : "";
+    };
+    const spec = { title: settings.title, x: axis(settings.x), y: { ...axis(settings.y), log: Boolean(settings.logarithmic) } };
+    this.drawn = new Drawn(uPlot, this.box, spec, { said, drawn: (u: uPlot) => this.marked(u) });
+    this.drawn.near = true;
+    this.box.append(this.empty);
+    this.element = el("figure", { class: "plot" }, el("figcaption", {}, settings.title), this.box, this.reading, this.names);
     this.show([]);
-    this.canvas.addEventListener("pointerdown", (event) => this.point(event.offsetX));
-    this.canvas.addEventListener("pointermove", (event) => this.point(event.offsetX));
-    // What a finger has read stays when it is lifted.
-    this.canvas.addEventListener("pointerleave", (event) => event.pointerType !== "touch" && this.point(undefined));
-    this.canvas.addEventListener("keydown", (event) => this.key(event));
-    new ResizeObserver(() => this.repaint()).observe(this.canvas);
-    this.canvas.addEventListener("theme", () => this.repaint());
-  }
-
-  private repaint(): void {
-    this.stale = true;
-    this.later();
+    // A view that is left takes its plots out of the page: then uPlot lets go of the window.
+    new ResizeObserver(() => (this.box.isConnected ? this.drawn.changed(false) : this.drawn.discard())).observe(this.box);
+    const themed = () => {
+      forgetInks();
+      this.drawn.changed(false);
+    };
+    this.box.addEventListener("theme", themed, { capture: true });
   }
 
   /** Shows other curves, over a range of y of at least `span`. */
   show(curves: Curve[], span = 0): void {
-    this.span = span;
-    const names = (all: Curve[]) => all.map((curve) => curve.name).join("\n");
-    const same = names(curves) === names(this.curves);
-    this.curves = curves;
-    if (!same) this.writeLegend();
+    const filled = curves.filter((curve) => curve.x.length > 0);
+    this.empty.hidden = filled.length > 0;
+    this.drawn.least = span;
+    this.drawn.set(filled.map(({ name, colour, x, y, dashed, dots }) => ({ name, ink: colour.slice(2), kind: dots ? "points" : "line", dash: dashed, x, y })));
+    const names = filled.map((curve) => curve.name).join("\n");
+    if (names !== this.shown) this.names.replaceChildren(...(filled.length > 1 ? [legend([this.drawn]) ?? ""] : []));
+    this.shown = names;
     const ends = curves.map((curve) => `${curve.name}: ${short(curve.y.at(-1) ?? NaN)}`).join(", ");
-    this.canvas.setAttribute("aria-label", `${this.settings.title}. Last values: ${ends || "none yet"}`);
-    this.repaint();
+    this.box.setAttribute("aria-label", `${this.settings.title}. Last values: ${ends || "none yet"}`);
   }
 
   /** Marks a value of x, or none. */
@@ -100,195 +95,20 @@ export class Plot {
 
   /** Names the axes anew. */
   name(x: string, y: string): void {
-    Object.assign(this.settings, { x, y });
-    this.repaint();
+    Object.assign(this.drawn.x, axis(x));
+    Object.assign(this.drawn.y, axis(y));
+    this.drawn.changed(false);
   }
 
-  private writeLegend(): void {
-    const entry = (curve: Curve) => {
-      const kind = curve.dashed ? " dashed" : "";
-      const swatch = el("span", { class: `swatch ${curve.colour.slice(2)}${kind}`, "aria-hidden": "true" });
-      const press = () => {
-        if (!this.hidden.delete(curve.name)) this.hidden.add(curve.name);
-        item.setAttribute("aria-pressed", String(!this.hidden.has(curve.name)));
-        this.repaint();
-      };
-      const item = el("button", { type: "button", "aria-pressed": "true", click: press }, swatch, curve.name);
-      return item;
-    };
-    this.hidden.clear();
-    this.legend.replaceChildren(...(this.curves.length > 1 ? this.curves.map(entry) : []));
-  }
-
-  private point(x: number | undefined): void {
-    this.pointer = x;
-    this.later();
-  }
-
-  private key(event: KeyboardEvent): void {
-    const width = this.canvas.clientWidth;
-    const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
-    if (event.key === "Escape") this.point(undefined);
-    if (!step) return;
-    event.preventDefault();
-    const from = this.pointer ?? (step > 0 ? LEFT : width - RIGHT);
-    this.point(Math.min(width - RIGHT, Math.max(LEFT, from + step * 8)));
-  }
-
-  private draw(): void {
-    const { clientWidth: width, clientHeight: height } = this.canvas;
-    if (width === 0 || height === 0) return;
-    const shown = this.curves.filter((curve) => !this.hidden.has(curve.name));
-    if (this.stale) this.paint(shown, width, height);
-    this.stale = false;
-    const context = sheet(this.canvas, width, height);
-    context?.drawImage(this.painted, 0, 0, width, height);
-    if (context && this.axes) this.lines(context, shown, height);
-  }
-
-  private paint(shown: Curve[], width: number, height: number): void {
-    const context = sheet(this.painted, width, height);
-    this.axes = undefined;
-    if (!context) return;
-    if (shown.every((curve) => curve.x.length === 0)) {
-      context.fillStyle = colour("--faint");
-      context.font = "14px system-ui, sans-serif";
-      context.textAlign = "center";
-      context.fillText("nothing yet", width / 2, height / 2);
-      return;
+  private marked({ ctx, bbox }: uPlot): void {
+    const across = (x: number) => bbox.left + this.drawn.x.at(x) * bbox.width;
+    ctx.fillStyle = ink("accent");
+    if (this.cursor !== undefined) ctx.fillRect(across(this.cursor), bbox.top, devicePixelRatio, bbox.height);
+    for (const { x, y, colour } of this.spots) {
+      ctx.fillStyle = ink(colour.slice(2));
+      ctx.beginPath();
+      ctx.arc(across(x), bbox.top + (1 - this.drawn.y.at(y)) * bbox.height, 5 * devicePixelRatio, 0, 2 * Math.PI);
+      ctx.fill();
     }
-    this.axes = this.fitted(shown, width, height);
-    this.grid(context, width, height);
-    context.save();
-    context.beginPath();
-    context.rect(LEFT, TOP, width - LEFT - RIGHT, height - TOP - BOTTOM);
-    context.clip();
-    shown.forEach((curve) => this.curve(context, curve));
-    context.restore();
   }
-
-  private fitted(shown: Curve[], width: number, height: number): { x: Axis; y: Axis } {
-    const x = axisOver(shown.flatMap((curve) => extremes(curve.x)), false);
-    const ys = shown.flatMap((curve) => (this.settings.logarithmic ? curve.y : extremes(curve.y)));
-    const y = axisOver(ys, Boolean(this.settings.logarithmic));
-    widen(y, this.span);
-    if (this.settings.equal) equalise(x, y, (width - LEFT - RIGHT) / (height - TOP - BOTTOM));
-    return { x, y };
-  }
-
-  private at(x: number, y: number): [number, number] {
-    const [width, height] = [this.canvas.clientWidth, this.canvas.clientHeight];
-    const axes = this.axes as { x: Axis; y: Axis };
-    const across = LEFT + place(axes.x, x) * (width - LEFT - RIGHT);
-    return [across, TOP + (1 - place(axes.y, y)) * (height - TOP - BOTTOM)];
-  }
-
-  private grid(context: CanvasRenderingContext2D, width: number, height: number): void {
-    const axes = this.axes as { x: Axis; y: Axis };
-    context.strokeStyle = colour("--grid");
-    context.fillStyle = colour("--faint");
-    context.font = "12px system-ui, sans-serif";
-    context.lineWidth = 1;
-    context.beginPath();
-    context.textAlign = "center";
-    for (const value of ticks(axes.x, width / 90)) {
-      const [x] = this.at(value, axes.y.low);
-      context.moveTo(x, TOP);
-      context.lineTo(x, height - BOTTOM);
-      context.fillText(tickText(value), x, height - BOTTOM + 15);
-    }
-    context.textAlign = "right";
-    for (const value of ticks(axes.y, height / 45)) {
-      const [, y] = this.at(axes.x.low, value);
-      context.moveTo(LEFT, y);
-      context.lineTo(width - RIGHT, y);
-      context.fillText(tickText(value), LEFT - 6, y + 4);
-    }
-    context.stroke();
-    context.textAlign = "center";
-    context.fillText(this.settings.x, LEFT + (width - LEFT - RIGHT) / 2, height - 5);
-    context.save();
-    context.translate(11, TOP + (height - TOP - BOTTOM) / 2);
-    context.rotate(-Math.PI / 2);
-    context.fillText(this.settings.y, 0, 0);
-    context.restore();
-  }
-
-  private curve(context: CanvasRenderingContext2D, curve: Curve): void {
-    context.strokeStyle = context.fillStyle = colour(curve.colour);
-    context.lineWidth = 1.8;
-    context.lineJoin = "round";
-    context.setLineDash(curve.dashed ? [6, 4] : []);
-    context.beginPath();
-    let pen = false;
-    for (let k = 0; k < curve.x.length; k++) {
-      const [x, y] = this.at(curve.x[k] ?? NaN, curve.y[k] ?? NaN);
-      const fine = Number.isFinite(x) && Number.isFinite(y);
-      if (fine && curve.dots) context.rect(x - 1, y - 1, 2, 2);
-      else if (fine && pen) context.lineTo(x, Math.max(-1e4, Math.min(1e4, y)));
-      else if (fine) context.moveTo(x, Math.max(-1e4, Math.min(1e4, y)));
-      pen = fine;
-    }
-    if (curve.dots) context.fill();
-    else context.stroke();
-    context.setLineDash([]);
-  }
-
-  /** The cursor in time, and the values under the pointer. */
-  private lines(context: CanvasRenderingContext2D, shown: Curve[], height: number): void {
-    const axes = this.axes as { x: Axis; y: Axis };
-    const vertical = (x: number, name: string) => {
-      context.strokeStyle = colour(name);
-      context.lineWidth = 1;
-      context.beginPath();
-      context.moveTo(x, TOP);
-      context.lineTo(x, height - BOTTOM);
-      context.stroke();
-    };
-    if (this.cursor !== undefined) vertical(this.at(this.cursor, axes.y.low)[0], "--accent");
-    for (const spot of this.spots) {
-      context.fillStyle = colour(spot.colour);
-      context.beginPath();
-      context.arc(...this.at(spot.x, spot.y), 5, 0, 2 * Math.PI);
-      context.fill();
-    }
-    if (this.pointer === undefined || shown.length === 0) {
-      this.reading.textContent = "";
-      return;
-    }
-    const width = this.canvas.clientWidth - LEFT - RIGHT;
-    const x = valueAt(axes.x, (this.pointer - LEFT) / width);
-    vertical(this.pointer, "--faint");
-    const values = shown.map((curve) => `${curve.name} ${short(curve.y[nearest(curve.x, x)] ?? NaN)}`);
-    this.reading.textContent = `${this.settings.x.split(",")[0]} ${short(x)}: ${values.join(" · ")}`;
-  }
-}
-
-function extremes(values: number[]): number[] {
-  let [low, high] = [Infinity, -Infinity];
-  for (const value of values) {
-    if (value < low) low = value;
-    if (value > high) high = value;
-  }
-  return [low, high];
-}
-
-function widen(axis: Axis, span: number): void {
-  const more = span - (axis.high - axis.low);
-  if (more > 0) [axis.low, axis.high] = [axis.low - more / 2, axis.high + more / 2];
-}
-
-function equalise(x: Axis, y: Axis, aspect: number): void {
-  const [across, up] = [x.high - x.low, y.high - y.low];
-  const more = up * aspect - across;
-  if (more > 0) [x.low, x.high] = [x.low - more / 2, x.high + more / 2];
-  else [y.low, y.high] = [y.low + more / aspect / 2, y.high - more / aspect / 2];
-}
-
-function nearest(values: number[], x: number): number {
-  let best = 0;
-  for (let k = 1; k < values.length; k++) {
-    if (Math.abs((values[k] ?? NaN) - x) < Math.abs((values[best] ?? NaN) - x)) best = k;
-  }
-  return best;
 }

@@ -233,7 +233,7 @@ export class Plot {
     };
     return {
       y: !this.sweeps,
-      sync: { key: this.sweeps ? this.x.text : this.title + Math.random(), scales: ["x", null], filters: { pub: (type) => type === "mousemove" } },
+      sync: { key: this.sweeps ? this.x.text : null, scales: ["x", null], filters: { pub: (type) => type === "mousemove" } },
       drag: { x: true, y: true, uni: LEAN, dist: 5, setScale: false },
       move: (_, left, top) => this.pointed(left, top),
       dataIdx: (_, k) => index(k),
