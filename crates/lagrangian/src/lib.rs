@@ -22,7 +22,7 @@
 //! |---|---|---|---|
 //! | `q`, `qd`, `qdd` | q, q̇, q̈ | generalised coordinates, velocities, accelerations | `[n]` |
 //! | `tau` | τ | generalised forces: applied, not conservative | `[n]` |
-//! | [`Dissipation`] | d(q̇) | friction, viscous and smooth Coulomb | `[n]` |
+//! | [`mechanics::Dissipation`] | d(q̇) | friction, viscous and smooth Coulomb | `[n]` |
 //! | `p`, `momentum` | p = ∂L/∂q̇ | momentum | `[n]` |
 //! | `mass_matrix` | M = ∂²L/∂q̇∂q̇ | | `[n, n]` |
 //! | `bias` | c = (∂p/∂q) q̇ − ∂L/∂q | Coriolis, centrifugal and conservative forces | `[n]` |
@@ -40,7 +40,7 @@
 //! ```
 //!
 //! [`Format::read`] reads files, [`check()`] examines them, [`Dataset`] divides and scales them, [`fit()`] trains a model
-//! of a [`Family`], [`SavedModel`] stores it, [`rollout()`] predicts and [`score()`] compares. Test data come from an
+//! of a family ([`models`]), [`SavedModel`] stores it, [`rollout()`] predicts and [`score()`] compares. Test data come from an
 //! analytic Lagrangian ([`analytic`]) that is rolled out: there is no separate simulator. The names that most programs
 //! need are at the root of the library; each module holds the rest of its subject.
 //!

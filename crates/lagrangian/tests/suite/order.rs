@@ -14,7 +14,7 @@ const ORDER: [&[&str]; 6] = [
     &["models"],
     &["score", "torque"],
     &["fit"],
-    &["prepared", "ensemble", "layer"],
+    &["prepared", "ensemble"],
 ];
 
 #[test]

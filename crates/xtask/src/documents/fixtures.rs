@@ -136,15 +136,16 @@ pub(super) fn of(word: &str, command: &str) -> Option<&'static Fixture> {
 
 /// Begins the code in Python of each page: names that the page has from its reader, and short fits.
 pub(super) const PYTHON: &str = r#"
+import json
 import warnings
 import numpy as np
 import lagrangian as lg
 from lagrangian._estimators import Estimator
 warnings.simplefilter("ignore")
-_asked = Estimator._asked
+_whole = Estimator._spec
 def _short(self):
-    asked = _asked(self)
-    return {**asked, "steps": None, "seconds": min(asked["seconds"] or 1.0, 1.0)}
-Estimator._asked = _short
+    spec = json.loads(_whole(self))
+    return json.dumps({**spec, "steps": None, "seconds": min(spec["seconds"] or 1.0, 1.0)})
+Estimator._spec = _short
 q, qd, qdd, tau = np.array([0.3, -0.2]), np.array([0.1, 0.4]), np.array([1.0, -1.0]), np.array([0.5, 0.2])
 "#;
