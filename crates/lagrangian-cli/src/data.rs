@@ -17,7 +17,7 @@ use lagrangian_run::{
 
 use crate::cli::{DataArgs, EstimateArgs};
 use crate::column_args::flag_name;
-use crate::failure::{Advise, mistake, with_flags};
+use crate::failure::{Context, mistake, with_flags};
 use crate::fitted;
 
 /// The content of some files.
@@ -58,8 +58,8 @@ impl DataArgs {
         let polar = file.polar.iter().map(|text| text.parse());
         let polar = polar
             .collect::<lagrangian::Result<_>>()
-            .advise("cannot use --polar", "give it as theta=x,y@x0,y0")?;
-        let told = Signal::OF_DRIVES.map(|signal| (signal, take(columns.get_mut(signal))));
+            .context("cannot use --polar", "give it as theta=x,y@x0,y0")?;
+        let of_drives = Signal::OF_DRIVES.map(|signal| (signal, take(columns.get_mut(signal))));
         let mut layout = Layout {
             trajectory: file.trajectory,
             topic: file.topic,
@@ -74,11 +74,11 @@ impl DataArgs {
             ..Layout::default()
         };
         layout.drive.si = file.si_gains;
-        for (signal, words) in told.into_iter().filter(|(_, words)| !words.is_empty()) {
+        for (signal, words) in of_drives.into_iter().filter(|(_, words)| !words.is_empty()) {
             let shown = format!("cannot use --{}", flag_name(signal));
             let hint =
                 "give columns; of --goal-kp, --goal-kd and --supply also a number or a pattern";
-            layout.tell(signal, words).advise(shown, hint)?;
+            layout.declare(signal, words).context(shown, hint)?;
         }
         Ok(layout)
     }
@@ -113,9 +113,9 @@ impl DataArgs {
             return Ok(self.layout()?.or(fitted));
         };
         let shown = format!("cannot read the layout '{}'", chosen.display());
-        let text = text(&chosen).advise(&shown, "check --layout, or omit it")?;
+        let text = text(&chosen).context(&shown, "check --layout, or omit it")?;
         let from_file = Layout::from_toml(&text)
-            .advise(shown, "see `lagrangian fit --help` for what it may say, or rename it if it is not about the data")?;
+            .context(shown, "see `lagrangian fit --help` for what it may say, or rename it if it is not about the data")?;
         Ok(self.layout()?.or(from_file).or(fitted))
     }
 }
@@ -155,7 +155,7 @@ pub(crate) fn read_sample(
         true => delayed(recordings, &args.delays())?,
         false => {
             let shifted: lagrangian::Result<_> = recordings.into_iter().map(shifted).collect();
-            shifted.advise(
+            shifted.context(
                 "cannot shift the forces as those of the fit",
                 "give --delay",
             )?
@@ -196,7 +196,7 @@ fn read_one(path: &Path, args: &DataArgs, sample: Option<Sampling>) -> Result<Re
         refuse_other_dof(path, args, sample)?;
     }
     let mut file = read?;
-    for note in &file.told {
+    for note in &file.notes {
         note!("note: '{}': {}", path.display(), with_flags(note));
     }
     for note in &mut file.source.notes {
@@ -267,7 +267,7 @@ pub(crate) fn estimated(
     recordings: Vec<Recording>,
     options: &EstimateOptions,
 ) -> Result<(Vec<Trajectory>, Vec<Estimate>)> {
-    Ok(prepared::estimated(recordings, options).advise(
+    Ok(prepared::estimated(recordings, options).context(
         "cannot use the data",
         "`lagrangian check` shows what is wrong with them",
     )?)

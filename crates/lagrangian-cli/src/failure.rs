@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 
 use anyhow::Error;
 use clap::{Command, CommandFactory};
-pub(crate) use lagrangian_run::Advise;
+pub(crate) use lagrangian_run::Context;
 
 use crate::cli::Cli;
 
@@ -161,7 +161,7 @@ mod tests {
     fn the_chain_stands_in_one_line_and_the_hint_in_the_next() {
         let error: Result<(), _> = Err(io::Error::new(io::ErrorKind::NotFound, "no such file"));
         let error: Error = error
-            .advise("cannot read 'a.csv'", "check the path")
+            .context("cannot read 'a.csv'", "check the path")
             .unwrap_err()
             .into();
         assert_eq!(
@@ -185,7 +185,7 @@ mod tests {
     fn a_full_disk_is_a_failure_and_no_bad_input() {
         let error: Result<(), _> = Err(io::Error::new(io::ErrorKind::StorageFull, "full"));
         let error: Error = error
-            .advise("cannot write", "make room")
+            .context("cannot write", "make room")
             .unwrap_err()
             .into();
         assert_eq!(exit_code(&error), FAILED);

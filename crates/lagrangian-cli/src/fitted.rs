@@ -9,7 +9,7 @@ use lagrangian::trajectory::Topology;
 use lagrangian::{Coordinates, EstimateOptions, Layout, Learned, Model, Recording, SavedModel};
 
 use crate::cli::{DataArgs, EstimateArgs};
-use crate::failure::{Advise, mistake};
+use crate::failure::{Context, mistake};
 
 /// A saved model, and the preparation of its recordings.
 pub(crate) struct Fitted {
@@ -53,9 +53,9 @@ impl Fitted {
         }
         let own = &self.preparation;
         let smooth = own.smooth.then(|| "--smooth".to_string());
-        let told = smooth.or_else(|| own.low_pass.map(|hertz| format!("--low-pass {hertz}")));
-        if let Some(told) = told {
-            note!("note: as for the fit of the model: {told}");
+        let same = smooth.or_else(|| own.low_pass.map(|hertz| format!("--low-pass {hertz}")));
+        if let Some(same) = same {
+            note!("note: as for the fit of the model: {same}");
         }
         own.estimates()
     }
@@ -70,8 +70,8 @@ pub(crate) fn model(path: &Path) -> Result<Learned> {
 pub(crate) fn fitted(path: &Path) -> Result<Fitted> {
     let shown = format!("cannot read the model '{}'", path.display());
     let hint = "give the model.safetensors of a run";
-    let file = lagrangian_run::open(path).advise(&shown, hint)?;
-    let saved = SavedModel::read(file).advise(&shown, hint)?;
+    let file = lagrangian_run::open(path).context(&shown, hint)?;
+    let saved = SavedModel::read(file).context(&shown, hint)?;
     if saved.header.provenance.unverified {
         note!(
             "note: '{}' was written before models held a checksum: damage to it may not show",
@@ -79,7 +79,7 @@ pub(crate) fn fitted(path: &Path) -> Result<Fitted> {
         );
     }
     Ok(Fitted {
-        model: Learned::load(&saved).advise(shown, hint)?,
+        model: Learned::load(&saved).context(shown, hint)?,
         preparation: saved.header.provenance.preparation.unwrap_or_default(),
     })
 }

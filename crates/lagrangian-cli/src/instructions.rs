@@ -5,7 +5,7 @@ use std::env;
 use anyhow::Result;
 use nets::simd::{Level, level, levels, set_level};
 
-use crate::failure::Advise;
+use crate::failure::Context;
 
 /// The variable of the environment that names an instruction set.
 const VARIABLE: &str = "LAGRANGIAN_SIMD";
@@ -17,7 +17,7 @@ pub(crate) fn choose() -> Result<()> {
     };
     let name = name.to_string_lossy();
     let set = Level::from_name(&name).and_then(set_level);
-    Ok(set.advise(
+    Ok(set.context(
         format!("{VARIABLE}={name}"),
         format!("give {VARIABLE} one of these names, or unset it to use the fastest"),
     )?)

@@ -7,16 +7,16 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use lagrangian::trajectory::{Table, csv};
 use lagrangian::{Coordinates, Format, Layout, Trajectory};
-use lagrangian_run::{Existing, format_named, refuse_existing, write_bytes, write_file};
+use lagrangian_run::{Error, Existing, format_named, refuse_existing, write_bytes, write_file};
 use serde::Serialize;
 
-use crate::failure::{Advise, mistake};
+use crate::failure::mistake;
 
 /// The format of a file's extension, before any work is done for it.
 pub(crate) fn format_of(path: &Path) -> Result<Format> {
     let shown = format!("cannot write '{}'", path.display());
     let hint = "end the name of --out with .csv, .npz or .parquet";
-    Ok(format_named(path).advise(shown, hint)?)
+    format_named(path).map_err(|error| Error::of(error, shown, hint).into())
 }
 
 /// Writes trajectories to a file, in the format of its extension, and beside it the TOML file that declares angles

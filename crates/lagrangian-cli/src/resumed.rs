@@ -6,7 +6,7 @@ use lagrangian::text::brief;
 use lagrangian_run::{RunFolder, RunRecord};
 
 use crate::cli::{Cli, Command};
-use crate::failure::{Advise, mistake};
+use crate::failure::{Context, mistake};
 use crate::fit_args::FitArgs;
 
 /// The settings of a run from its record.
@@ -19,7 +19,7 @@ pub(crate) fn settings(record: &RunRecord) -> Result<FitArgs> {
     }
     let settings = record.settings.clone().try_into();
     let settings = settings.map_err(|e: toml::de::Error| anyhow!(brief(&e.to_string())));
-    let mut args: FitArgs = settings.advise(
+    let mut args: FitArgs = settings.context(
         "cannot read the settings of the run",
         "run.toml was changed by hand: repeat the fit",
     )?;

@@ -10,7 +10,7 @@ use lagrangian::rigid::RobotConfig;
 use lagrangian_run::{DataFile, FileHash, HashingReader};
 use serde::{Deserialize, Serialize};
 
-use crate::failure::{Advise, mistake};
+use crate::failure::{Context, mistake};
 use crate::values::name;
 
 /// The longest URDF that is read, bytes.
@@ -86,7 +86,7 @@ pub(crate) fn open(path: &Path, joints: &[String]) -> Result<Robot> {
             (text, Some(hash))
         }
     };
-    let config = RobotConfig::new(&text, joints.to_vec()).advise(
+    let config = RobotConfig::new(&text, joints.to_vec()).context(
         format!("cannot use the robot of '{}'", path.display()),
         "`check_urdf` of ROS finds most mistakes in a URDF file",
     )?;
@@ -100,7 +100,7 @@ fn text(path: &Path) -> Result<(String, FileHash)> {
         file.take(MOST + 1).read_to_end(&mut bytes)?;
         Ok::<_, io::Error>((bytes, hashing.finish()?))
     };
-    let (bytes, hash) = read().advise(
+    let (bytes, hash) = read().context(
         format!("cannot read '{}'", path.display()),
         format!(
             "check that the file exists and may be read, or name an example: {}",

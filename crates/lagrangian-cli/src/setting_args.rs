@@ -12,7 +12,7 @@ use lagrangian::settings::{Kind, Named, Range, Setting, Values};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::values::within;
+use crate::values::in_range;
 
 /// A table of settings, and the heading under which `--help` shows it.
 pub(crate) trait Table: Debug + Clone + Default {
@@ -198,7 +198,7 @@ pub(crate) fn sentence(text: &str) -> String {
 }
 
 fn number(range: Range) -> ValueParser {
-    ValueParser::new(move |text: &str| within(text, range))
+    ValueParser::new(move |text: &str| in_range(text, range))
 }
 
 /// The given value of a setting.

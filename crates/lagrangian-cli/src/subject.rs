@@ -10,7 +10,7 @@ use lagrangian::trajectory::Visited;
 use lagrangian::{Coordinates, Learned, Model};
 use lagrangian_analysis::conserved::Physics;
 
-use crate::failure::{Advise, mistake};
+use crate::failure::{Context, mistake};
 use crate::fitted;
 use crate::values::assignment;
 
@@ -61,7 +61,7 @@ impl SubjectArgs {
             .iter()
             .map(|(n, v)| (n.as_str(), *v))
             .collect();
-        let system = by_name(&self.subject, &given).advise(
+        let system = by_name(&self.subject, &given).context(
             format!("cannot take '{}'", self.subject),
             "give the model.safetensors of a run, or a system that `lagrangian simulate list` names",
         )?;

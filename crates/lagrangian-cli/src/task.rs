@@ -75,20 +75,20 @@ pub(crate) struct Task {
 impl Task {
     /// A task of this size; it ends at Ctrl-C and when its time is up, with its present result or without one.
     pub(crate) fn start(label: &'static str, quiet: bool, size: Size) -> Result<Self> {
-        Self::within(label, quiet, size.budget(), End::Forced)
+        Self::with_budget(label, quiet, size.budget(), End::Forced)
     }
 
     /// The predictions of this number of samples: they end when their time is up, or at Ctrl-C.
     pub(crate) fn of_predictions(label: &'static str, quiet: bool, samples: usize) -> Result<Self> {
-        Self::within(label, quiet, time_for(samples), End::Waited)
+        Self::with_budget(label, quiet, time_for(samples), End::Waited)
     }
 
     /// Output to standard output, as slowly as it is read: it ends at Ctrl-C alone.
     pub(crate) fn of_output(label: &'static str) -> Result<Self> {
-        Self::within(label, true, Duration::MAX, End::Forced)
+        Self::with_budget(label, true, Duration::MAX, End::Forced)
     }
 
-    fn within(label: &'static str, quiet: bool, budget: Duration, end: End) -> Result<Self> {
+    fn with_budget(label: &'static str, quiet: bool, budget: Duration, end: End) -> Result<Self> {
         interrupt::listen()?;
         let (done, ended) = channel();
         Ok(Self {

@@ -79,34 +79,34 @@ pub(crate) fn count(text: &str) -> Result<usize, String> {
 }
 
 /// A number within bounds, which the message names.
-pub(crate) fn within(text: &str, range: Range) -> Result<f64, String> {
+pub(crate) fn in_range(text: &str, range: Range) -> Result<f64, String> {
     let found = number(text).filter(|x| range.contains(*x));
     found.ok_or_else(|| format!("it must be a number {}", range.words()))
 }
 
 /// A number above 0.
 pub(crate) fn positive(text: &str) -> Result<f64, String> {
-    within(text, Range::POSITIVE)
+    in_range(text, Range::POSITIVE)
 }
 
 /// A number, 0 or above.
 pub(crate) fn non_negative(text: &str) -> Result<f64, String> {
-    within(text, Range::NON_NEGATIVE)
+    in_range(text, Range::NON_NEGATIVE)
 }
 
 /// A tolerance that an adaptive method can meet.
 pub(crate) fn tolerance(text: &str) -> Result<f64, String> {
-    within(text, Range::new(1e-15, 1.0))
+    in_range(text, Range::new(1e-15, 1.0))
 }
 
 /// A number of any sign.
 pub(crate) fn finite(text: &str) -> Result<f64, String> {
-    within(text, Range::new(-1e12, 1e12))
+    in_range(text, Range::new(-1e12, 1e12))
 }
 
 /// A part of something, less than all of it.
 pub(crate) fn fraction(text: &str) -> Result<f64, String> {
-    within(text, Range::new(0.0, 0.99))
+    in_range(text, Range::new(0.0, 0.99))
 }
 
 /// The methods of integration by their names.

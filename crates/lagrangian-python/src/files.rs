@@ -65,7 +65,7 @@ impl ColumnSpec {
                 continue;
             };
             match signal.is_of_drive() {
-                true => layout.tell(signal, words.clone()).or_raise(py)?,
+                true => layout.declare(signal, words.clone()).or_raise(py)?,
                 false => *layout.columns.get_mut(signal) = words.clone(),
             }
         }
@@ -131,23 +131,23 @@ fn contents<'py>(
 pub(crate) fn read<'py>(
     py: Python<'py>,
     paths: Vec<PathBuf>,
-    told: ColumnSpec,
+    columns: ColumnSpec,
 ) -> PyResult<Contents<'py>> {
     let (mut all, mut notes, mut first) = (Vec::new(), Vec::new(), None);
     let (seed, stretch) = (0, Sampling::LONGEST);
-    let sample = told.rows.map(|rows| Sampling {
+    let sample = columns.rows.map(|rows| Sampling {
         rows,
         seed,
         stretch,
     });
     for path in &bag_files(&paths).or_raise(py)? {
-        let layout = told.layout(py)?;
+        let layout = columns.layout(py)?;
         let shown = path.display();
         let (file, layout) = py
             .detach(|| one_file(path, layout, sample))
             .or_raise(py)
             .map_err(|error| about(py, error, path))?;
-        notes.extend(file.told.iter().map(|note| format!("'{shown}': {note}")));
+        notes.extend(file.notes.iter().map(|note| format!("'{shown}': {note}")));
         first.get_or_insert(layout);
         all.extend(file.recordings);
         sample.iter().for_each(|own| thin(&mut all, own));
@@ -173,9 +173,9 @@ fn about(py: Python<'_>, error: PyErr, file: &Path) -> PyErr {
 pub(crate) fn read_table<'py>(
     py: Python<'py>,
     table: Vec<u8>,
-    told: ColumnSpec,
+    columns: ColumnSpec,
 ) -> PyResult<Contents<'py>> {
-    let layout = told.layout(py)?;
+    let layout = columns.layout(py)?;
     let read = py.detach(|| Format::Npz.read(Cursor::new(table), "table", &layout));
     let readings = read.or_raise(py)?;
     let notes = notes(&readings);

@@ -92,7 +92,7 @@ pub(crate) fn watched<T: Send>(
     };
     let value = attended(py, work, |event| {
         let told = match (callback, event) {
-            (Some(callback), Some(event)) => tell(callback, &event),
+            (Some(callback), Some(event)) => report(callback, &event),
             _ => Ok(()),
         };
         // Ctrl-C ends the fit, which keeps its present result.
@@ -109,7 +109,7 @@ pub(crate) fn watched<T: Send>(
     failure.map_or(Ok(value), Err)
 }
 
-fn tell(callback: &Bound<'_, PyAny>, event: &Event) -> PyResult<()> {
+fn report(callback: &Bound<'_, PyAny>, event: &Event) -> PyResult<()> {
     let told = match event {
         Event::Progress(progress) => object!(progress),
         Event::Stage(what, share) => object!({ "stage": what, "share": share }),
@@ -251,7 +251,7 @@ pub(crate) fn fit_samples<'py>(
         .detach(|| Figures::of_samples(&selection.fit.model, &samples))
         .or_raise(py)?;
     let provenance = Provenance::of_seed(spec.seed);
-    let assessment = figures.assessment.of_selected(&selection.contestants);
+    let assessment = figures.assessment.of_selected(&selection.tried);
     let evaluation = Evaluation {
         motions: Vec::new(),
         held_out: false,

@@ -33,7 +33,7 @@ pub(crate) struct Run {
 impl Run {
     /// Opens the folder.
     pub(crate) fn open(&self, py: Python<'_>) -> PyResult<RunFolder> {
-        let occupied = match (self.resume, self.force) {
+        let existing = match (self.resume, self.force) {
             (true, true) => {
                 let message =
                     "resume and force exclude each other: continue the run, or restart it";
@@ -43,7 +43,7 @@ impl Run {
             (false, true) => ExistingRun::Restart,
             (false, false) => ExistingRun::Refuse,
         };
-        RunFolder::open(&self.folder, occupied).or_raise(py)
+        RunFolder::open(&self.folder, existing).or_raise(py)
     }
 
     /// The folder for the output of a fit.

@@ -235,8 +235,10 @@ impl Layout {
             match table.remove(signal.name()) {
                 None => {}
                 Some(ColumnSpec::Number(x)) => self.drive.set(signal, Constant::Number(x))?,
-                Some(ColumnSpec::Names(OneOrMany::One(text))) => self.tell(signal, vec![text])?,
-                Some(ColumnSpec::Names(OneOrMany::Many(names))) => self.tell(signal, names)?,
+                Some(ColumnSpec::Names(OneOrMany::One(text))) => {
+                    self.declare(signal, vec![text])?
+                }
+                Some(ColumnSpec::Names(OneOrMany::Many(names))) => self.declare(signal, names)?,
                 Some(ColumnSpec::Flag(flag)) => {
                     let name = signal.name();
                     let text =
@@ -263,7 +265,7 @@ impl Layout {
     ///
     /// # Errors
     /// [`Error::Layout`] for a number or a pattern where only columns are allowed.
-    pub fn tell(&mut self, signal: Signal, words: Vec<String>) -> Result<()> {
+    pub fn declare(&mut self, signal: Signal, words: Vec<String>) -> Result<()> {
         let constant = match &words[..] {
             [word] => Constant::of_text(word),
             _ => None,

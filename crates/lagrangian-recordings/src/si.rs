@@ -49,11 +49,12 @@ impl Scales {
             {
                 let q = &columns.signals.q[i];
                 let is_polar = signal == Signal::Q && layout.polar.iter().any(|p| p.name == *q);
-                let told = layout.units.get(q).map(String::as_str);
+                let declared = layout.units.get(q).map(String::as_str);
                 let topology = coordinates.0[i].topology;
-                match is_polar || signal == Signal::Q && told == Some(Stated::of(name).written) {
+                match is_polar || signal == Signal::Q && declared == Some(Stated::of(name).written)
+                {
                     true => scales.factors.push(1.0),
-                    false => scales.add(name, signal, topology, layout, told.is_some())?,
+                    false => scales.add(name, signal, topology, layout, declared.is_some())?,
                 }
             }
         }
@@ -89,10 +90,10 @@ impl Scales {
         signal: Signal,
         topology: Topology,
         layout: &Layout,
-        told: bool,
+        declared: bool,
     ) -> Result<()> {
         let (stated, circle) = (Stated::of(name), topology == Topology::Circle);
-        let checked = topology != Topology::Parameter && !told;
+        let checked = topology != Topology::Parameter && !declared;
         match stated.unit {
             Some(unit) if checked && !unit.fits(signal) => {
                 let what = signal.description().split([';', ',']).next();

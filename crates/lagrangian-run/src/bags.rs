@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use lagrangian::Layout;
 use lagrangian::trajectory::Readings;
 
-use crate::error::{Advise, Cause, Error, Result};
+use crate::error::{Cause, Context, Error, Result};
 
 /// A reader of bags.
 #[derive(Debug, Clone, Copy)]
@@ -51,7 +51,7 @@ pub fn files(named: &[PathBuf]) -> Result<Vec<PathBuf>> {
         }
         let shown = format!("cannot read the folder '{}'", path.display());
         let reader = READER.get().ok_or_else(|| Error::new(&shown, hint))?;
-        files.extend((reader.files)(path).advise(shown, hint)?);
+        files.extend((reader.files)(path).context(shown, hint)?);
     }
     Ok(files)
 }

@@ -7,7 +7,7 @@ use lagrangian::{FitConfig, Learned, Observer, Prepared, Provenance, SavedModel}
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use crate::error::{Advise, Error, Result};
+use crate::error::{Context, Error, Result};
 use crate::files::{Existing, write_bytes};
 use crate::input;
 
@@ -81,7 +81,7 @@ impl SavedEnsemble {
             summary: self.summary.clone(),
         };
         let text =
-            serde_json::to_vec_pretty(&description).advise("cannot write the ensemble", "")?;
+            serde_json::to_vec_pretty(&description).context("cannot write the ensemble", "")?;
         write_bytes(&folder.join(ENSEMBLE), Existing::Replace, &text)
     }
 
@@ -93,8 +93,8 @@ impl SavedEnsemble {
         let path = folder.join(ENSEMBLE);
         let shown = format!("cannot read the ensemble '{}'", path.display());
         let hint = "give the folder that an ensemble was saved to";
-        let text = input::text(&path).advise(&shown, hint)?;
-        let described: Description = serde_json::from_str(&text).advise(&shown, hint)?;
+        let text = input::text(&path).context(&shown, hint)?;
+        let described: Description = serde_json::from_str(&text).context(&shown, hint)?;
         let (fewest, most) = MEMBERS;
         if described.format != FORMAT
             || described.version != VERSION
@@ -109,15 +109,15 @@ impl SavedEnsemble {
         let mut member = |k: usize| -> Result<Learned> {
             let path = folder.join(member_name(k));
             let shown = format!("cannot read the member '{}'", path.display());
-            let file = input::open(&path).advise(&shown, hint)?;
-            let saved = SavedModel::read(file).advise(&shown, hint)?;
+            let file = input::open(&path).context(&shown, hint)?;
+            let saved = SavedModel::read(file).context(&shown, hint)?;
             provenance.get_or_insert_with(|| saved.header.provenance.clone());
-            Learned::load(&saved).advise(shown, hint)
+            Learned::load(&saved).context(shown, hint)
         };
         let members = (0..described.members).map(&mut member);
         let members: Vec<Learned> = members.collect::<Result<_>>()?;
         Ok(Self {
-            ensemble: Ensemble::new(members, described.calibration).advise(shown, hint)?,
+            ensemble: Ensemble::new(members, described.calibration).context(shown, hint)?,
             provenance: provenance.unwrap_or_default(),
             summary: described.summary,
         })

@@ -84,16 +84,16 @@ impl Error {
 }
 
 /// Adds the finding and the remedy to an error.
-pub trait Advise<T> {
+pub trait Context<T> {
     /// Wraps the error: `finding` describes the failure, `remedy` the correction.
     ///
     /// # Errors
     /// [`Error::Refused`] with the error as its cause.
-    fn advise(self, finding: impl Into<String>, remedy: impl Into<String>) -> Result<T>;
+    fn context(self, finding: impl Into<String>, remedy: impl Into<String>) -> Result<T>;
 }
 
-impl<T, E: Into<Cause>> Advise<T> for Result<T, E> {
-    fn advise(self, finding: impl Into<String>, remedy: impl Into<String>) -> Result<T> {
+impl<T, E: Into<Cause>> Context<T> for Result<T, E> {
+    fn context(self, finding: impl Into<String>, remedy: impl Into<String>) -> Result<T> {
         self.map_err(|cause| Error::of(cause, finding, remedy))
     }
 }

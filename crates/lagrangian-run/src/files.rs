@@ -7,7 +7,7 @@ use std::path::Path;
 use lagrangian::Format;
 use tempfile::NamedTempFile;
 
-use crate::error::{Advise, Cause, Error, Result};
+use crate::error::{Cause, Context, Error, Result};
 use crate::partial_files::PartialFiles;
 
 /// The treatment of an existing file.
@@ -75,7 +75,7 @@ pub fn write_file(
     } else {
         replace(path, existing, content)
     };
-    written.advise(
+    written.context(
         format!("cannot write '{}'", path.display()),
         "check that the folder is writable and the disk is not full, or give another `out`",
     )

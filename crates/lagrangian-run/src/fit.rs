@@ -9,7 +9,7 @@ use lagrangian::{
     train::AutoSetting,
 };
 
-use crate::error::{Advise, Result};
+use crate::error::{Context, Result};
 use crate::folder::{CHECKPOINT, MODEL, RunFolder};
 use crate::metrics::Tensorboard;
 use crate::record::RunRecord;
@@ -26,8 +26,8 @@ impl RunFolder {
             return Ok(None);
         }
         let shown = format!("cannot read '{}'", path.display());
-        let bytes = fs::read(&path).advise(shown, "check that the file may be read")?;
-        let checkpoint = Checkpoint::from_bytes(&bytes).advise(
+        let bytes = fs::read(&path).context(shown, "check that the file may be read")?;
+        let checkpoint = Checkpoint::from_bytes(&bytes).context(
             format!("cannot resume from '{}'", path.display()),
             "restart with `force`",
         )?;
@@ -77,9 +77,9 @@ impl RunFolder {
         choices: &[AutoSetting],
         provenance: Provenance,
     ) -> Result<()> {
-        if selection.contestants.len() > 1 {
+        if selection.tried.len() > 1 {
             begun.choices = choices.to_vec();
-            begun.tried.clone_from(&selection.contestants);
+            begun.tried.clone_from(&selection.tried);
             self.update_record(begun)?;
         }
         let model = selection.fit.model.save(provenance)?.to_bytes()?;

@@ -8,7 +8,7 @@ use lagrangian::ensemble::MEMBERS;
 use lagrangian::text::brief;
 
 use crate::ensemble::{ENSEMBLE, is_member, member_name};
-use crate::error::{Advise, Error, Result};
+use crate::error::{Context, Error, Result};
 use crate::files::{Existing, write_bytes};
 use crate::input;
 use crate::metrics::{Metric, Metrics, Tensorboard};
@@ -56,7 +56,7 @@ pub enum ExistingRun {
 pub struct RunFolder {
     path: PathBuf,
     /// The treatment of an existing run.
-    occupied: ExistingRun,
+    existing: ExistingRun,
     /// The folders that were made for it, the deepest first.
     made: Vec<PathBuf>,
     /// Removes these folders if they are empty when the program ends abruptly.
@@ -69,11 +69,11 @@ impl RunFolder {
     /// Creates or opens the folder, and checks that it can be written to before any work begins.
     ///
     /// # Errors
-    /// [`Error::Refused`] for a folder whose content differs from what `occupied` expects, or that cannot be written;
+    /// [`Error::Refused`] for a folder whose content differs from what `existing` expects, or that cannot be written;
     /// [`Error::Busy`] for one that another process writes into.
-    pub fn open(path: &Path, occupied: ExistingRun) -> Result<Self> {
+    pub fn open(path: &Path, existing: ExistingRun) -> Result<Self> {
         let (shown, is_run) = (path.display(), path.join(RUN).is_file());
-        if occupied == ExistingRun::Resume && !is_run {
+        if existing == ExistingRun::Resume && !is_run {
             return Err(Error::new(
                 format!("there is no run to resume in '{shown}'"),
                 "omit `resume` to begin one, or give the `out` of the run",
@@ -94,14 +94,14 @@ impl RunFolder {
             tempfile::tempfile_in(path)?;
             Ok(fs::read_dir(path)?.next().is_none())
         };
-        let empty = create().advise(
+        let empty = create().context(
             format!("cannot write to the folder '{shown}'"),
             "give another `out` that is a folder you may write to",
         )?;
         let Lock::Held(lock) = locked(path) else {
             return Err(Error::Busy(path.into()));
         };
-        if occupied == ExistingRun::Refuse && !empty {
+        if existing == ExistingRun::Refuse && !empty {
             let hint = match path.join(CHECKPOINT).is_file() {
                 true => {
                     "give another `out`, `resume` to continue that run, or `force` to restart it"
@@ -115,7 +115,7 @@ impl RunFolder {
         }
         Ok(Self {
             path: path.into(),
-            occupied,
+            existing,
             made,
             _unfinished: unfinished,
             _lock: lock,
@@ -136,7 +136,7 @@ impl RunFolder {
         if path.join(RUN).is_file() {
             return Ok(Self {
                 path: path.into(),
-                occupied: ExistingRun::Refuse,
+                existing: ExistingRun::Refuse,
                 made: Vec::new(),
                 _unfinished: PartialFiles::of([]),
                 _lock: None,
@@ -151,7 +151,7 @@ impl RunFolder {
 
     /// Whether it resumes an existing run.
     pub(crate) fn resumes(&self) -> bool {
-        self.occupied == ExistingRun::Resume
+        self.existing == ExistingRun::Resume
     }
 
     /// The path of the folder.
@@ -179,7 +179,7 @@ impl RunFolder {
     /// # Errors
     /// As [`RunFolder::write`].
     pub fn write_record(&self, record: &RunRecord) -> Result<()> {
-        if self.occupied == ExistingRun::Restart {
+        if self.existing == ExistingRun::Restart {
             self.remove_earlier_run()?;
         }
         self.update_record(record)
@@ -201,9 +201,9 @@ impl RunFolder {
     pub fn record(&self) -> Result<RunRecord> {
         let path = self.file(RUN);
         let shown = format!("cannot read '{}'", path.display());
-        let text = input::text(&path).advise(&shown, "give the folder of a run")?;
+        let text = input::text(&path).context(&shown, "give the folder of a run")?;
         let record = toml::from_str(&text).map_err(|e: toml::de::Error| brief(&e.to_string()));
-        record.advise(shown, CHANGED)
+        record.context(shown, CHANGED)
     }
 
     /// Opens the metrics for the steps after `after` (0 at the start); later lines of an earlier attempt are removed.
@@ -227,7 +227,7 @@ impl RunFolder {
             };
             Ok(Metrics { lines, events })
         };
-        open().advise(
+        open().context(
             format!("cannot write metrics to '{}'", self.path.display()),
             WRITABLE,
         )
@@ -243,7 +243,7 @@ impl RunFolder {
             return Ok(Vec::new());
         }
         let read = input::text_up_to(MOST_METRICS, &path);
-        let text = read.advise(format!("cannot read '{}'", path.display()), CHANGED)?;
+        let text = read.context(format!("cannot read '{}'", path.display()), CHANGED)?;
         let metrics = text.lines().map(serde_json::from_str);
         Ok(metrics.filter_map(Result::ok).collect())
     }
@@ -288,9 +288,9 @@ impl RunFolder {
             Ok(paths)
         };
         let shown = format!("cannot read the folder '{}'", self.path.display());
-        for path in names().advise(shown, WRITABLE)? {
+        for path in names().context(shown, WRITABLE)? {
             let shown = format!("cannot replace '{}'", path.display());
-            fs::remove_file(&path).advise(shown, WRITABLE)?;
+            fs::remove_file(&path).context(shown, WRITABLE)?;
         }
         Ok(())
     }
@@ -408,12 +408,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run");
         fs::write(&path, "a file").unwrap();
-        for occupied in [
+        for existing in [
             ExistingRun::Refuse,
             ExistingRun::Restart,
             ExistingRun::Resume,
         ] {
-            assert!(RunFolder::open(&path, occupied).is_err());
+            assert!(RunFolder::open(&path, existing).is_err());
         }
         assert_eq!(fs::read_to_string(path).unwrap(), "a file");
     }

@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 
 use crate::content::content;
 use crate::ensemble::SavedEnsemble;
-use crate::error::{Advise, Result};
+use crate::error::{Context, Result};
 use crate::fit::provenance;
 use crate::folder::{FIGURES, REPORT, RunFolder};
 use crate::metrics::Tensorboard;
@@ -163,7 +163,7 @@ pub struct FitReport {
     /// The settings that were chosen from the data.
     pub choices: Vec<AutoSetting>,
     /// The models that were tried; a single one is not compared.
-    pub contestants: Vec<CandidateResult>,
+    pub tried: Vec<CandidateResult>,
     /// The motions of its evaluation.
     pub evaluation: Evaluation,
     /// The origin of the model.
@@ -345,17 +345,13 @@ impl FinishedFit {
     #[must_use]
     pub fn ended(self, ensemble: Option<SavedEnsemble>) -> FitReport {
         let samples = SampleFacts::of(&self.prepared.dataset, &self.prepared.estimates);
-        let Selection {
-            fit,
-            chosen,
-            contestants,
-        } = self.selection;
+        let Selection { fit, chosen, tried } = self.selection;
         FitReport {
             improved: fit.improved(&chosen.config, self.held_back),
             fit,
             config: chosen.config,
             choices: self.choices,
-            contestants,
+            tried,
             evaluation: self.prepared.into(),
             provenance: self.provenance,
             ensemble,
@@ -381,7 +377,7 @@ impl FitReport {
             "held_out": self.evaluation.held_out,
             "settings": self.config,
             "choices": self.choices,
-            "tried": self.contestants,
+            "tried": self.tried,
             "verdict": assessment.verdict,
             "score": score,
             "assessment": assessment,
@@ -398,17 +394,13 @@ impl FitReport {
         provenance: Provenance,
         samples: SampleFacts,
     ) -> Self {
-        let Selection {
-            fit,
-            chosen,
-            contestants,
-        } = selection;
+        let Selection { fit, chosen, tried } = selection;
         Self {
             improved: fit.improved(&chosen.config, true),
             fit,
             config: chosen.config,
             choices: chosen.choices,
-            contestants,
+            tried,
             evaluation,
             provenance,
             ensemble: None,
@@ -431,7 +423,7 @@ impl FitReport {
             let predictions = predict_all(model, motions, options)?;
             let score = score_predictions(model, motions, &predictions, options)?;
             let assessment = Assessment::new(model, motions, &score);
-            let assessment = assessment.of_selected(&self.contestants);
+            let assessment = assessment.of_selected(&self.tried);
             return Ok((score, assessment.of_checked(&self.evaluation.check)));
         };
         let page = Page {
@@ -447,7 +439,7 @@ impl FitReport {
         let result = (scored.score.clone(), scored.assessment.clone());
         let report = page.report(scored, None);
         if place.figures == Figures::Written {
-            let kept = serde_json::to_vec(&report).advise("cannot write the page", "")?;
+            let kept = serde_json::to_vec(&report).context("cannot write the page", "")?;
             place.folder.write(FIGURES, &kept)?;
         }
         place.folder.write(REPORT, draw::html(&report).as_bytes())?;

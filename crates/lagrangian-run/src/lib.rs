@@ -33,7 +33,7 @@ mod watch;
 
 pub use bags::{BagReader, files as bag_files, is_bag, read_bags_by};
 pub use ensemble::{ENSEMBLE, SavedEnsemble};
-pub use error::{Advise, Cause, Error, Result};
+pub use error::{Cause, Context, Error, Result};
 pub use file_names::{file_name, file_names};
 pub use files::{Existing, Sink, format_named, refuse_existing, write_bytes, write_file};
 pub use folder::{

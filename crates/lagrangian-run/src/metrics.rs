@@ -6,7 +6,7 @@ use std::io::Write;
 use lagrangian::Progress;
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Advise, Result};
+use crate::error::{Context, Result};
 use crate::record::seconds_now;
 use crate::tensorboard::EventWriter;
 
@@ -58,7 +58,7 @@ impl Metric {
 
     /// The line of the file.
     pub(crate) fn line(&self) -> Result<Vec<u8>> {
-        let mut line = serde_json::to_vec(self).advise("cannot write the metrics", "")?;
+        let mut line = serde_json::to_vec(self).context("cannot write the metrics", "")?;
         line.push(b'\n');
         Ok(line)
     }
@@ -95,6 +95,6 @@ impl Metrics {
             None => Ok(()),
         });
         let hint = "free space on the disk, then continue with `resume`";
-        written.advise("cannot write the metrics", hint)
+        written.context("cannot write the metrics", hint)
     }
 }

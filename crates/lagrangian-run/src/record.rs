@@ -7,7 +7,7 @@ use lagrangian::settings::difference;
 use lagrangian::{score::CandidateResult, train::AutoSetting};
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Advise, Error, Result};
+use crate::error::{Context, Error, Result};
 use crate::hashing_reader::FileHash;
 
 /// The inputs of a run.
@@ -74,7 +74,7 @@ impl RunRecord {
             platform: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
             threads: std::thread::available_parallelism().map_or(1, usize::from),
             settings: toml::Table::try_from(settings)
-                .advise("cannot write the settings as TOML", "")?,
+                .context("cannot write the settings as TOML", "")?,
             resolved: toml::Table::new(),
             choices: Vec::new(),
             tried: Vec::new(),
@@ -86,7 +86,7 @@ impl RunRecord {
 impl RunRecord {
     /// The text of the record.
     pub(crate) fn to_toml(&self) -> Result<String> {
-        toml::to_string(self).advise("cannot write the settings as TOML", "")
+        toml::to_string(self).context("cannot write the settings as TOML", "")
     }
 
     /// Refuses files that differ from those with which the run began, in their order, with a remedy.
@@ -118,7 +118,7 @@ impl RunRecord {
             return Ok(then);
         }
         let json = |table: &toml::Table| {
-            serde_json::to_value(table).advise("cannot compare the settings", "")
+            serde_json::to_value(table).context("cannot compare the settings", "")
         };
         match difference(&json(&then.resolved)?, &json(&self.resolved)?) {
             None => Ok(then),

@@ -8,7 +8,7 @@ use lagrangian::{Layout, PrepareOptions};
 use serde_json::{Map, Value, json};
 use toml::Table;
 
-use crate::error::{Advise, Result};
+use crate::error::{Context, Result};
 
 /// The reading of the data of a run.
 #[derive(Debug, Clone, Default)]
@@ -31,7 +31,7 @@ impl Columns {
         let mut layouts: Option<(Table, Map<String, Value>)> = None;
         for (path, layout) in files {
             let text = layout.to_toml()?;
-            let own: Table = toml::from_str(&text).advise("cannot write the columns", "")?;
+            let own: Table = toml::from_str(&text).context("cannot write the columns", "")?;
             match &mut layouts {
                 None => layouts = Some((own, Map::new())),
                 Some((first, others)) if own != *first => {
@@ -47,7 +47,7 @@ impl Columns {
 impl Columns {
     /// Recordings that were all read with the layout of this text.
     pub(crate) fn of_layout(text: &str) -> Result<Self> {
-        let own: Table = toml::from_str(text).advise("cannot write the columns", "")?;
+        let own: Table = toml::from_str(text).context("cannot write the columns", "")?;
         Ok(Self {
             layouts: Some((own, Map::new())),
             rows: None,
@@ -80,12 +80,12 @@ pub(crate) fn resolved(
     });
     let mut fits = Map::new();
     for candidate in candidates {
-        let config = serde_json::to_value(&candidate.config).advise(failed, "")?;
+        let config = serde_json::to_value(&candidate.config).context(failed, "")?;
         fits.insert(candidate.config.family.name().into(), config);
     }
     let fits = in_short(Value::Object(fits));
     let text = toml::to_string(&for_toml(json!({ "data": data, "fit": fits })));
-    toml::from_str(&text.advise(failed, "")?).advise(failed, "")
+    toml::from_str(&text.context(failed, "")?).context(failed, "")
 }
 
 /// Replaces a robot's description by its size, since the file is among the data. That of a simulated robot stays, as it is the truth.

@@ -7,7 +7,7 @@ use lagrangian::{Layout, Recording};
 use serde::Serialize;
 
 use crate::bags;
-use crate::error::{Advise, Cause, Error, Result};
+use crate::error::{Cause, Context, Error, Result};
 use crate::files::format_named;
 use crate::hashing_reader::{FileHash, HashingReader};
 
@@ -24,7 +24,7 @@ pub struct ReadFile {
     /// The parts of the file that were read.
     pub source: Source,
     /// The parts that its reader skipped and the choices that it made, in sentences for people; settings are in backticks.
-    pub told: Vec<String>,
+    pub notes: Vec<String>,
 }
 
 /// The parts of a file that were read, and those that were not.
@@ -74,10 +74,10 @@ pub fn read_file(path: &Path, layout: &Layout, advice: &str) -> Result<ReadFile>
     let shown = format!("cannot read '{}'", path.display());
     let bag = bags::reader(path);
     if bag.is_none() {
-        format_named(path).advise(&shown, "rename or convert the file")?;
+        format_named(path).context(&shown, "rename or convert the file")?;
     }
     let access = "check that the file exists and may be read";
-    let (file, hashing) = HashingReader::open(path).advise(&shown, access)?;
+    let (file, hashing) = HashingReader::open(path).context(&shown, access)?;
     let name = path.file_stem().and_then(|stem| stem.to_str());
     let name = name.unwrap_or("recording");
     let readings = match bag {
@@ -86,13 +86,13 @@ pub fn read_file(path: &Path, layout: &Layout, advice: &str) -> Result<ReadFile>
             .and_then(|format| format.read(file, name, layout))
             .map_err(Cause::from),
     };
-    let readings = readings.advise(&shown, advice)?;
-    let hash = hashing.finish().advise(shown, access)?;
+    let readings = readings.context(&shown, advice)?;
+    let hash = hashing.finish().context(shown, access)?;
     let notes = readings.notes.iter().cloned();
-    let told = unused(&readings).into_iter().chain(notes);
+    let notes = unused(&readings).into_iter().chain(notes);
     Ok(ReadFile {
         source: Source::of(path, &readings),
-        told: told.chain(passive(&readings)).collect(),
+        notes: notes.chain(passive(&readings)).collect(),
         recordings: readings.recordings,
         hash,
     })
@@ -124,7 +124,7 @@ pub fn delayed(recordings: Vec<Recording>, seconds: &[f64]) -> Result<Vec<Record
     let shifted = |recording: Recording| {
         let shown = format!("cannot shift the forces of '{}'", recording.name);
         let shifted = recording.delayed(seconds);
-        shifted.advise(shown, "correct `delay`")
+        shifted.context(shown, "correct `delay`")
     };
     if let Some(free) = recordings
         .iter()

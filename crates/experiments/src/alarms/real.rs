@@ -7,7 +7,7 @@ use lagrangian::{Format, Layout, Recording};
 
 use super::Subject;
 use crate::harness::Lab;
-use crate::harness::failure::Advise;
+use crate::harness::failure::Context;
 
 /// The logs of one machine, and what is known of their columns.
 struct Machine {
@@ -118,9 +118,9 @@ impl Machine {
             let file = lab.data(&format!("{}/{name}.csv", self.folder))?;
             let shown = format!("cannot read '{name}.csv'");
             let hint = "give the reference data with --data";
-            let layout = Layout::from_toml(self.layout).advise(&shown, hint)?;
+            let layout = Layout::from_toml(self.layout).context(&shown, hint)?;
             let read = Format::Csv.read(Cursor::new(file), name, &layout);
-            all.extend(read.advise(shown, hint)?.recordings);
+            all.extend(read.context(shown, hint)?.recordings);
         }
         Ok(all)
     }

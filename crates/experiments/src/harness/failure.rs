@@ -26,12 +26,12 @@ pub(crate) fn mistake(message: impl Into<String>, hint: impl Into<String>) -> an
 }
 
 /// Adds to an error what it was about and what to do.
-pub(crate) trait Advise<T> {
-    fn advise(self, message: impl Into<String>, hint: impl Into<String>) -> anyhow::Result<T>;
+pub(crate) trait Context<T> {
+    fn context(self, message: impl Into<String>, hint: impl Into<String>) -> anyhow::Result<T>;
 }
 
-impl<T, E: Into<anyhow::Error>> Advise<T> for Result<T, E> {
-    fn advise(self, message: impl Into<String>, hint: impl Into<String>) -> anyhow::Result<T> {
+impl<T, E: Into<anyhow::Error>> Context<T> for Result<T, E> {
+    fn context(self, message: impl Into<String>, hint: impl Into<String>) -> anyhow::Result<T> {
         self.map_err(|e| {
             e.into().context(Mistake {
                 message: message.into(),

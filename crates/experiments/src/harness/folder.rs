@@ -7,7 +7,7 @@ use anyhow::Result;
 use serde::Serialize;
 
 use super::args::Args;
-use super::failure::{Advise, mistake};
+use super::failure::{Context, mistake};
 
 /// An open folder of results.
 pub(crate) struct Folder(PathBuf);
@@ -31,9 +31,9 @@ impl Folder {
         };
         let shown = format!("cannot write to the folder '{}'", path.display());
         let hint = "give another --out that is a folder you may write to";
-        fs::create_dir_all(&path).advise(&shown, hint)?;
-        let occupied = fs::read_dir(&path).advise(&shown, hint)?.next().is_some();
-        if occupied && !args.force {
+        fs::create_dir_all(&path).context(&shown, hint)?;
+        let existing = fs::read_dir(&path).context(&shown, hint)?.next().is_some();
+        if existing && !args.force {
             return Err(mistake(
                 format!("the folder '{}' is not empty", path.display()),
                 "give another --out, or --force to write into it",
@@ -58,7 +58,7 @@ impl Folder {
     /// Writes one file.
     pub(crate) fn write(&self, name: &str, bytes: &[u8]) -> Result<()> {
         let path = self.0.join(name);
-        fs::write(&path, bytes).advise(
+        fs::write(&path, bytes).context(
             format!("cannot write '{}'", path.display()),
             "check that the folder may be written to and has room",
         )

@@ -7,7 +7,7 @@ use anyhow::Result;
 use lagrangian::{Budget, Dataset, Fit, FitConfig, Learned, Observer, Provenance};
 
 use super::args::Args;
-use super::failure::{Advise, mistake};
+use super::failure::{Context, mistake};
 use super::folder::Folder;
 use super::history::{History, fit_with_history};
 use super::progress::Progress;
@@ -160,7 +160,7 @@ impl Lab<'_> {
                 "give the folder of the reference data with --data, or in the variable LAGRANGIAN_DATA",
             ));
         };
-        fs::read(&path).advise(
+        fs::read(&path).context(
             format!("cannot read '{}'", path.display()),
             "check that the file may be read",
         )

@@ -14,12 +14,12 @@ pub(super) const QUICK: &str = "This was a quick run: it shows that the experime
 
 /// Says first of all that the numbers of a quick run are no comparison.
 pub(super) fn as_quick(mut report: Report) -> Report {
-    let judged = Judgement {
+    let judgement = Judgement {
         grade: Grade::Poor,
         why: "to see that it works".into(),
     };
     let headline = Headline {
-        judged: Some(judged),
+        judgement: Some(judgement),
         ..Headline::new("These numbers", "no comparison".into(), "", "a quick run")
     };
     report.headlines.insert(0, headline);
@@ -147,7 +147,7 @@ fn headlines(experiment: &Experiment, results: &Results) -> Vec<Headline> {
             unit: quantity.unit.into(),
             note: line(&main.name, published.chain(plain)).join("; "),
             role: Some(main.role),
-            judged: None,
+            judgement: None,
         })
     };
     let groups = results.groups();

@@ -12,7 +12,7 @@ use lagrangian::{Budget, Dataset, FitConfig, Learned, Loss, Model};
 use lagrangian_report::Axis;
 
 use crate::families::{MakeFamily, WIDTH, is_rigid};
-use crate::harness::failure::Advise;
+use crate::harness::failure::Context;
 use crate::harness::{Contestant, Experiment, Lab, less, more, neither, published};
 use contestants::CONTESTANTS;
 use data::valid_seconds;
@@ -117,7 +117,7 @@ pub(crate) const FILE: &str = "characters/characters.csv";
 /// The letters in a file; the error names the remedy.
 pub(crate) fn read(file: &[u8]) -> Result<Letters> {
     let hint = "give the reference data with --data";
-    Letters::read(file).advise("cannot read the letters", hint)
+    Letters::read(file).context("cannot read the letters", hint)
 }
 
 fn run(lab: &mut Lab) -> Result<()> {

@@ -155,6 +155,6 @@ fn fit(
     };
     let scored = score(&selection.fit.model, &validation, &options)?;
     Ok(Assessment::new(&selection.fit.model, &validation, &scored)
-        .of_selected(&selection.contestants)
+        .of_selected(&selection.tried)
         .of_checked(report))
 }

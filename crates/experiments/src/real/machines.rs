@@ -6,7 +6,7 @@ use lagrangian::{
 };
 
 use crate::harness::Lab;
-use crate::harness::failure::{Advise, mistake};
+use crate::harness::failure::{Context, mistake};
 
 /// A machine and the protocol of its data.
 pub(super) struct Machine {
@@ -90,13 +90,13 @@ impl Machine {
         let hint = "give the reference data with --data";
         let read = Format::Csv
             .read(std::io::Cursor::new(file), name, &layout)
-            .advise(&shown, hint)?;
+            .context(&shown, hint)?;
         let options = EstimateOptions {
             low_pass: Some(self.low_pass),
             ..EstimateOptions::default()
         };
         let first: Option<Recording> = read.recordings.into_iter().next();
         let first = first.ok_or_else(|| mistake(&shown, hint))?;
-        Ok(first.into_trajectory(&options).advise(shown, hint)?.0)
+        Ok(first.into_trajectory(&options).context(shown, hint)?.0)
     }
 }

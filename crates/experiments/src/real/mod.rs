@@ -8,7 +8,7 @@ use anyhow::Result;
 use lagrangian::TrainingTask;
 use lagrangian::{FitConfig, Learned, RolloutOptions, Score, Trajectory, score};
 
-use crate::harness::failure::Advise;
+use crate::harness::failure::Context;
 use crate::harness::{Contestant, Experiment, Lab, less, more};
 use contestants::{CONTESTANTS, Candidate, Recipe};
 pub(crate) use machines::double_pendulum;
@@ -134,7 +134,7 @@ fn scored(model: &Learned, trajectories: &[Trajectory]) -> Result<Score> {
         ..RolloutOptions::default()
     };
     score(model, trajectories, &options)
-        .advise("cannot measure a fit", "please report this with the data")
+        .context("cannot measure a fit", "please report this with the data")
 }
 
 /// What a candidate is chosen by: the error of the accelerations of the validation samples, for a model without any

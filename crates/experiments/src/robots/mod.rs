@@ -11,7 +11,7 @@ use lagrangian::{
 };
 use serde_json::{Value, json};
 
-use crate::harness::failure::{Advise, mistake};
+use crate::harness::failure::{Context, mistake};
 use crate::harness::spread::median;
 use crate::harness::{Contestant, Experiment, Lab, contestants, less, neither};
 
@@ -95,7 +95,7 @@ fn run(lab: &mut Lab) -> Result<()> {
         let urdf = String::from_utf8_lossy(&urdf);
         let joints = joints.map(|(n, name)| (1..=n).map(|j| format!("{name}{j}")).collect());
         let description = RobotConfig::new(&urdf, joints.unwrap_or_default())
-            .advise("cannot use the URDF", "give the reference data with --data")?;
+            .context("cannot use the URDF", "give the reference data with --data")?;
         for who in CONTESTANTS {
             for seed in lab.seeds() {
                 lab.begin(format!("{robot}, {}, seed {seed}", who.name))?;
@@ -127,14 +127,14 @@ pub(crate) fn read(lab: &Lab, robot: &'static str) -> Result<Log> {
     };
     let read = Format::Csv
         .read(Cursor::new(file), robot, &layout)
-        .advise(&shown, hint)?;
+        .context(&shown, hint)?;
     let options = EstimateOptions {
         low_pass: Some(LOW_PASS),
         ..EstimateOptions::default()
     };
     let recording = read.recordings.into_iter().next();
     let recording = recording.ok_or_else(|| mistake(&shown, hint))?;
-    let (motion, estimates) = recording.into_trajectory(&options).advise(shown, hint)?;
+    let (motion, estimates) = recording.into_trajectory(&options).context(shown, hint)?;
     let end = (LEARNED * motion.len() as f64) as usize;
     Ok(Log {
         robot,
@@ -179,7 +179,7 @@ fn compete(
         ..RolloutOptions::default()
     };
     let scored = score(&fit.model, rest, &options)
-        .advise("cannot measure a fit", "please report this with the data")?;
+        .context("cannot measure a fit", "please report this with the data")?;
     let assessment = Assessment::new(&fit.model, rest, &scored);
     let accelerations = scored.acceleration.as_ref().map(|e| median(&e.nmse));
     let lost = assessment.joints.iter().filter(|j| !j.predictable);

@@ -9,7 +9,7 @@ use lagrangian::{
     Coordinates, Dataset, EstimateOptions, FitConfig, Format, Layout, RolloutOptions, Trajectory,
 };
 
-use crate::harness::failure::{Advise, mistake};
+use crate::harness::failure::{Context, mistake};
 use crate::harness::{Contestant, Experiment, Lab, contestants, less, neither};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
@@ -118,13 +118,13 @@ fn read(lab: &Lab, name: &str) -> Result<Trajectory> {
     let file = lab.data(&format!("servo_real/{name}.csv"))?;
     let shown = format!("cannot read '{name}.csv'");
     let hint = "give the reference data with --data";
-    let layout = Layout::from_toml(COLUMNS).advise(&shown, hint)?;
+    let layout = Layout::from_toml(COLUMNS).context(&shown, hint)?;
     let read = Format::Csv.read(Cursor::new(file), name, &layout);
-    let recording = read.advise(&shown, hint)?.recordings.into_iter().next();
+    let recording = read.context(&shown, hint)?.recordings.into_iter().next();
     let recording = recording.ok_or_else(|| mistake(&shown, hint))?;
     let (log, _) = recording
         .into_trajectory(&EstimateOptions::default())
-        .advise(shown, hint)?;
+        .context(shown, hint)?;
     Ok(log)
 }
 

@@ -53,7 +53,7 @@ impl StationaryPath {
     /// Grade of the path by three criteria: the grid error relative to the extent of the path, other paths of equal
     /// action, and states of the path outside of those of the model's fit.
     #[must_use]
-    pub fn judged(&self, outside: Option<&Outside>) -> Judgement {
+    pub fn judgement(&self, outside: Option<&Outside>) -> Judgement {
         let part = self.path_error / extent(&self.path).max(f64::MIN_POSITIVE);
         let percent = 100.0 * part;
         let coarse = format!("its error is {percent:.1} % of the way; more steps make it smaller");

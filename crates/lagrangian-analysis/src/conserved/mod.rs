@@ -77,7 +77,7 @@ pub struct Quantity {
 impl Quantity {
     /// Agreement of the motions with the model on whether the quantity is conserved; `None` if both let it change.
     #[must_use]
-    pub fn judged(&self) -> Option<Judgement> {
+    pub fn judgement(&self) -> Option<Judgement> {
         let of = |drift: &Drift, along: &str| {
             let percent = 100.0 * drift.relative;
             let why = format!("along {along} it changes by {percent:.2} % of its size");
@@ -93,7 +93,7 @@ impl Quantity {
             .as_ref()
             .map(|own| of(own, "rollouts of the model"));
         let mut drifting = [Some(data), own].into_iter().flatten();
-        let first = drifting.find(|judged| judged.grade != Grade::Good);
+        let first = drifting.find(|judgement| judgement.grade != Grade::Good);
         Some(first.unwrap_or_else(|| Judgement::new(Grade::Good, "")))
     }
 }

@@ -18,7 +18,7 @@ use serde_json::json;
 
 use super::OutputMode;
 use crate::command_line::command_line;
-use crate::failure::{Advise, FAILED, SUCCESS};
+use crate::failure::{Context, FAILED, SUCCESS};
 use crate::law_args::ActionArgs;
 use crate::output;
 use crate::task::{Size, Task};
@@ -45,17 +45,17 @@ pub(super) fn run(args: &ActionArgs, mode: OutputMode) -> Result<u8> {
         seed: args.seed,
     };
     let search = stationary_paths(lagrangian, &ends, &options)
-        .advise("cannot look for a path", "correct --steps or --guesses")?;
+        .context("cannot look for a path", "correct --steps or --guesses")?;
     drop(task);
     let found = Found {
-        judged: judged(physics.model, &search),
+        judgements: judgements(physics.model, &search),
         search,
         unit: subject.unit_of_action(),
     };
     write(args, lagrangian, &found)?;
     let Found {
         search,
-        judged,
+        judgements,
         unit,
     } = &found;
     let failure = search.failure();
@@ -71,7 +71,7 @@ pub(super) fn run(args: &ActionArgs, mode: OutputMode) -> Result<u8> {
         "out": args.output.file.out,
         "plot": args.output.plot,
         "paths": search.paths,
-        "judged": judged,
+        "judgements": judgements,
         "tried": search.tried,
         "led_nowhere": search.failures.len(),
         "failure": failure,
@@ -86,13 +86,13 @@ pub(super) fn run(args: &ActionArgs, mode: OutputMode) -> Result<u8> {
 }
 
 fn ends(args: &ActionArgs, coordinates: &Coordinates) -> Result<Boundary> {
-    let ends = Boundary::new(coordinates, &args.from, &args.to, args.time).advise(
+    let ends = Boundary::new(coordinates, &args.from, &args.to, args.time).context(
         "cannot connect these ends",
         "give --from and --to one value per coordinate, in the order of the model",
     )?;
     match args.turns.is_empty() {
         true => Ok(ends),
-        false => Ok(ends.winding(coordinates, &args.turns).advise(
+        false => Ok(ends.winding(coordinates, &args.turns).context(
             "cannot turn so",
             "give --turns one whole number per coordinate, 0 for those that are not angles",
         )?),
@@ -102,7 +102,7 @@ fn ends(args: &ActionArgs, coordinates: &Coordinates) -> Result<Boundary> {
 /// The paths that were found, and the reliability of each.
 struct Found {
     search: Search,
-    judged: Vec<Judgement>,
+    judgements: Vec<Judgement>,
     /// The unit of the action.
     unit: &'static str,
 }
@@ -162,7 +162,7 @@ impl Found {
     /// The path of least action, and its reliability.
     fn answer(&self) -> String {
         let Some((path, Judgement { grade, why })) =
-            self.search.paths.iter().zip(&self.judged).next()
+            self.search.paths.iter().zip(&self.judgements).next()
         else {
             return "No path of stationary action was found.".into();
         };
@@ -179,9 +179,9 @@ impl Found {
     }
 
     fn page(&self, args: &ActionArgs, figures: Vec<Figure>) -> Report {
-        let first = self.search.paths.iter().zip(&self.judged).take(1);
-        let headline = |(path, judged): (&StationaryPath, &Judgement)| Headline {
-            judged: Some(judged.clone()),
+        let first = self.search.paths.iter().zip(&self.judgements).take(1);
+        let headline = |(path, judgement): (&StationaryPath, &Judgement)| Headline {
+            judgement: Some(judgement.clone()),
             ..Headline::new(
                 "Least action found",
                 format!("{:.6}", path.action),
@@ -238,12 +238,12 @@ impl Found {
             &header,
             self.search.paths.iter().enumerate().map(row).collect(),
         )
-        .judged(self.judged.iter().cloned().map(Some).collect())
+        .with_judgements(self.judgements.iter().cloned().map(Some).collect())
     }
 
     fn text(&self) -> String {
         let table = self.table();
-        let lines = table.rows.iter().zip(&self.judged).map(|(row, own)| {
+        let lines = table.rows.iter().zip(&self.judgements).map(|(row, own)| {
             let facts = table.header.iter().zip(row).skip(1);
             let facts = facts.filter(|(_, cell)| !cell.is_empty());
             let facts: Vec<String> = facts.map(|(name, cell)| format!("{name} {cell}")).collect();
@@ -268,8 +268,8 @@ fn kind(path: &StationaryPath) -> &'static str {
 }
 
 /// The reliability of each path.
-fn judged(model: &dyn Model, search: &Search) -> Vec<Judgement> {
-    let judged =
-        |path: &StationaryPath| path.judged(outside(model, &[path.trajectory("")]).as_ref());
-    search.paths.iter().map(judged).collect()
+fn judgements(model: &dyn Model, search: &Search) -> Vec<Judgement> {
+    let judgement =
+        |path: &StationaryPath| path.judgement(outside(model, &[path.trajectory("")]).as_ref());
+    search.paths.iter().map(judgement).collect()
 }

@@ -56,7 +56,7 @@ pub(super) fn run(args: &ConvertArgs, mode: OutputMode) -> Result<u8> {
             "layout": layout,
         }))?;
     } else {
-        tell(&sources, &coordinates);
+        note_sources(&sources, &coordinates);
         let written = out.zip(layout.as_deref()).map(|(path, layout)| {
             format!(
                 ": {} (columns and angles: {})",
@@ -94,7 +94,7 @@ fn as_recorded(recording: Recording) -> Trajectory {
 }
 
 /// Reports the files that were read, and the coordinate of each joint or column.
-fn tell(sources: &[Source], coordinates: &Coordinates) {
+fn note_sources(sources: &[Source], coordinates: &Coordinates) {
     for Source {
         path,
         trajectories,

@@ -11,7 +11,7 @@ use super::OutputMode;
 use crate::cli::ScoreArgs;
 use crate::command_line::command_line;
 use crate::data;
-use crate::failure::{Advise, SUCCESS};
+use crate::failure::{Context, SUCCESS};
 use crate::fitted::{self, Fitted};
 use crate::frontend::ProgressDisplay;
 use crate::motion;
@@ -29,7 +29,7 @@ pub(super) fn fitted(
         return Ok(None);
     }
     let mut shown = ProgressDisplay::start("ensemble", mode.quiet);
-    let fitted = kept.fit_ensemble(members as usize, &mut shown).advise(
+    let fitted = kept.fit_ensemble(members as usize, &mut shown).context(
         format!("cannot fit an ensemble (`{}`)", command_line()),
         "record more, or omit --ensemble",
     )?;

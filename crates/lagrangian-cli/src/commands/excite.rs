@@ -18,7 +18,7 @@ use serde_json::json;
 use super::OutputMode;
 use crate::command_line::command_line;
 use crate::excite_args::{ExciteArgs, LimitArgs};
-use crate::failure::{Advise, SUCCESS, mistake};
+use crate::failure::{Context, SUCCESS, mistake};
 use crate::interrupt;
 use crate::output;
 use crate::progress::Progress;
@@ -114,8 +114,8 @@ impl Subject {
         let shown = format!("cannot use the robot of '{}'", path.display());
         let hint = "`lagrangian excite --help` lists the flags of joints and limits";
         let bodies = RigidBodies::with_joints(&described.text, &args.joints);
-        let bodies = bodies.advise(&shown, hint)?;
-        let limits = JointLimits::of_urdf(&described.text, bodies.joints()).advise(shown, hint)?;
+        let bodies = bodies.context(&shown, hint)?;
+        let limits = JointLimits::of_urdf(&described.text, bodies.joints()).context(shown, hint)?;
         Ok(Self {
             coordinates: Model::coordinates(&bodies).clone(),
             limits: args.limits.before(&limits)?,
@@ -143,7 +143,7 @@ impl Subject {
             Some(robot) => excite(robot, &self.limits, config, watch),
             None => excite_joints(&self.coordinates, &self.limits, config, watch),
         };
-        Ok(found.advise(
+        Ok(found.context(
             "cannot plan a motion",
             "`lagrangian excite --help` lists the flags of limits",
         )?)

@@ -7,7 +7,7 @@ use lagrangian_analysis::existence::{SurveyConfig, check_item, survey};
 
 use super::OutputMode;
 use crate::cli::CheckArgs;
-use crate::failure::{Advise, mistake};
+use crate::failure::{Context, mistake};
 use crate::frontend::ProgressDisplay;
 use crate::{data, interrupt};
 
@@ -39,7 +39,7 @@ pub(super) fn item(
     };
     let mut shown = ProgressDisplay::start("searching for a Lagrangian", mode.quiet);
     interrupt::listen()?;
-    let found = survey(&first.coordinates, &trajectories, &config, &mut shown).advise(
+    let found = survey(&first.coordinates, &trajectories, &config, &mut shown).context(
         "cannot search for a Lagrangian",
         "omit --lagrangian, or give more recordings of the same system",
     )?;

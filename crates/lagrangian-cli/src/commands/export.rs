@@ -17,7 +17,7 @@ use serde_json::json;
 
 use super::OutputMode;
 use crate::export_args::ExportArgs;
-use crate::failure::{Advise, SUCCESS, mistake};
+use crate::failure::{Context, SUCCESS, mistake};
 use crate::task::{Size, Task};
 
 pub(super) fn run(args: &ExportArgs, mode: OutputMode) -> Result<u8> {
@@ -35,7 +35,7 @@ pub(super) fn run(args: &ExportArgs, mode: OutputMode) -> Result<u8> {
         name: &name,
         hash: &hash,
     };
-    let made = Made::of(args, &model, about).advise(
+    let made = Made::of(args, &model, about).context(
         format!("cannot export '{}'", path.display()),
         "--name gives the prefix of all names in C, and the name of a module of Python",
     )?;
@@ -198,7 +198,7 @@ fn write(folder: &Path, files: &Files, existing: Existing) -> Result<Vec<PathBuf
             "give another --c, --jax or --torch, or --force to replace what an export writes",
         ));
     }
-    fs::create_dir_all(folder).advise(
+    fs::create_dir_all(folder).context(
         format!("cannot make the folder '{}'", folder.display()),
         "check that its parent is a folder and can be written to",
     )?;
@@ -296,10 +296,10 @@ fn identifier(text: &str) -> String {
 fn open(path: &Path) -> Result<(Learned, String)> {
     let shown = format!("cannot read the model '{}'", path.display());
     let hint = "give the model.safetensors of a run, or the run";
-    let (reader, hashing) = HashingReader::open(path).advise(&shown, hint)?;
-    let saved = SavedModel::read(reader).advise(&shown, hint)?;
-    let model = Learned::load(&saved).advise(&shown, hint)?;
-    Ok((model, hashing.finish().advise(&shown, hint)?.sha256))
+    let (reader, hashing) = HashingReader::open(path).context(&shown, hint)?;
+    let saved = SavedModel::read(reader).context(&shown, hint)?;
+    let model = Learned::load(&saved).context(&shown, hint)?;
+    Ok((model, hashing.finish().context(&shown, hint)?.sha256))
 }
 
 #[cfg(test)]

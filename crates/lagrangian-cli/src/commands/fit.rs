@@ -42,7 +42,7 @@ pub(super) const PREDICTIONS: &str = "predictions for the page";
 pub(super) fn run(args: &FitArgs, mode: OutputMode) -> Result<u8> {
     // A new folder is removed if the program ends before the fit begins.
     interrupt::listen()?;
-    let folder = RunFolder::open(&args.out, occupied(args))?;
+    let folder = RunFolder::open(&args.out, existing(args))?;
     run_in(&folder, args, mode).inspect_err(|_| folder.remove_if_new_and_empty())
 }
 
@@ -63,7 +63,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<u8> {
         figures: Figures::Omitted,
     };
     let kept = fit(ready, &place, mode)?;
-    note_failures(&kept.selection.contestants);
+    note_failures(&kept.selection.tried);
     let ensemble = match args.training.ensemble {
         Some(members) => ensemble::fitted(&kept, members, mode)?,
         None => None,
@@ -71,7 +71,7 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<u8> {
     let report = kept.ended(ensemble);
     let (score, assessment) = assessed(&report, &place, mode)?;
     if !mode.json {
-        tell(folder, &report.fit, &assessment);
+        note_result(folder, &report.fit, &assessment);
         let covered = |own: &SavedEnsemble| Coverage::deserialize(&own.summary["coverage"]);
         if let Some(Ok(covered)) = report.ensemble.as_ref().map(covered) {
             note!("{}", ensemble::as_text(&covered));
@@ -98,10 +98,10 @@ fn assessed(run: &FitReport, place: &RunTarget, mode: OutputMode) -> Result<(Sco
 }
 
 /// Reports the models that could not be fitted.
-fn note_failures(contestants: &[CandidateResult]) {
-    for contestant in contestants {
-        if let Some(failure) = &contestant.failure {
-            note!("note: {} was not fitted: {failure}", contestant.family);
+fn note_failures(tried: &[CandidateResult]) {
+    for candidate in tried {
+        if let Some(failure) = &candidate.failure {
+            note!("note: {} was not fitted: {failure}", candidate.family);
         }
     }
 }
@@ -115,7 +115,7 @@ fn inputs(args: &FitArgs) -> Result<Vec<PathBuf>> {
 }
 
 /// Reports a fit on standard error.
-fn tell(folder: &RunFolder, fit: &Fit, assessment: &Assessment) {
+fn note_result(folder: &RunFolder, fit: &Fit, assessment: &Assessment) {
     let (model, step) = (folder.file(MODEL), fit.best_step);
     note!(
         "model: {} (loss {:.3e} at step {step})",
@@ -155,7 +155,7 @@ fn is_shown(parameter: &&Parameter) -> bool {
     !["mass_", "inertia_"].iter().any(is_of_a_body)
 }
 
-fn occupied(args: &FitArgs) -> ExistingRun {
+fn existing(args: &FitArgs) -> ExistingRun {
     match (args.resume, args.force) {
         (true, _) => ExistingRun::Resume,
         (false, true) => ExistingRun::Restart,
@@ -171,7 +171,7 @@ pub(super) fn evaluation(record: &RunRecord) -> Result<Evaluation> {
     record.refuse_changed(&data.hashes, "bring the old file back, or repeat the fit")?;
     let prepared = lagrangian_run::prepared(&spec, data.training, data.validation);
     let mut prepared = prepared.map_err(failure::of_data)?;
-    tell_prepared(&mut prepared);
+    note_prepared(&mut prepared);
     Ok(prepared.into())
 }
 
@@ -186,8 +186,8 @@ fn ready(args: &FitArgs, inputs: &[PathBuf], mode: OutputMode) -> Result<Prepare
     data.hashes.extend(file);
     let ready = PreparedFit::new(args.spec(robot.as_ref())?, data);
     let mut ready = ready.map_err(failure::of_data)?;
-    tell_prepared(&mut ready.prepared);
-    tell_candidates(&ready.candidates);
+    note_prepared(&mut ready.prepared);
+    note_candidates(&ready.candidates);
     let timed = [
         args.training.steps.map(|_| "--steps"),
         args.training.seconds.map(|_| "--seconds"),
@@ -236,16 +236,16 @@ fn read(args: &FitArgs) -> Result<Data> {
 }
 
 /// Reports the chosen settings and the estimates; remedies name flags.
-fn tell_prepared(prepared: &mut Prepared) {
+fn note_prepared(prepared: &mut Prepared) {
     data::with_remedies(&mut prepared.check);
-    tell_low_pass(prepared.low_pass.as_ref());
+    note_low_pass(prepared.low_pass.as_ref());
     if prepared.options.low_pass.is_none() {
         data::note_estimates(&prepared.estimates);
     }
 }
 
 /// Reports a low-pass that was chosen from the data; returns its cut-off, Hz.
-pub(super) fn tell_low_pass(choice: Option<&AutoSetting>) -> Option<f64> {
+pub(super) fn note_low_pass(choice: Option<&AutoSetting>) -> Option<f64> {
     let choice = choice?;
     note!(
         "note: {} (--low-pass overrides it, 0 for none)",
@@ -260,7 +260,7 @@ fn data_files(role: &str, hashes: Vec<(PathBuf, FileHash)>) -> Vec<DataFile> {
 }
 
 /// Reports a choice of the optimiser from the data, and that several models are tried.
-fn tell_candidates(candidates: &[ResolvedConfig]) {
+fn note_candidates(candidates: &[ResolvedConfig]) {
     let adam = |choice: &&AutoSetting| choice.setting == "optimizer" && choice.value == "adam";
     if let [chosen] = candidates
         && let Some(choice) = chosen.choices.iter().find(adam)
@@ -293,8 +293,8 @@ fn fit(ready: PreparedFit, place: &RunTarget, mode: OutputMode) -> Result<Finish
     let mut shown = ProgressDisplay::start("fit", mode.quiet);
     let kept = ready.fit(Some(place), &mut shown);
     shown.finish(&match kept.as_ref().map(|kept| &kept.selection) {
-        Ok(own) if own.contestants.len() > 1 => {
-            let (count, kept) = (own.contestants.len(), own.chosen.config.family.name());
+        Ok(own) if own.tried.len() > 1 => {
+            let (count, kept) = (own.tried.len(), own.chosen.config.family.name());
             format!("{count} models were tried, {kept} is kept")
         }
         Ok(own) => format!(

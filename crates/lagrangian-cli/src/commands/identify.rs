@@ -15,7 +15,7 @@ use serde_json::json;
 
 use super::{OutputMode, fit};
 use crate::data;
-use crate::failure::{self, Advise, SUCCESS};
+use crate::failure::{self, Context, SUCCESS};
 use crate::fitted;
 use crate::identify_args::IdentifyArgs;
 use crate::robot::{self, Robot};
@@ -40,7 +40,7 @@ pub(super) fn run(args: &IdentifyArgs, mode: OutputMode) -> Result<u8> {
     let text = motion
         .lagrangian
         .edit_urdf(&robot.text, motion.dissipation())
-        .advise(
+        .context(
             format!("cannot write into '{}'", args.urdf.display()),
             "`lagrangian fit --model rigid` keeps the identified robot as a model instead",
         )?;
@@ -85,12 +85,12 @@ fn read(args: &IdentifyArgs) -> Result<Data> {
     let mut options = args.estimate.options();
     let check = prepared::checked(&recordings, &options).map_err(failure::of_data)?;
     let low_pass = args.estimate.prepare().chosen_low_pass(&check);
-    options.low_pass = fit::tell_low_pass(low_pass.as_ref()).or(options.low_pass);
+    options.low_pass = fit::note_low_pass(low_pass.as_ref()).or(options.low_pass);
     let coordinates = recordings[0].coordinates.clone();
     let (motions, estimates) = data::estimated(recordings, &options)?;
     let (own, held_out) = match args.test.is_empty() {
         true => split(motions, args.hold_out, args.seed)
-            .advise("cannot hold data out", "take a smaller --hold-out")?,
+            .context("cannot hold data out", "take a smaller --hold-out")?,
         false => {
             let other = data::read_sample(&args.test, &args.data, sampling)?.recordings;
             fitted::require_dof(&other, &coordinates)?;
@@ -110,7 +110,7 @@ fn read(args: &IdentifyArgs) -> Result<Data> {
 
 fn identify(args: &IdentifyArgs, robot: &Robot, data: &Data) -> Result<Identification> {
     let found = rigid::identify(&data.dataset, &robot.config, &IdentifyOptions::default());
-    Ok(found.advise(
+    Ok(found.context(
         format!("cannot identify '{}'", args.urdf.display()),
         "`lagrangian identify --help` lists the flags of joints and columns",
     )?)

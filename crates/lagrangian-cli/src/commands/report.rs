@@ -15,7 +15,7 @@ use serde_json::json;
 
 use super::{OutputMode, fit};
 use crate::cli::ReportArgs;
-use crate::failure::{Advise, SUCCESS, mistake};
+use crate::failure::{Context, SUCCESS, mistake};
 use crate::fitted;
 use crate::frontend::Flags;
 use crate::motion;
@@ -73,9 +73,9 @@ fn of_run(folder: &RunFolder, links: Option<Links>, mode: OutputMode) -> Result<
     let kept = folder.file(FIGURES);
     if kept.is_file() {
         let shown = format!("cannot read '{}'", kept.display());
-        let bytes = fs::read(&kept).advise(&shown, "check that the file may be read")?;
+        let bytes = fs::read(&kept).context(&shown, "check that the file may be read")?;
         let report = serde_json::from_slice(&bytes);
-        return Ok(report.advise(shown, "repeat the demo with --force")?);
+        return Ok(report.context(shown, "repeat the demo with --force")?);
     }
     let record = folder.record()?;
     let size = Size::of_files(&inputs(folder)?);
@@ -116,7 +116,7 @@ fn draw_motion(report: &Report, path: &Path, existing: Existing) -> Result<()> {
 }
 
 fn draw_figures(report: &Report, folder: &Path, existing: Existing) -> Result<()> {
-    fs::create_dir_all(folder).advise(
+    fs::create_dir_all(folder).context(
         format!("cannot create '{}'", folder.display()),
         "give another folder to --pictures",
     )?;

@@ -11,7 +11,7 @@ use serde_json::json;
 use super::OutputMode;
 use crate::cli::{DataArgs, RolloutArgs};
 use crate::data;
-use crate::failure::{Advise, SUCCESS, mistake};
+use crate::failure::{Context, SUCCESS, mistake};
 use crate::fitted;
 use crate::motion;
 use crate::output::{self, Columns};
@@ -95,10 +95,10 @@ fn from_start(model: &dyn Model, layout: &Layout, args: &RolloutArgs) -> Result<
     }
     let shown = "cannot roll out";
     let times = rollout::times(args.motion.duration, args.motion.step)
-        .advise(shown, "give a shorter --duration or a longer --step")?;
+        .context(shown, "give a shorter --duration or a longer --step")?;
     let options = args.motion.options();
     let motion = rollout::rollout(model, &start.q, &start.qd, &times, &free, &options);
-    Ok(motion.advise(
+    Ok(motion.context(
         shown,
         "give --q0 and --qd0 one value per coordinate of the model",
     )?)

@@ -12,7 +12,7 @@ use serde_json::json;
 use super::{OutputMode, ensemble};
 use crate::cli::ScoreArgs;
 use crate::data;
-use crate::failure::Advise;
+use crate::failure::Context;
 use crate::fitted;
 use crate::motion;
 use crate::seen;
@@ -38,7 +38,7 @@ pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<u8> {
     let samples = trajectories.iter().map(Trajectory::len).sum();
     drop(reading);
     let task = Task::of_predictions("score", mode.quiet, samples)?;
-    let score = score(&model, &trajectories, &motion::for_comparison()).advise(
+    let score = score(&model, &trajectories, &motion::for_comparison()).context(
         "cannot score",
         "`lagrangian check` shows what is wrong with the data",
     )?;
@@ -53,7 +53,7 @@ pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<u8> {
         "seen": seen,
         "estimated": data::estimated_signals(&estimates),
         "score": score,
-        "judged": judged(&score, &assessment),
+        "judgements": judgements(&score, &assessment),
         "verdict": assessment.verdict,
         "assessment": assessment,
     });
@@ -64,7 +64,7 @@ pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<u8> {
 
 /// The verdicts on the single numbers of a score.
 #[derive(Serialize)]
-struct Judged {
+struct Judgements {
     /// Verdicts on the acceleration of each coordinate; empty where it is unknown.
     acceleration: Vec<Judgement>,
     /// Verdicts on the torque of each coordinate.
@@ -73,19 +73,19 @@ struct Judged {
     motions: Vec<Judgement>,
 }
 
-fn judged(score: &Score, assessment: &Assessment) -> Judged {
+fn judgements(score: &Score, assessment: &Assessment) -> Judgements {
     let count = |error: &Option<SignalError>| error.as_ref().map_or(0, |error| error.mse.len());
     let accelerations = 0..count(&score.acceleration);
     let torques = 0..count(&score.torque);
     let motions = 0..score.rollouts.len();
-    Judged {
+    Judgements {
         acceleration: accelerations
-            .filter_map(|i| score.judged_acceleration(i, assessment))
+            .filter_map(|i| score.acceleration_judgement(i, assessment))
             .collect(),
         torque: torques
-            .filter_map(|i| score.judged_torque(i, assessment))
+            .filter_map(|i| score.torque_judgement(i, assessment))
             .collect(),
-        motions: motions.filter_map(|k| score.judged_motion(k)).collect(),
+        motions: motions.filter_map(|k| score.motion_judgement(k)).collect(),
     }
 }
 
@@ -95,24 +95,28 @@ fn as_text(
     trajectories: &[Trajectory],
     coordinates: &Coordinates,
 ) -> String {
-    let judged = judged(score, assessment);
+    let judgements = judgements(score, assessment);
     let (samples, count) = (score.samples, trajectories.len());
     let mut text = format!("{samples} samples of {}\n", counted(count, "trajectory"));
     let signals = [
-        ("acceleration", &score.acceleration, &judged.acceleration),
-        ("torque", &score.torque, &judged.torque),
+        (
+            "acceleration",
+            &score.acceleration,
+            &judgements.acceleration,
+        ),
+        ("torque", &score.torque, &judgements.torque),
     ];
-    for (name, error, judged) in signals {
-        let signal = |e| signal(name, e, judged, coordinates);
+    for (name, error, own) in signals {
+        let signal = |e| signal(name, e, own, coordinates);
         text += &error.as_ref().map_or(String::new(), signal);
     }
     if score.singular > 0 {
         text += &format!("  mass matrix singular at {} states\n", score.singular);
     }
-    for ((trajectory, rollout), judged) in trajectories
+    for ((trajectory, rollout), judgement) in trajectories
         .iter()
         .zip(&score.rollouts)
-        .zip(&judged.motions)
+        .zip(&judgements.motions)
     {
         let bound = if rollout.exceeded { "" } else { "≥ " };
         let cut = if rollout.outcome.is_stopped() {
@@ -125,7 +129,7 @@ fn as_text(
             trajectory.name,
             rollout.valid_seconds,
             rollout.duration,
-            judged.text()
+            judgement.text()
         );
         if !trajectory.goal.is_empty() {
             text += &positions(&rollout.q_mean_absolute, coordinates);
@@ -158,7 +162,7 @@ fn positions(errors: &[f64], coordinates: &Coordinates) -> String {
 fn signal(
     name: &str,
     error: &SignalError,
-    judged: &[Judgement],
+    judgements: &[Judgement],
     coordinates: &Coordinates,
 ) -> String {
     let all = format!(
@@ -167,11 +171,11 @@ fn signal(
     );
     let line = |(i, c): (usize, &Coordinate)| {
         let (own, mse, nmse) = (&c.name, error.mse[i], error.nmse[i]);
-        let judged = judged
+        let judgement = judgements
             .get(i)
             .map_or(String::new(), |own| format!(" ({})", own.text()));
         format!(
-            "  {name:<13}{own:<11} mean square error {mse:.3e}, of its variance {nmse:.3e}{judged}\n"
+            "  {name:<13}{own:<11} mean square error {mse:.3e}, of its variance {nmse:.3e}{judgement}\n"
         )
     };
     let lines = coordinates.0.iter().enumerate().map(line);

@@ -13,7 +13,7 @@ use serde_json::json;
 
 use super::OutputMode;
 use crate::cli::{SimulateArgs, Starts};
-use crate::failure::{Advise, SUCCESS, mistake};
+use crate::failure::{Context, SUCCESS, mistake};
 use crate::motion::note_early_end;
 use crate::output;
 use crate::robot;
@@ -38,7 +38,7 @@ pub(super) fn run(args: &SimulateArgs, mode: OutputMode) -> Result<u8> {
         false => "give --q0 and --qd0 one value per coordinate, or neither for a random start",
     };
     let run = simulation.run(system, &args.motion.options());
-    let mut rollouts = run.advise("cannot simulate", hint)?;
+    let mut rollouts = run.context("cannot simulate", hint)?;
     drop(task);
     omit_stopped(&mut rollouts)?;
     let summaries = rollouts.iter().map(|rollout| Summary::of(rollout, system));
@@ -160,7 +160,7 @@ struct System {
 fn system(args: &SimulateArgs) -> Result<System> {
     if let Some(path) = &args.urdf {
         let robot = robot::read(path, &args.joints)?;
-        let bodies = RigidBodies::with_joints(&robot.urdf, &robot.joints).advise(
+        let bodies = RigidBodies::with_joints(&robot.urdf, &robot.joints).context(
             format!("cannot simulate the robot of '{}'", path.display()),
             "--joints chooses the joints that move; the others are locked at 0",
         )?;
@@ -171,7 +171,7 @@ fn system(args: &SimulateArgs) -> Result<System> {
     }
     let given = args.parameters.iter().map(|(name, x)| (name.as_str(), *x));
     let name = args.system.as_deref().unwrap_or_default();
-    let model = by_name(name, &given.collect::<Vec<_>>()).advise(
+    let model = by_name(name, &given.collect::<Vec<_>>()).context(
         "cannot simulate",
         "`lagrangian simulate list` names the systems and their parameters",
     )?;

@@ -15,7 +15,7 @@ use super::OutputMode;
 use crate::cli::TorqueArgs;
 use crate::command_line::command_line;
 use crate::data;
-use crate::failure::{Advise, SUCCESS};
+use crate::failure::{Context, SUCCESS};
 use crate::fitted;
 use crate::motion;
 use crate::out_args::PlotArgs;
@@ -75,7 +75,7 @@ pub(super) fn run(args: &TorqueArgs, mode: OutputMode) -> Result<u8> {
 fn predictions(model: &dyn Model, motions: &[Trajectory]) -> Result<Vec<TorquePrediction>> {
     let all = motions.iter().map(|motion| predict_torque(model, motion));
     let all: lagrangian::Result<Vec<_>> = all.collect();
-    Ok(all.advise(
+    Ok(all.context(
         "cannot predict torques",
         "give a model with inverse dynamics, and data of its coordinates",
     )?)
@@ -133,7 +133,7 @@ fn answer(summary: &TorqueSummary, coordinates: &Coordinates, far: Option<&Outsi
             "No verdict: no torque was measured that the prediction could be compared with{known}."
         );
     };
-    let Judgement { grade, why } = error.judged("measured torques", coordinates);
+    let Judgement { grade, why } = error.judgement("measured torques", coordinates);
     match extrapolated.filter(|_| grade != Grade::Good) {
         Some(far) => Judgement::new(grade, format!("{why}; {}", far.why)).sentence(),
         None => Judgement::new(grade, why).sentence(),

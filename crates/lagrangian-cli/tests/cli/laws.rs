@@ -127,7 +127,7 @@ fn a_planet_turns_and_a_recorded_one_too() {
             .collect()
     };
     assert_eq!(conserved(&known), ["energy", "angular momentum"]);
-    assert_eq!(known["judged"][0]["grade"], "good", "{known}");
+    assert_eq!(known["judgements"][0]["grade"], "good", "{known}");
     assert_eq!(
         known["conserved"]["generators"].as_array().unwrap().len(),
         1
@@ -166,7 +166,7 @@ fn what_is_conserved_has_a_page_with_verdicts() {
     bench
         .succeed("simulate pendulum --friction 0.3 --trajectories 4 --duration 3 --out damped.csv");
     let damped = bench.succeed("conserved pendulum damped.csv --json").json();
-    let energy = &damped["judged"][0];
+    let energy = &damped["judgements"][0];
     assert_eq!(energy["grade"], "poor", "{damped}");
     assert!(
         energy["why"]
@@ -174,7 +174,7 @@ fn what_is_conserved_has_a_page_with_verdicts() {
             .unwrap()
             .contains("along the motions")
     );
-    assert!(damped["judged"][1].is_null(), "{damped}");
+    assert!(damped["judgements"][1].is_null(), "{damped}");
 }
 
 #[test]

@@ -130,10 +130,10 @@ fn each_number_of_a_score_has_a_verdict() {
         .run("score run/model.safetensors other.csv --json")
         .json();
     assert_eq!(
-        score["judged"]["acceleration"][0]["grade"], "poor",
+        score["judgements"]["acceleration"][0]["grade"], "poor",
         "{score}"
     );
-    assert_eq!(score["judged"]["motions"].as_array().unwrap().len(), 2);
+    assert_eq!(score["judgements"]["motions"].as_array().unwrap().len(), 2);
     let text = bench.run("score run/model.safetensors other.csv").stdout;
     assert!(
         text.contains("(poor: no better than the mean of the signal"),

@@ -51,7 +51,7 @@ fn a_learned_model_tracks_better_than_feedback_alone_and_the_true_one_best() {
             .json();
         let [model, alone, perfect] = ["model", "feedback", "perfect"].map(|x| rmse(&found, x));
         assert!(perfect < 0.1 * model && model < 0.3 * alone, "{found}");
-        for own in found["judged"].as_array().unwrap() {
+        for own in found["judgements"].as_array().unwrap() {
             assert_eq!(own["grade"], "good", "{found}");
         }
         let latency = &found["tracking"]["model"]["latency"];

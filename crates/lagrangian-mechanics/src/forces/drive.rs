@@ -45,7 +45,7 @@ impl<T: Scalar> Drive<T> {
         let error = T::of(command.goal) - q;
         let wanted = error.times(command.kp) - v.times(command.kd);
         (self.gain * wanted)
-            .within(self.limit)
+            .limited_to(self.limit)
             .times(command.supply)
     }
 

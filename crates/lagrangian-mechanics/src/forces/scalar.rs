@@ -67,7 +67,7 @@ pub trait Scalar:
 
     /// The number clipped to −limit … limit.
     #[must_use]
-    fn within(self, limit: Self) -> Self {
+    fn limited_to(self, limit: Self) -> Self {
         match self.value() {
             x if x > limit.value() => limit,
             x if x < -limit.value() => -limit,
@@ -205,7 +205,7 @@ mod tests {
 
     fn sample<S: Scalar>(x: S, y: S) -> S {
         (x * y - S::of(0.5)).sin() / ((y.exp() + x.abs()).sqrt().cos() + S::of(2.0))
-            + (x - y).within(S::of(0.3)) * x
+            + (x - y).limited_to(S::of(0.3)) * x
             - (x + y).beyond(S::of(0.2)).times(1.5)
     }
 

@@ -8,7 +8,7 @@ use lagrangian_motion::{Coordinates, Error, Result};
 /// `L = L_known + L_rest`, of the same coordinates (theory.md, 48). All derivatives of L in the Euler–Lagrange
 /// equation are sums too, M and c among them.
 ///
-/// A learned rest can be limited to the states that its data [visited](Self::within): beyond them the motion is that of the
+/// A learned rest can be limited to the states that its data [visited](Self::limited_to): beyond them the motion is that of the
 /// known Lagrangian alone (theory.md, 132).
 #[derive(Debug, Clone)]
 pub struct Sum<A, B> {
@@ -39,7 +39,7 @@ impl<A: Lagrangian, B: Lagrangian> Sum<A, B> {
 
     /// This sum, with a rest that fades beyond these states.
     #[must_use]
-    pub fn within(self, visited: Visited) -> Self {
+    pub fn limited_to(self, visited: Visited) -> Self {
         Self {
             visited: Some(visited),
             ..self

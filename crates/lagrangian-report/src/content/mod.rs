@@ -109,7 +109,7 @@ pub struct Headline {
     pub role: Option<Role>,
     /// The grade with its reason, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub judged: Option<Judgement>,
+    pub judgement: Option<Judgement>,
 }
 
 /// A table: one header, rows of the same length.
@@ -124,7 +124,7 @@ pub struct Table {
     pub rows: Vec<Vec<String>>,
     /// The grade of each row with its reason; empty, or one entry for each row.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub judged: Vec<Option<Judgement>>,
+    pub judgements: Vec<Option<Judgement>>,
 }
 
 /// A command line and its result.
@@ -147,7 +147,7 @@ impl Headline {
             unit: unit.into(),
             note: note.into(),
             role: None,
-            judged: None,
+            judgement: None,
         }
     }
 }
@@ -160,14 +160,14 @@ impl Table {
             caption: caption.into(),
             header: header.iter().map(|name| (*name).into()).collect(),
             rows,
-            judged: Vec::new(),
+            judgements: Vec::new(),
         }
     }
 
     /// Adds a verdict on each row.
     #[must_use]
-    pub fn judged(self, judged: Vec<Option<Judgement>>) -> Self {
-        Self { judged, ..self }
+    pub fn with_judgements(self, judgements: Vec<Option<Judgement>>) -> Self {
+        Self { judgements, ..self }
     }
 }
 

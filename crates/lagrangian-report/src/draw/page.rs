@@ -218,15 +218,15 @@ fn card(body: &mut String, headline: &Headline) {
     let dot = headline
         .role
         .map_or(String::new(), |role| dot(theme::of(role)));
-    let judged = headline.judged.as_ref();
-    let class = judged.map_or("card", |own| match own.grade {
+    let judgement = headline.judgement.as_ref();
+    let class = judgement.map_or("card", |own| match own.grade {
         Grade::Good => "card good",
         Grade::Fair => "card fair",
         Grade::Poor => "card poor",
     });
-    let chip = judged.filter(|own| headline.value != own.grade.name());
+    let chip = judgement.filter(|own| headline.value != own.grade.name());
     let chip = chip.map_or(String::new(), |own| {
-        format!("<span class=\"judged\">{}</span>", tables::chip(own))
+        format!("<span class=\"judgement\">{}</span>", tables::chip(own))
     });
     add(
         body,

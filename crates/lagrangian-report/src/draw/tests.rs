@@ -162,7 +162,7 @@ fn every_text_of_a_report_is_escaped() {
             caption: words(),
             header: vec![words()],
             rows: vec![vec![words()]],
-            judged: vec![Some(Judgement {
+            judgements: vec![Some(Judgement {
                 grade: Grade::Fair,
                 why: words(),
             })],

@@ -14,7 +14,7 @@ use lagrangian::{Learned, Model, Provenance, RolloutOptions, SavedModel, Traject
 use lagrangian_report::Report;
 use serde::Serialize;
 
-use crate::error::{Advise, Error, Result};
+use crate::error::{Context, Error, Result};
 use crate::folder::{MODEL, RUN, RunFolder, model_file};
 use crate::input::{self, is_same};
 use crate::metrics::Metric;
@@ -64,8 +64,8 @@ impl LoadedRun {
         }
         let shown = format!("cannot read the model '{}'", file.display());
         let hint = "give folders of runs, or the model.safetensors of one";
-        let saved = SavedModel::read(input::open(&file).advise(&shown, hint)?);
-        let saved = saved.advise(&shown, hint)?;
+        let saved = SavedModel::read(input::open(&file).context(&shown, hint)?);
+        let saved = saved.context(&shown, hint)?;
         let (record, metrics) = match &folder {
             Some(folder) => (Some(folder.record()?), folder.read_metrics()?),
             None => (None, Vec::new()),
@@ -77,7 +77,7 @@ impl LoadedRun {
         Ok(Self {
             path: path.into(),
             name: named.map_or_else(|| path.display().to_string(), String::from),
-            model: Learned::load(&saved).advise(shown, hint)?,
+            model: Learned::load(&saved).context(shown, hint)?,
             provenance: saved.header.provenance,
             record,
             metrics,

@@ -173,7 +173,7 @@ impl Page<'_> {
             false => "of the training data themselves",
         };
         let why = known.next().map_or(String::new(), |(name, error)| {
-            error.judged(&format!("{name} {of}"), coordinates).why
+            error.judgement(&format!("{name} {of}"), coordinates).why
         });
         Judgement::new(assessment.verdict, why).sentence()
     }
@@ -219,7 +219,7 @@ impl Page<'_> {
         };
         let word = assessment.verdict.name();
         let mut headlines = vec![Headline {
-            judged: Some(verdict),
+            judgement: Some(verdict),
             ..Headline::new("Verdict", word.into(), "", note)
         }];
         let joints = &assessment.joints;
@@ -232,7 +232,7 @@ impl Page<'_> {
             let note = format!("of {:.2} s, from its first state alone", first.duration);
             headlines.push(Headline {
                 role,
-                judged: score.judged_motion(0),
+                judgement: score.motion_judgement(0),
                 ..Headline::new("Motion followed for", value, "s", note)
             });
         }
@@ -268,7 +268,7 @@ impl Page<'_> {
         };
         (!known.is_empty()).then(|| Headline {
             role: Some(self.role()),
-            judged: Some(Judgement::new(Grade::of_error(left), "")),
+            judgement: Some(Judgement::new(Grade::of_error(left), "")),
             ..Headline::new(label, short(100.0 * left), "%", note)
         })
     }

@@ -78,15 +78,16 @@ fn errors(page: &Page, score: &Score, assessment: &Assessment) -> Table {
     };
     let accelerations = of("acceleration", Axis::acceleration, &score.acceleration);
     let torques = of("torque", |unit| force_unit(unit).into(), &score.torque);
-    let judged = (0..accelerations.len()).map(|i| score.judged_acceleration(i, assessment));
-    let judged = judged.chain((0..torques.len()).map(|i| score.judged_torque(i, assessment)));
-    let judged = judged.collect();
+    let judgements = (0..accelerations.len()).map(|i| score.acceleration_judgement(i, assessment));
+    let judgements =
+        judgements.chain((0..torques.len()).map(|i| score.torque_judgement(i, assessment)));
+    let judgements = judgements.collect();
     Table::new(
         "Errors at single samples: root mean square, and relative to the signal's variance (100 % is as good as its mean).",
         &["signal", "coordinate", "RMS error", "of its variance"],
         [accelerations, torques].concat(),
     )
-    .judged(judged)
+    .with_judgements(judgements)
 }
 
 fn rows(
@@ -164,7 +165,7 @@ fn motions(page: &Page, score: &Score) -> Table {
         &["motion", "duration", "followed for", "prediction ended"],
         pairs.take(shown).map(row).collect(),
     )
-    .judged((0..shown).map(|k| score.judged_motion(k)).collect())
+    .with_judgements((0..shown).map(|k| score.motion_judgement(k)).collect())
 }
 
 fn ending(outcome: &Outcome) -> String {

@@ -104,16 +104,16 @@ struct Member<'a, 'b> {
 }
 
 impl Member<'_, '_> {
-    fn tell(
+    fn report(
         &self,
         share: f64,
-        tell: impl FnOnce(&mut dyn Observer, f64) -> ControlFlow<()>,
+        report: impl FnOnce(&mut dyn Observer, f64) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         if let Ok(mut held) = self.watch.observer.lock() {
             let (observer, shares) = &mut *held;
             shares[self.k] = share;
             let all = shares.iter().sum::<f64>() / shares.len() as f64;
-            if tell(*observer, all).is_break() {
+            if report(*observer, all).is_break() {
                 self.watch.ended.store(true, Ordering::Relaxed);
             }
         }
@@ -126,13 +126,13 @@ impl Member<'_, '_> {
 
 impl Observer for Member<'_, '_> {
     fn progress(&mut self, progress: &Progress) -> ControlFlow<()> {
-        self.tell(progress.share, |observer, share| {
+        self.report(progress.share, |observer, share| {
             observer.progress(&Progress { share, ..*progress })
         })
     }
 
     fn stage(&mut self, what: &str, share: f64) -> ControlFlow<()> {
         let what = format!("member {}: {what}", self.k + 1);
-        self.tell(share, |observer, share| observer.stage(&what, share))
+        self.report(share, |observer, share| observer.stage(&what, share))
     }
 }

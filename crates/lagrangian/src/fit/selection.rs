@@ -32,7 +32,7 @@ pub struct Selection {
     /// The settings of that fit, with the chosen ones.
     pub chosen: ResolvedConfig,
     /// All fits, in their order; a single one is not compared.
-    pub contestants: Vec<CandidateResult>,
+    pub tried: Vec<CandidateResult>,
 }
 
 impl FitConfig {
@@ -135,7 +135,7 @@ pub fn select(
     let several = candidates.len() > 1;
     let mut best: Option<(f64, Fit, ResolvedConfig)> = None;
     let mut failure = None;
-    let mut contestants = Vec::new();
+    let mut tried = Vec::new();
     for chosen in candidates {
         let clock = Instant::now();
         let own = resume.filter(|_| !chosen.config.family.abilities().solved);
@@ -144,7 +144,7 @@ pub fn select(
             true => held_out(fit, dataset),
             false => 0.0,
         });
-        contestants.push(CandidateResult {
+        tried.push(CandidateResult {
             family: chosen.config.family.name().into(),
             torque_nmse: (several && fitted.is_ok()).then_some(error),
             seconds: clock.elapsed().as_secs_f64(),
@@ -171,13 +171,9 @@ pub fn select(
         let family = chosen.config.family.name();
         chosen
             .choices
-            .insert(0, AutoSetting::new("model", family, reason(&contestants)));
+            .insert(0, AutoSetting::new("model", family, reason(&tried)));
     }
-    Ok(Selection {
-        fit,
-        chosen,
-        contestants,
-    })
+    Ok(Selection { fit, chosen, tried })
 }
 
 /// The torque error of a model on validation samples, or on the training samples without validation samples.
@@ -189,12 +185,12 @@ fn held_out(fit: &Fit, dataset: &Dataset) -> f64 {
     torque_error(&fit.model, samples).map_or(f64::INFINITY, |error| error.nmse_mean)
 }
 
-fn reason(contestants: &[CandidateResult]) -> String {
+fn reason(tried: &[CandidateResult]) -> String {
     let error = |c: &CandidateResult| match c.torque_nmse {
         Some(error) => format!("{} {error:.2e}", c.family),
         None => format!("{} failed", c.family),
     };
-    let errors: Vec<String> = contestants.iter().map(error).collect();
+    let errors: Vec<String> = tried.iter().map(error).collect();
     format!(
         "of the models that explain the torques of held-out samples about as well as the best it takes most for granted; their \
          squared errors in parts of the variance: {}",

@@ -76,7 +76,7 @@ pub trait FittedModel: Model + Any + Debug {
     }
 
     /// The model with a learned correction of a nominal model that fades beyond these states; `None` for one without.
-    fn within(&self, visited: &Visited) -> Option<Box<dyn FittedModel>> {
+    fn limited_to(&self, visited: &Visited) -> Option<Box<dyn FittedModel>> {
         let _ = visited;
         None
     }
@@ -305,9 +305,9 @@ impl FittedModel for Mechanical<WithNominal> {
         Some(self.lagrangian.known())
     }
 
-    fn within(&self, visited: &Visited) -> Option<Box<dyn FittedModel>> {
-        let within = |sum: WithNominal| Ok(sum.within(visited.clone()));
-        Some(Box::new(self.clone().with(within).ok()?))
+    fn limited_to(&self, visited: &Visited) -> Option<Box<dyn FittedModel>> {
+        let limited = |sum: WithNominal| Ok(sum.limited_to(visited.clone()));
+        Some(Box::new(self.clone().with(limited).ok()?))
     }
 
     fn boxed(&self) -> Box<dyn FittedModel> {
@@ -366,11 +366,11 @@ impl Learned {
 
     /// The model with the states that its data visited, beyond which a correction of a nominal model fades.
     pub(crate) fn with_visited(self, visited: Option<Visited>) -> Self {
-        let within = visited
+        let limited = visited
             .as_ref()
-            .and_then(|visited| self.model.within(visited));
+            .and_then(|visited| self.model.limited_to(visited));
         Self {
-            model: within.unwrap_or(self.model),
+            model: limited.unwrap_or(self.model),
             visited,
         }
     }

@@ -104,8 +104,8 @@ impl Assessment {
     /// The assessment of a model that was selected from several: a description of the robot that explains much less than a model
     /// without it is that of another robot.
     #[must_use]
-    pub fn of_selected(self, contestants: &[CandidateResult]) -> Self {
-        self.with(of_description(contestants))
+    pub fn of_selected(self, candidates: &[CandidateResult]) -> Self {
+        self.with(of_description(candidates))
     }
 
     /// The assessment with more reasons.
@@ -122,11 +122,11 @@ const DESCRIBED: f64 = 3.0;
 /// … and this part of their variance.
 const UNDESCRIBED: f64 = 0.02;
 
-fn of_description(contestants: &[CandidateResult]) -> Option<Reason> {
+fn of_description(candidates: &[CandidateResult]) -> Option<Reason> {
     let error = |robot: bool| {
         let kind = |entry: &Entry| entry.jointed && entry.takes_a_robot() == robot;
         let own = |c: &&CandidateResult| Entry::by_name(&c.family).is_ok_and(kind);
-        contestants.iter().filter(own).find_map(|c| c.torque_nmse)
+        candidates.iter().filter(own).find_map(|c| c.torque_nmse)
     };
     let (described, free) = (error(true)?, error(false)?);
     (described > DESCRIBED * free && described > UNDESCRIBED).then(|| {

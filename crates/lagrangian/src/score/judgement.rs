@@ -58,7 +58,7 @@ impl Judgement {
 impl SignalError {
     /// The explained part of a signal, such as `torques`, over these coordinates, with the worst of them.
     #[must_use]
-    pub fn judged(&self, signal: &str, coordinates: &Coordinates) -> Judgement {
+    pub fn judgement(&self, signal: &str, coordinates: &Coordinates) -> Judgement {
         let left = self.unexplained();
         let percent = |nmse: f64| match nmse < 1.0 {
             true => format!("{} %", explained(100.0 * nmse)),
@@ -135,7 +135,7 @@ pub struct TrackingErrors {
 impl TrackingErrors {
     /// The part of the gain of the true model over feedback alone that the model reaches.
     #[must_use]
-    pub fn judged(&self) -> Judgement {
+    pub fn judgement(&self) -> Judgement {
         let possible = self.feedback - self.truth;
         let gained = (self.feedback - self.model) / possible;
         let share = format!(
@@ -182,7 +182,7 @@ pub fn extrapolation(outside: Option<&Outside>) -> Option<Judgement> {
 impl Score {
     /// The error of the torque of coordinate `i`. A joint without a drive is distinguished from one that is not understood.
     #[must_use]
-    pub fn judged_torque(&self, i: usize, assessment: &Assessment) -> Option<Judgement> {
+    pub fn torque_judgement(&self, i: usize, assessment: &Assessment) -> Option<Judgement> {
         let nmse = *self.torque.as_ref()?.nmse.get(i)?;
         let grade = Grade::of_error(nmse);
         if grade == Grade::Good {
@@ -197,12 +197,12 @@ impl Score {
             let why = "a passive joint, or nearly: its force is a small remainder of inertia and gravity, which cancel there";
             return Some(Judgement::new(beside, why));
         }
-        Some(self.judged(nmse))
+        Some(self.judgement(nmse))
     }
 
     /// The error of the acceleration of coordinate `i`; it cannot be predicted where friction and noise hide inertia.
     #[must_use]
-    pub fn judged_acceleration(&self, i: usize, assessment: &Assessment) -> Option<Judgement> {
+    pub fn acceleration_judgement(&self, i: usize, assessment: &Assessment) -> Option<Judgement> {
         let nmse = *self.acceleration.as_ref()?.nmse.get(i)?;
         let grade = Grade::of_error(nmse);
         if grade == Grade::Good {
@@ -216,11 +216,11 @@ impl Score {
             let why = "below the noise: inertia is less of the torque than what stays unexplained, so that it cannot be predicted";
             return Some(Judgement::new(Grade::Fair, why));
         }
-        Some(self.judged(nmse))
+        Some(self.judgement(nmse))
     }
 
     /// An error whose only cause is the model, or states outside of its data.
-    fn judged(&self, nmse: f64) -> Judgement {
+    fn judgement(&self, nmse: f64) -> Judgement {
         let why = match nmse {
             x if x.is_nan() || x >= 1.0 => "no better than the mean of the signal",
             _ => "",
@@ -231,14 +231,14 @@ impl Score {
 
     /// The time for which motion `k` is followed, of the time for which it can be predicted.
     #[must_use]
-    pub fn judged_motion(&self, k: usize) -> Option<Judgement> {
+    pub fn motion_judgement(&self, k: usize) -> Option<Judgement> {
         let rollout = self.rollouts.get(k)?;
-        Some(rollout.judged(self.outside.as_ref()))
+        Some(rollout.judgement(self.outside.as_ref()))
     }
 }
 
 impl RolloutScore {
-    fn judged(&self, outside: Option<&Outside>) -> Judgement {
+    fn judgement(&self, outside: Option<&Outside>) -> Judgement {
         let possible = self.predictable_seconds;
         if !self.exceeded {
             return Judgement::new(Grade::Good, "to its end");
@@ -313,8 +313,8 @@ mod tests {
 
     fn grades(score: &Score, shares: &[f64]) -> Vec<Grade> {
         let assessment = assessed(shares);
-        let judged = (0..9).filter_map(|i| score.judged_torque(i, &assessment));
-        judged.map(|own| own.grade).collect()
+        let judgements = (0..9).filter_map(|i| score.torque_judgement(i, &assessment));
+        judgements.map(|own| own.grade).collect()
     }
 
     #[test]
@@ -328,9 +328,9 @@ mod tests {
         assert_eq!(grades(&found, &[12.0; 3]), driven);
         // Weights of 1e300: forces that are not finite cancel nowhere.
         assert_eq!(grades(&found, &[f64::INFINITY; 3]), driven);
-        let why = found.judged_torque(2, &assessed(&[300.0; 3]));
+        let why = found.torque_judgement(2, &assessed(&[300.0; 3]));
         assert!(why.is_some_and(|own| own.why.contains("passive")));
-        let why = found.judged_torque(2, &assessed(&[0.5; 3]));
+        let why = found.torque_judgement(2, &assessed(&[0.5; 3]));
         assert!(why.is_some_and(|own| own.why.contains("no better")));
     }
 
@@ -339,7 +339,7 @@ mod tests {
         let coordinates = Coordinates::lines(3);
         let sentence = |nmse: &[f64]| {
             let error = SignalError::new(nmse.to_vec(), &vec![1.0; nmse.len()]);
-            error.judged("torques", &coordinates).sentence()
+            error.judgement("torques", &coordinates).sentence()
         };
         assert_eq!(
             sentence(&[0.001, 0.02, 0.129]),
@@ -358,7 +358,7 @@ mod tests {
 
     #[test]
     fn what_can_be_expected_of_a_motion_is_told_beside_what_it_is() {
-        let judged = |followed: f64| {
+        let judgement = |followed: f64| {
             let rollout = RolloutScore {
                 outcome: lagrangian_mechanics::Outcome::Finished,
                 duration: 5.0,
@@ -368,11 +368,11 @@ mod tests {
                 predictable_seconds: 0.6,
                 q_mean_absolute: vec![0.1],
             };
-            rollout.judged(None).text()
+            rollout.judgement(None).text()
         };
-        assert!(judged(4.8).starts_with("good: at least the 0.60 s"));
-        assert!(judged(0.55).starts_with("good: nearly the 0.60 s"));
-        assert!(judged(0.1).contains(": less than the 0.60 s"));
+        assert!(judgement(4.8).starts_with("good: at least the 0.60 s"));
+        assert!(judgement(0.55).starts_with("good: nearly the 0.60 s"));
+        assert!(judgement(0.1).contains(": less than the 0.60 s"));
     }
 
     #[test]
@@ -383,25 +383,30 @@ mod tests {
             truth,
             at_limit: 0.0,
         };
-        let grade = |own: TrackingErrors| own.judged().grade;
+        let grade = |own: TrackingErrors| own.judgement().grade;
         assert_eq!(grade(errors(0.02, 0.01)), Grade::Good);
         assert_eq!(grade(errors(0.04, 0.01)), Grade::Fair);
         assert_eq!(grade(errors(0.04, 0.03)), Grade::Good);
         assert_eq!(grade(errors(0.08, 0.0)), Grade::Poor);
         assert_eq!(grade(errors(f64::NAN, 0.0)), Grade::Poor);
-        assert!(errors(0.2, 0.0).judged().why.contains("no better"));
+        assert!(errors(0.2, 0.0).judgement().why.contains("no better"));
         let alone = TrackingErrors {
             feedback: f64::NAN,
             ..errors(0.02, 0.01)
         };
-        assert!(alone.judged().why.contains("diverged"));
+        assert!(alone.judgement().why.contains("diverged"));
         // Where the truth gains nothing, the model is not to blame.
         assert_eq!(grade(errors(0.1, 0.1)), Grade::Fair);
         let limited = TrackingErrors {
             at_limit: 0.3,
             ..errors(0.02, 0.0)
         };
-        assert!(limited.judged().why.contains("limit in 30 % of the time"));
+        assert!(
+            limited
+                .judgement()
+                .why
+                .contains("limit in 30 % of the time")
+        );
     }
 
     #[test]
@@ -422,7 +427,7 @@ mod tests {
             outside,
             ..score(&[0.3])
         };
-        let why = found.judged_torque(0, &assessed(&[])).map(|own| own.why);
+        let why = found.torque_judgement(0, &assessed(&[])).map(|own| own.why);
         assert!(why.is_some_and(|why| why.contains("40 % of the states")));
     }
 }

@@ -407,14 +407,14 @@ fn a_description_that_explains_much_less_than_a_chain_lowers_the_verdict() {
     }];
     let score = score(&model, &motions, &RolloutOptions::default()).unwrap();
     let graded = |errors: &[(&str, Option<f64>)]| {
-        let contestant = |(family, error): &(&str, Option<f64>)| CandidateResult {
+        let candidate = |(family, error): &(&str, Option<f64>)| CandidateResult {
             family: (*family).into(),
             torque_nmse: *error,
             seconds: 1.0,
             failure: None,
         };
-        let contestants: Vec<CandidateResult> = errors.iter().map(contestant).collect();
-        let assessment = Assessment::new(&model, &motions, &score).of_selected(&contestants);
+        let candidates: Vec<CandidateResult> = errors.iter().map(candidate).collect();
+        let assessment = Assessment::new(&model, &motions, &score).of_selected(&candidates);
         assert!(
             assessment
                 .reasons

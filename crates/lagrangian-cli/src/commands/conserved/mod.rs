@@ -16,7 +16,7 @@ use serde_json::json;
 
 use super::OutputMode;
 use crate::data;
-use crate::failure::{Advise, SUCCESS, mistake};
+use crate::failure::{Context, SUCCESS, mistake};
 use crate::fitted;
 use crate::law_args::ConservedArgs;
 use crate::subject::{Subject, coordinate};
@@ -37,7 +37,7 @@ pub(super) fn run(args: &ConservedArgs, mode: OutputMode) -> Result<u8> {
     let subject = args.subject.open()?;
     let coordinates = subject.coordinates()?;
     let points = points(args, coordinates)?;
-    let symmetries = candidates(coordinates, &points).advise(
+    let symmetries = candidates(coordinates, &points).context(
         "cannot turn these points",
         "correct --points, e.g. --points x1:y1,x2:y2",
     )?;
@@ -46,13 +46,13 @@ pub(super) fn run(args: &ConservedArgs, mode: OutputMode) -> Result<u8> {
         tolerance: args.tolerance,
         rollouts: args.rollouts,
     };
-    let found = conserved(&subject.physics()?, &symmetries, &motions, &options).advise(
+    let found = conserved(&subject.physics()?, &symmetries, &motions, &options).context(
         "cannot measure what is conserved",
         "`lagrangian check` shows what is wrong with the data",
     )?;
     drop(task);
     args.output.draw(|| page::page(args, &found))?;
-    let judged: Vec<_> = found.quantities.iter().map(Quantity::judged).collect();
+    let judgements: Vec<_> = found.quantities.iter().map(Quantity::judgement).collect();
     let figures = json!({
         "command": "conserved",
         "answer": page::answer(&found),
@@ -61,7 +61,7 @@ pub(super) fn run(args: &ConservedArgs, mode: OutputMode) -> Result<u8> {
         "motions": motions.len(),
         "tolerance": args.tolerance,
         "conserved": found,
-        "judged": judged,
+        "judgements": judgements,
         "plot": args.output.plot,
     });
     let text = || page::text(&found);
@@ -96,9 +96,9 @@ fn motions(args: &ConservedArgs, subject: &Subject) -> Result<Vec<Trajectory>> {
     let starts = (0..MOTIONS).map(|_| system.sample_state(&mut rng));
     let starts: Vec<_> = starts.collect();
     let shown = "cannot roll the system out";
-    let times = times(args.duration, 1.0 / RATE).advise(shown, "give a shorter --duration")?;
+    let times = times(args.duration, 1.0 / RATE).context(shown, "give a shorter --duration")?;
     let options = RolloutOptions::default();
     let rolled = rollout_many(&**system, &starts, &times, &free, &options)
-        .advise(shown, "give other parameters with --set")?;
+        .context(shown, "give other parameters with --set")?;
     Ok(rolled.into_iter().map(|r| r.trajectory).collect())
 }

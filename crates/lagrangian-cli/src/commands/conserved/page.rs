@@ -36,11 +36,11 @@ pub(super) fn answer(found: &Conserved) -> String {
     let drifts = kept.iter().map(|own| own.data.relative);
     // NaN where the motions leave the domain of the model: then it is the largest.
     let largest = drifts.max_by(f64::total_cmp).unwrap_or(f64::NAN);
-    let judged = kept
+    let grades = kept
         .iter()
-        .filter_map(|own| own.judged())
+        .filter_map(|own| own.judgement())
         .map(|own| own.grade);
-    let Some(grade) = judged.max() else {
+    let Some(grade) = grades.max() else {
         return "The model conserves none of the quantities that were looked at.".into();
     };
     let why = format!(
@@ -80,8 +80,8 @@ fn line(quantity: &Quantity, width: usize) -> String {
         .own
         .as_ref()
         .map_or("–".into(), |drift| size(drift.relative));
-    let judged = quantity.judged().map_or("–".into(), |own| own.text());
-    format!("  {name:width$}  {verdict:<13}{r:>9}{data:>12}{own:>12}  {judged}{gauge}\n")
+    let judgement = quantity.judgement().map_or("–".into(), |own| own.text());
+    format!("  {name:width$}  {verdict:<13}{r:>9}{data:>12}{own:>12}  {judgement}{gauge}\n")
 }
 
 fn kept(quantity: &Quantity) -> &'static str {
@@ -128,7 +128,7 @@ fn headline(quantity: &Quantity) -> Headline {
         short(quantity.data.seconds)
     );
     Headline {
-        judged: quantity.judged(),
+        judgement: quantity.judgement(),
         ..Headline::new(&label, value, "%", note)
     }
 }
@@ -169,5 +169,5 @@ fn table(found: &Conserved) -> Table {
         &["quantity", "by the model", "r", "drift along the motions, %", "drift along rollouts, %", "F"],
         all.iter().map(row).collect(),
     )
-    .judged(all.iter().map(Quantity::judged).collect())
+    .with_judgements(all.iter().map(Quantity::judgement).collect())
 }

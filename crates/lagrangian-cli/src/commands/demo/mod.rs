@@ -21,7 +21,7 @@ use serde_json::json;
 use super::OutputMode;
 use crate::cli::DemoArgs;
 use crate::command_line::command_line;
-use crate::failure::{Advise, SUCCESS};
+use crate::failure::{Context, SUCCESS};
 use crate::frontend::ProgressDisplay;
 use crate::interrupt;
 use crate::output;
@@ -44,7 +44,7 @@ struct Trained {
 
 pub(super) fn run(args: &DemoArgs, mode: OutputMode) -> Result<u8> {
     let start = Instant::now();
-    let folder = RunFolder::open(&args.out, occupied(args))?;
+    let folder = RunFolder::open(&args.out, existing(args))?;
     let record = RunRecord::now(command_line(), args.seed, args, Vec::new())?;
     folder.write_record(&record)?;
     let system = by_name(SYSTEM, &[])?;
@@ -112,7 +112,7 @@ fn plain_network() -> FitConfig {
     }
 }
 
-fn occupied(args: &DemoArgs) -> ExistingRun {
+fn existing(args: &DemoArgs) -> ExistingRun {
     match args.force {
         true => ExistingRun::Restart,
         false => ExistingRun::Refuse,
@@ -127,7 +127,7 @@ fn train(
     data: &Dataset,
     mode: OutputMode,
 ) -> Result<Trained> {
-    let folder = RunFolder::open(&args.out.join(name), occupied(args))?;
+    let folder = RunFolder::open(&args.out.join(name), existing(args))?;
     let mut config = config;
     config.loss = Loss::ACCELERATION;
     config.budget = Budget::Seconds(args.seconds);
@@ -138,7 +138,7 @@ fn train(
     let mut shown = ProgressDisplay::start(format!("fit {name}"), mode.quiet);
     let mut watch = Watch::new(&folder, metrics, &mut shown);
     let fit = lagrangian::fit(data, &config, None, &mut watch)
-        .advise("cannot fit", "give --samples and --seconds more")?;
+        .context("cannot fit", "give --samples and --seconds more")?;
     watch.finish()?;
     shown.finish(&format!(
         "{} steps, error of the accelerations {:.1e} of their deviation",

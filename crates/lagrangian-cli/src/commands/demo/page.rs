@@ -83,12 +83,12 @@ pub(super) fn is_quick(args: &DemoArgs) -> bool {
 
 /// Puts the remark first that the numbers are not a comparison.
 fn as_quick(mut report: Report) -> Report {
-    let judged = Judgement {
+    let judgement = Judgement {
         grade: Grade::Poor,
         why: "fits too short, or starts too few".into(),
     };
     let headline = Headline {
-        judged: Some(judged),
+        judgement: Some(judgement),
         ..Headline::new("These numbers", "no comparison".into(), "", "a quick demo")
     };
     report.headlines.insert(0, headline);

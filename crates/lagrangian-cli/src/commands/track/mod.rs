@@ -14,7 +14,7 @@ use serde_json::json;
 use super::OutputMode;
 use crate::cli::DataArgs;
 use crate::data;
-use crate::failure::{self, Advise, FAILED, SUCCESS, mistake};
+use crate::failure::{self, Context, FAILED, SUCCESS, mistake};
 use crate::fitted::{self, Fitted};
 use crate::out_args::PlotArgs;
 use crate::output;
@@ -47,10 +47,10 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<u8> {
     if truth.is_none() {
         note!("note: the model itself is the robot, and right about it; --robot names another");
     }
-    let contestants = contestants(&model, truth.as_deref(), args.control.controller, &gains);
+    let laws = laws(&model, truth.as_deref(), args.control.controller, &gains);
     let mut runs = Vec::new();
-    for (key, name, law) in contestants {
-        let followed = follow(robot, &reference, law, &control).advise(
+    for (key, name, law) in laws {
+        let followed = follow(robot, &reference, law, &control).context(
             format!("cannot follow '{}'", args.reference.display()),
             "`lagrangian track --help` says what --robot, --rate, --delay and the gains may be",
         )?;
@@ -93,7 +93,7 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<u8> {
             "out": file.out,
             "plot": plot,
             "tracking": tracking(&runs),
-            "judged": report.judged(),
+            "judged": report.judgements(),
     });
     mode.print(&figures, || report.text())?;
     let lost = runs.first().and_then(|first| first.lost(&needed));
@@ -131,7 +131,7 @@ fn reference(args: &TrackArgs, fitted: &Fitted) -> Result<Reference> {
         )
     };
     let trajectory = trajectories.into_iter().next().ok_or_else(unusable)?;
-    Ok(Reference::new(without_gaps(trajectory)).advise(
+    Ok(Reference::new(without_gaps(trajectory)).context(
         format!("cannot follow '{}'", args.reference.display()),
         "`lagrangian check` shows what is wrong with the data",
     )?)
@@ -187,7 +187,7 @@ fn loop_config(args: &ControlArgs, n: usize) -> Result<LoopConfig> {
         },
         ..LoopConfig::default()
     };
-    config.validate(n).advise(
+    config.validate(n).context(
         "cannot run this loop",
         "see --rate, --limit, --noise, --quantisation and --delay",
     )?;
@@ -203,7 +203,7 @@ struct AllGains {
 fn all_gains(args: &ControlArgs, robot: &dyn Model, reference: &Reference) -> Result<AllGains> {
     let n = reference.dof();
     let linear = args.controller == ControllerName::ComputedTorque;
-    let inertia = inertia_along(robot, reference).advise(
+    let inertia = inertia_along(robot, reference).context(
         "cannot control this robot",
         "give the robot that moves as --robot, or a model with inverse dynamics",
     )?;
@@ -214,7 +214,7 @@ fn all_gains(args: &ControlArgs, robot: &dyn Model, reference: &Reference) -> Re
             *gains = each(given, n);
         }
     }
-    own.validate(n).advise(
+    own.validate(n).context(
         "cannot use these gains",
         "give --kp and --kd, each one value or one for each joint",
     )?;
@@ -227,7 +227,7 @@ fn all_gains(args: &ControlArgs, robot: &dyn Model, reference: &Reference) -> Re
 }
 
 /// The controllers that follow the reference, the selected one first: a key, a name, and the controller.
-fn contestants<'a>(
+fn laws<'a>(
     model: &'a dyn Model,
     truth: Option<&'a dyn Model>,
     controller: ControllerName,

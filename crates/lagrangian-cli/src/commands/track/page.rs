@@ -83,11 +83,11 @@ impl TrackingReport<'_> {
             let cells = [p50, p99, max].map(|x| format!("{:.2}", 1e6 * x));
             text += &line("", run.name, cells.into());
         }
-        let judged: Vec<Judgement> = self.judged().into_iter().flatten().collect();
-        if !judged.is_empty() {
-            let grades = judged.iter().map(|own| own.grade.name().into());
+        let judgements: Vec<Judgement> = self.judgements().into_iter().flatten().collect();
+        if !judgements.is_empty() {
+            let grades = judgements.iter().map(|own| own.grade.name().into());
             text += &line("verdict", "this model", grades.collect());
-            for (name, own) in self.names().zip(&judged) {
+            for (name, own) in self.names().zip(&judgements) {
                 text += &format!("    {name}: {}\n", own.text());
             }
         }
@@ -99,10 +99,10 @@ impl TrackingReport<'_> {
     }
 
     /// The part of the possible gain that the model reaches, for each joint; `None` without a true model or without this one.
-    pub(super) fn judged(&self) -> Option<Vec<Judgement>> {
+    pub(super) fn judgements(&self) -> Option<Vec<Judgement>> {
         let (model, feedback) = (self.run("model")?, self.run("feedback")?);
         let truth = self.run("perfect")?;
-        let judged = |i: usize| {
+        let judgement = |i: usize| {
             let rmse = |run: &Run| match run.followed.driven.outcome {
                 LoopOutcome::Diverged { .. } => f64::NAN,
                 _ => run.followed.following.rmse[i],
@@ -113,15 +113,15 @@ impl TrackingReport<'_> {
                 truth: rmse(truth),
                 at_limit: model.followed.following.at_limit[i],
             };
-            errors.judged()
+            errors.judgement()
         };
-        Some((0..self.coordinates.dof()).map(judged).collect())
+        Some((0..self.coordinates.dof()).map(judgement).collect())
     }
 
     /// The joint with the largest error, with the verdict on it.
     pub(super) fn answer(&self) -> String {
-        let judged = self.judged();
-        let cost = |i: &usize| judged.as_ref().map(|all| all[*i].grade);
+        let judgements = self.judgements();
+        let cost = |i: &usize| judgements.as_ref().map(|all| all[*i].grade);
         let worst = (0..self.coordinates.dof()).max_by_key(cost).unwrap_or(0);
         let Coordinate { name, unit, .. } = &self.coordinates.0[worst];
         let error = |run: &Run| {
@@ -134,7 +134,7 @@ impl TrackingReport<'_> {
         };
         let errors = self.runs.iter().map(error).collect::<Vec<_>>().join(", ");
         let errors = format!("the RMSE of {name} is {errors}");
-        match &judged {
+        match &judgements {
             Some(all) => {
                 let Judgement { grade, why } = &all[worst];
                 Judgement::new(*grade, format!("{errors}; {why}")).sentence()
@@ -148,13 +148,13 @@ impl TrackingReport<'_> {
         let Some(model) = self.run("model") else {
             return Vec::new();
         };
-        let judged = self.judged();
+        let judgements = self.judgements();
         let headline = |i: usize| {
             let Coordinate { name, unit, .. } = &self.coordinates.0[i];
             let value = short(model.followed.following.rmse[i]);
             Headline {
                 role: Some(Role::Lnn),
-                judged: judged.as_ref().map(|all| all[i].clone()),
+                judgement: judgements.as_ref().map(|all| all[i].clone()),
                 ..Headline::new(&format!("RMSE of {name}"), value, unit, "with this model")
             }
         };

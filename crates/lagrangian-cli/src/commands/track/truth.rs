@@ -8,7 +8,7 @@ use lagrangian::rigid::RigidBodies;
 use lagrangian::text::counted;
 use lagrangian::{Learned, Model, Trajectory};
 
-use crate::failure::{Advise, mistake};
+use crate::failure::{Context, mistake};
 use crate::robot;
 use crate::track_args::TruthArgs;
 
@@ -62,7 +62,7 @@ fn analytic(name: &str, args: &TruthArgs) -> Result<Box<dyn Model>> {
     let given = args.parameters.iter().map(|(name, x)| (name.as_str(), *x));
     let load = args.payload.map(|kg| ("payload", kg));
     let all: Vec<(&str, f64)> = given.chain(load).collect();
-    let system = by_name(name, &all).advise(
+    let system = by_name(name, &all).context(
         format!("cannot take '{name}' as the robot"),
         "`lagrangian simulate list` names the systems and their parameters; --payload sets the one of that name",
     )?;
@@ -85,13 +85,13 @@ fn bodies(path: &Path, args: &TruthArgs, model: &Learned) -> Result<RigidBodies>
     let config = robot::read(path, &args.joints)?;
     let bodies = config
         .bodies(model.coordinates())
-        .advise(format!("cannot take '{shown}' as the robot"), hint)?;
+        .context(format!("cannot take '{shown}' as the robot"), hint)?;
     let Some(kg) = args.payload else {
         return Ok(bodies);
     };
     let tip = bodies.tip().to_string();
     note!("note: the payload of {kg} kg is at the origin of link '{tip}'");
-    Ok(bodies.with_payload(&tip, kg, [0.0; 3]).advise(
+    Ok(bodies.with_payload(&tip, kg, [0.0; 3]).context(
         format!("cannot put a payload on '{shown}'"),
         "give --payload as a mass, kg",
     )?)

@@ -16,7 +16,7 @@ pub(super) fn table(body: &mut String, table: &Table) {
         "" => "<td></td>".into(),
         name => format!("<th scope=\"col\">{}</th>", explained(name)),
     };
-    let verdict = (!table.judged.is_empty())
+    let verdict = (!table.judgements.is_empty())
         .then(|| "<th scope=\"col\" class=\"verdict\">verdict</th>".to_string());
     let header = table.header.iter().map(heading).chain(verdict);
     let header: String = header.collect();
@@ -32,8 +32,8 @@ pub(super) fn table(body: &mut String, table: &Table) {
         ),
     );
     for (k, row) in table.rows.iter().enumerate() {
-        let verdict = table.judged.get(k).map(|judged| {
-            let chip = judged.as_ref().map(chip).unwrap_or_default();
+        let verdict = table.judgements.get(k).map(|judgement| {
+            let chip = judgement.as_ref().map(chip).unwrap_or_default();
             format!("<td class=\"verdict\">{chip}</td>")
         });
         let cells = row
@@ -102,11 +102,11 @@ fn part(text: &str) -> String {
 }
 
 /// A verdict: its coloured word, and the reason.
-pub(super) fn chip(judged: &Judgement) -> String {
-    let word = judged.grade.name();
-    let why = match judged.why.is_empty() {
+pub(super) fn chip(judgement: &Judgement) -> String {
+    let word = judgement.grade.name();
+    let why = match judgement.why.is_empty() {
         true => String::new(),
-        false => format!(" <span class=\"why\">{}</span>", explained(&judged.why)),
+        false => format!(" <span class=\"why\">{}</span>", explained(&judgement.why)),
     };
     format!("<span class=\"grade {word}\">{word}</span>{why}")
 }

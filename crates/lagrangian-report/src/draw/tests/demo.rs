@@ -124,7 +124,7 @@ pub(super) fn headline(
         unit,
         note,
         role,
-        judged: None,
+        judgement: None,
     }
 }
 

@@ -126,17 +126,17 @@ pub fn identify(dataset: &Dataset, config: &RigidConfig, dissipation: bool) -> R
         let problem = Problem::new(dataset, config, angles, dissipation)?;
         let mut own: Option<(f64, Identified)> = None;
         for terms in Terms::ALL {
-            let Some((judged, found)) = problem.best(terms)? else {
+            let Some((error, found)) = problem.best(terms)? else {
                 continue;
             };
-            if own.as_ref().is_none_or(|(least, _)| judged < WORTH * least) {
-                own = Some((judged, found));
+            if own.as_ref().is_none_or(|(least, _)| error < WORTH * least) {
+                own = Some((error, found));
             }
         }
-        if let Some((judged, found)) = own
-            && best.as_ref().is_none_or(|(least, _)| judged < *least)
+        if let Some((error, found)) = own
+            && best.as_ref().is_none_or(|(least, _)| error < *least)
         {
-            best = Some((judged, found));
+            best = Some((error, found));
         }
     }
     match best {
@@ -226,9 +226,9 @@ impl<'a> Problem<'a> {
             let Some(found) = self.solve(candidate, terms)? else {
                 continue;
             };
-            let judged = self.pooled(&found);
-            if best.as_ref().is_none_or(|(least, _)| judged < *least) {
-                best = Some((judged, found));
+            let error = self.pooled(&found);
+            if best.as_ref().is_none_or(|(least, _)| error < *least) {
+                best = Some((error, found));
             }
         }
         Ok(best)
