@@ -14,8 +14,7 @@ pub mod mutate;
 mod targets;
 
 pub use targets::{
-    checkpoint, csv, dataset, fits, layout, model, npy, npz, parquet, resumed, settings, table,
-    urdf,
+    checkpoint, csv, dataset, fits, layout, model, npy, npz, resumed, settings, table, urdf,
 };
 
 /// What a target made of its bytes: nothing where they were accepted, else why not.
@@ -37,12 +36,11 @@ const fn target(name: &'static str, text: bool, run: fn(&[u8]) -> Outcome) -> Ta
 }
 
 /// All targets.
-pub const TARGETS: [Target; 11] = [
+pub const TARGETS: [Target; 10] = [
     target("csv", true, csv),
     target("table", true, table),
     target("npz", false, npz),
     target("npy", false, npy),
-    target("parquet", false, parquet),
     target("layout", true, layout),
     target("settings", true, settings),
     target("urdf", true, urdf),

@@ -3,20 +3,23 @@ efforts as τ of the joints that are selected by name."""
 
 from __future__ import annotations
 
-import json
 import sqlite3
 from array import array
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from itertools import takewhile
 from pathlib import Path
-from typing import Any
+from typing import IO, TYPE_CHECKING, Any
 from urllib.request import pathname2url
 
 import numpy as np
 
 from ._data import _archive
+from ._text import shortened
 from .errors import DataError, MissingExtra
+
+if TYPE_CHECKING:
+    from ._lagrangian import Asked
 
 KIND, ENCODING = "sensor_msgs/msg/JointState", "cdr"
 DAMAGED = "copy it again, or record it again; `mcap recover` saves what is whole of an MCAP file that was cut"
@@ -29,38 +32,38 @@ LONGEST = 1 << 28
 METADATA, LIST, MOST_TEXT = "metadata.yaml", "relative_file_paths:", 8 << 20
 # A final run of omitted messages this many times as long as the longest earlier one is not a pause.
 PAUSE = 10
+# The signals that a bag holds.
+SIGNALS = ("q", "qd", "tau")
 # What the columns of velocities and efforts have after the name of the joint.
 RATES = (" velocity", " effort")
 TOO_MANY = f"its joint states are more than {MOST_NUMBERS} numbers: divide the bag by `ros2 bag convert`"
 
 
-def read(
-    path: Path, topic: str | None, asked: Sequence[Sequence[str]], actuated: Sequence[str]
-) -> tuple[bytes, str]:
+def read(path: Path, file: IO[bytes], asked: Asked) -> dict[str, Any]:
     """Reads one topic of a file as a table of the time, and of the positions, velocities and efforts of its joints.
 
     Args:
         path: A file of a bag.
-        topic: The topic; ``None`` for the only one with joint states.
-        asked: Columns that were named, of q, qd and tau.
-        actuated: Joints that forces act on; all by default.
+        file: What becomes the table, an NPZ file.
+        asked: The topic, ``None`` for the only one with joint states; columns that were named; joints that forces act on, all by default.
 
     Returns:
-        The table as an NPZ file, and in JSON the columns of q, qd and tau, notes, and the first message that names other joints.
+        The columns of q, qd and tau, notes, and the first message that names other joints.
     """
+    topic = asked.topic
     found: dict[str, _States] = {}
     topics = _visit(path, topic, found)
     if len(found) != 1:
         raise _no_choice(topics, len(found), topic)
     [(topic, states)] = found.items()
-    columns, notes = states.columns(asked, actuated)
+    columns, notes = states.columns([asked.columns(signal) for signal in SIGNALS], asked.actuated)
     if others := [other for other in topics if other[0] != topic]:
         notes.append(f"topics not used: {_listed(others)}")
     used = {name for names in columns for name in names}
     needed = [name for name in states.joints if used & {name, *(name + suffix for suffix in RATES)}]
     kept = states.have(lambda names, has_positions: has_positions and names.issuperset(needed))
     messages, rows = len(kept), int(kept.sum())
-    shown, named = _shortened(topic), ", ".join(map(_shortened, states.joints))
+    shown, named = shortened(topic), ", ".join(map(shortened, states.joints))
     if rows == 0:
         raise DataError(
             f"no message of '{shown}' has the positions of all chosen joints (topics found: {shown}, with the joints {named}): "
@@ -74,8 +77,8 @@ def read(
     renamed = states.renamed(kept, needed)
     if renamed:
         renamed |= {"omitted": messages - rows, "messages": messages}
-    about = {"columns": columns, "notes": notes, "renamed": renamed}
-    return _archive(states.table(kept)), json.dumps(about)
+    _archive(file, states.table(kept))
+    return {"columns": dict(zip(SIGNALS, columns)), "notes": notes, "renamed": renamed}
 
 
 def files(folder: Path) -> list[Path]:
@@ -92,7 +95,7 @@ def files(folder: Path) -> list[Path]:
     for name in names:
         if Path(name).is_absolute() or ".." in Path(name).parts:
             raise DataError(
-                f"its {METADATA} names '{_shortened(name)}', which lies outside of it: give the file itself, if it is part of the bag"
+                f"its {METADATA} names '{shortened(name)}', which lies outside of it: give the file itself, if it is part of the bag"
             )
     return [folder / name for name in names]
 
@@ -139,7 +142,7 @@ class _States:
             raise ValueError("it has a joint without a name, or with a zero byte in it")
         if len(set(names)) < len(names):
             twice = next(name for name in names if names.count(name) > 1)
-            raise ValueError(f"it names joint '{_shortened(twice)}' twice")
+            raise ValueError(f"it names joint '{shortened(twice)}' twice")
         for name in names:
             self.joints.setdefault(name, len(self.joints))
         if len(self.joints) > MOST_JOINTS:
@@ -171,7 +174,7 @@ class _States:
         columns = {"t": (times - times[0]) / 1e9}
         for name in (*self.joints, *self._recorded()):
             if name in columns:
-                raise DataError(f"a joint has the name of a column, '{_shortened(name)}': give it another in the bag")
+                raise DataError(f"a joint has the name of a column, '{shortened(name)}': give it another in the bag")
             columns[name] = np.full(rows, np.nan)
         for names, messages, numbers in self._parts():
             own, to = numbers[kept[messages]], place[messages[kept[messages]]]
@@ -203,7 +206,7 @@ class _States:
         for signal, suffix, plural, given in (("qd", RATES[0], "velocities", asked[1]), ("tau", RATES[1], "efforts", asked[2])):
             own = [name + suffix for name in (signal == "tau" and actuated) or q]
             columns.append(list(given) or (own if recorded.issuperset(own) else []))
-            missing = [_shortened(name) for name in q if name in self.joints and name + suffix not in recorded]
+            missing = [shortened(name) for name in q if name in self.joints and name + suffix not in recorded]
             if not columns[-1] and missing:
                 notes.append(f"no {plural} of {', '.join(missing)} are recorded: {signal} is not known")
         return columns, notes
@@ -247,7 +250,7 @@ def _visit(path: Path, topic: str | None, found: dict[str, _States]) -> list[tup
                 try:
                     left -= states.take(store.deserialize_cdr(_plain(data), KIND), received)
                 except Exception as error:
-                    where = f"message {len(states.times) + 1} of '{_shortened(one.topic)}'"
+                    where = f"message {len(states.times) + 1} of '{shortened(one.topic)}'"
                     raise DataError(f"this is not a readable bag of ROS 2: {where}: {error}") from error
                 if left < 0:
                     raise DataError(TOO_MANY)
@@ -265,7 +268,7 @@ def _visit(path: Path, topic: str | None, found: dict[str, _States]) -> list[tup
     except Exception as error:  # Damaged bags raise errors of many kinds.
         if "rofile is not ros2" in str(error):
             raise DataError("its messages are not those of ROS 2: convert those of ROS 1 with `rosbags-convert`") from error
-        text = _shortened(f"{type(error).__name__}: {error}")
+        text = shortened(f"{type(error).__name__}: {error}")
         raise DataError(f"this is not a readable bag of ROS 2 ({text}): {DAMAGED}") from error
 
 
@@ -324,14 +327,8 @@ def _bounded_chunks() -> Iterator[None]:
         DECOMPRESSORS.update(own)
 
 
-def _shortened(text: str) -> str:
-    """A name in the form of messages: one line of at most 60 characters, none of them hidden."""
-    short = text if len(text) <= 60 else text[:60] + "…"
-    return "".join(own if own.isprintable() else f"\\u{{{ord(own):x}}}" for own in short)
-
-
 def _listed(topics: Sequence[tuple[str, str]]) -> str:
-    shown = [f"{_shortened(name)} ({_shortened(kind)})" for name, kind in topics[:MOST_LISTED]]
+    shown = [f"{shortened(name)} ({shortened(kind)})" for name, kind in topics[:MOST_LISTED]]
     if len(topics) > MOST_LISTED:
         shown.append(f"… {len(topics)} in all")
     return ", ".join(shown)
@@ -340,11 +337,11 @@ def _listed(topics: Sequence[tuple[str, str]]) -> str:
 def _no_choice(topics: Sequence[tuple[str, str]], filled: int, topic: str | None) -> DataError:
     """The error for a bag without a unique topic; ``filled`` topics have joint states."""
     kinds = [kind for name, kind in topics if name == topic]
-    shown, remedy = _shortened(topic or ""), "name another with `topic`"
+    shown, remedy = shortened(topic or ""), "name another with `topic`"
     if kinds == [KIND]:
         finding = f"topic '{shown}' has no message in {ENCODING}"
     elif kinds:
-        finding = f"topic '{shown}' holds {', '.join(map(_shortened, kinds))}, no {KIND}"
+        finding = f"topic '{shown}' holds {', '.join(map(shortened, kinds))}, no {KIND}"
     elif topic is not None:
         finding = f"the bag has no topic '{shown}'"
     elif filled:

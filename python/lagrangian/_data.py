@@ -7,7 +7,7 @@ import os
 import zipfile
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -159,17 +159,17 @@ def _table(source: Any) -> tuple[bytes, dict[str, str]]:
         if array.dtype.kind in "OUST":
             array, words = _numbered(name, array)
         arrays[name] = array
-    return _archive(arrays), words
-
-
-def _archive(arrays: Mapping[str, Any]) -> bytes:
-    """An NPZ file; ``numpy.savez`` has no array named ``file``, and cuts names at a zero."""
     file = io.BytesIO()
+    _archive(file, arrays)
+    return file.getvalue(), words
+
+
+def _archive(file: IO[bytes], arrays: Mapping[str, Any]) -> None:
+    """Writes an NPZ file; ``numpy.savez`` has no array named ``file``, and cuts names at a zero."""
     with zipfile.ZipFile(file, "w") as archive:
         for name, values in arrays.items():
             with archive.open(f"{name}.npy", "w", force_zip64=True) as entry:
                 np.lib.format.write_array(entry, np.asanyarray(values), allow_pickle=False)
-    return file.getvalue()
 
 
 def _numbered(name: str, array: Any) -> tuple[Any, dict[str, str]]:
@@ -192,7 +192,7 @@ def _columns(source: Any) -> dict[str, Any]:
         try:
             import pyarrow
         except ImportError as error:
-            raise MissingExtra("an Arrow table needs pyarrow: pip install pyarrow") from error
+            raise MissingExtra("an Arrow table needs pyarrow: pip install 'lagrangian[parquet]'") from error
         table = pyarrow.table(source)
         return {name: table[name].to_numpy() for name in table.column_names}
     raise InvalidType(

@@ -113,6 +113,23 @@ class Ensemble:
         """The parts of the samples of recordings that lie in the bands."""
 
 @final
+class Asked:
+    """The columns that a layout needs of a file."""
+
+    @property
+    def topic(self) -> str | None:
+        """The topic of a bag."""
+    @property
+    def actuated(self) -> list[str]:
+        """The joints that forces act on; all where there are none."""
+    def columns(self, signal: str) -> list[str]:
+        """The columns of a signal that were named."""
+    def asks_for(self, name: str) -> bool:
+        """Whether the layout reads a column of this name, with or without a number after it."""
+    def used(self, arrays: Sequence[tuple[str, int | None]]) -> list[int]:
+        """Of arrays, each with its name and the number of its columns where it has two axes, the indices of those that are read."""
+
+@final
 class Number:
     """A number that carries derivatives through a Lagrangian that is written in Python."""
 

@@ -278,7 +278,7 @@ pub(crate) struct DemoArgs {
 #[command(after_help = "\
 Examples:
   lagrangian simulate pendulum > motion.csv
-  lagrangian simulate double-pendulum --trajectories 20 --duration 10 --out motion.parquet
+  lagrangian simulate double-pendulum --trajectories 20 --duration 10 --out motion.npz
   lagrangian simulate two-link-arm --drive 3 --friction 0.3 --trajectories 10 --out arm.csv
   lagrangian simulate --urdf robot.urdf --drive 20 --trajectories 10 --out motion.npz
   lagrangian simulate pendulum --set length=2 --q0 0.1 --qd0 0 --noise 0.001 --out noisy.csv
@@ -343,7 +343,7 @@ Every value is kept, also those that `lagrangian check` refuses, and none is est
 angles are unwrapped.
 
 Examples:
-  lagrangian convert motion.csv --out swings.parquet
+  lagrangian convert motion.csv --out swings.npz
   lagrangian convert log1.csv log2.csv --time time --q theta --tau torque --angle theta --degrees --out logs.npz
   lagrangian convert bag.db3 --angle all --out arm.csv
   lagrangian convert bag_folder --topic /joint_states --q shoulder,elbow --every 2 --out arm.csv")]
@@ -480,7 +480,7 @@ Parts: inertial τ(q, q̇, q̈) − τ(q, q̇, 0); gravity τ(q, 0, 0); friction
 
 Examples:
   lagrangian torque run/model.safetensors test.csv
-  lagrangian torque run/model.safetensors test.csv --out torques.parquet --plot torques.html
+  lagrangian torque run/model.safetensors test.csv --out torques.npz --plot torques.html
   lagrangian torque run/model.safetensors log.csv --low-pass 5 --delay 16 --json")]
 #[command(mut_arg("out", |arg| arg.help("File for the torques and their parts at every sample, .csv, .npz or .parquet")))]
 #[command(mut_arg("plot", |arg| arg.help("File for a drawing of the first motion: .html for a page, .svg or .png for its first joint")))]

@@ -12,7 +12,7 @@ use lagrangian::{
     Trajectory, prepared,
 };
 use lagrangian_run::{
-    FileHash, ReadFile, Source, bag_files, delayed, is_bag, layout_beside, read_file, text,
+    FileHash, ReadFile, Source, delayed, files_of, is_bag, layout_beside, read_file, text,
 };
 
 use crate::cli::{DataArgs, EstimateArgs};
@@ -85,7 +85,7 @@ impl DataArgs {
 
     /// The files that are read for recordings of these names: bags, data and layouts.
     pub(crate) fn inputs(&self, named: &[PathBuf]) -> Result<Vec<PathBuf>> {
-        let mut files = bag_files(named)?;
+        let mut files = files_of(named)?;
         let layouts = files.iter().filter_map(|path| self.layout_file(path));
         let layouts: Vec<PathBuf> = layouts.collect();
         files.extend(layouts);
@@ -131,7 +131,7 @@ pub(crate) fn read_sample(
     args: &DataArgs,
     sampling: Option<Sampling>,
 ) -> Result<Files> {
-    let files = bag_files(files)?;
+    let files = files_of(files)?;
     refuse_needless_topic(&files, args)?;
     let (mut recordings, mut hashes, mut sources) = (Vec::new(), Vec::new(), Vec::new());
     for path in &files {

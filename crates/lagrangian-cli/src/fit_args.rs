@@ -19,7 +19,7 @@ Examples:
   lagrangian fit motion.csv --angle all --out run
   lagrangian fit robot-log.csv --out run            the low-pass, and the best of several models, are chosen from the log
   lagrangian fit log*.csv --time t --q theta --qd omega --tau torque --angle theta --dissipation --out run
-  lagrangian fit train.parquet --validate held-out.parquet --seconds 300 --out run
+  lagrangian fit train.npz --validate held-out.npz --seconds 300 --out run
   lagrangian fit log*.csv --angle all --dissipation --loss torque --low-pass 5 --out run   a real machine
   lagrangian fit log*.csv --model delan --forces viscous,coulomb,offset --delay 16 --out run    a robot with torques
   lagrangian fit noisy.csv --angle all --loss rollout --horizon 20 --starts free --out run     no accelerations needed

@@ -7,16 +7,16 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use lagrangian::trajectory::{Table, csv};
 use lagrangian::{Coordinates, Format, Layout, Trajectory};
-use lagrangian_run::{Error, Existing, format_named, refuse_existing, write_bytes, write_file};
+use lagrangian_run::{Error, Existing, FileFormat, refuse_existing, write_bytes, write_file};
 use serde::Serialize;
 
 use crate::failure::mistake;
 
 /// The format of a file's extension, before any work is done for it.
-pub(crate) fn format_of(path: &Path) -> Result<Format> {
+pub(crate) fn format_of(path: &Path) -> Result<FileFormat> {
     let shown = format!("cannot write '{}'", path.display());
     let hint = "end the name of --out with .csv, .npz or .parquet";
-    format_named(path).map_err(|error| Error::of(error, shown, hint).into())
+    FileFormat::to_write(path).map_err(|error| Error::of(error, shown, hint).into())
 }
 
 /// Writes trajectories to a file, in the format of its extension, and beside it the TOML file that declares angles
@@ -40,7 +40,7 @@ pub(crate) fn write_declared(
     let format = format_of(path)?;
     let layout = path.with_extension("toml");
     refuse_existing(&layout, existing)?;
-    write_file(path, existing, |sink| Ok(format.write(sink, trajectories)?))?;
+    write_file(path, existing, |sink| format.write(sink, trajectories))?;
     let text = declared.to_toml()?;
     write_bytes(&layout, existing, text.as_bytes())?;
     Ok(layout)
@@ -70,7 +70,7 @@ impl Columns<'_> {
         let (format, beside) = (format_of(path)?, path.with_extension("toml"));
         refuse_existing(&beside, existing)?;
         let table = Table::of_motions(motions, coordinates, layout);
-        write_file(path, existing, |sink| Ok(format.write_table(sink, &table)?))?;
+        write_file(path, existing, |sink| format.write_table(sink, &table))?;
         let text = layout.of_motions(motions, coordinates).to_toml()?;
         write_bytes(&beside, existing, text.as_bytes())?;
         Ok(beside)

@@ -7,7 +7,9 @@ use std::path::{Path, PathBuf};
 
 use lagrangian::trajectory::{Readings, Sampling, thin};
 use lagrangian::{Format, Layout, Recording};
-use lagrangian_run::{ReadFile, bag_files, format_named, layout_beside, read_file, text, unused};
+use lagrangian_run::{
+    Cause, Context, FileFormat, ReadFile, files_of, layout_beside, read_file, text, unused,
+};
 use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -140,7 +142,7 @@ pub(crate) fn read<'py>(
         seed,
         stretch,
     });
-    for path in &bag_files(&paths).or_raise(py)? {
+    for path in &files_of(&paths).or_raise(py)? {
         let layout = columns.layout(py)?;
         let shown = path.display();
         let (file, layout) = py
@@ -191,7 +193,7 @@ pub(crate) fn write(py: Python<'_>, path: PathBuf, motions: &Bound<'_, PyAny>) -
         return Err(invalid(py, "trajectories is empty: give at least one"));
     };
     let layout = Layout::written(&first.coordinates).to_toml().or_raise(py)?;
-    let format = format_named(&path).or_raise(py)?;
+    let format = FileFormat::to_write(&path).or_raise(py)?;
     let trajectories = recordings.into_iter().map(|r| {
         r.validate()?;
         Ok(lagrangian::Trajectory::new(r.name, r.t, r.signals))
@@ -199,11 +201,14 @@ pub(crate) fn write(py: Python<'_>, path: PathBuf, motions: &Bound<'_, PyAny>) -
     let trajectories: Vec<_> = trajectories
         .collect::<lagrangian::Result<_>>()
         .or_raise(py)?;
-    py.detach(|| {
-        format.write(File::create(&path)?, &trajectories)?;
-        lagrangian::Result::Ok(std::fs::write(path.with_extension("toml"), layout)?)
-    })
-    .or_raise(py)
+    let write = || -> lagrangian_run::Result<()> {
+        let shown = format!("cannot write '{}'", path.display());
+        let file = File::create(&path).map_err(Cause::from);
+        let written = file.and_then(|file| format.write(file, &trajectories));
+        written.context(shown, "")?;
+        Ok(std::fs::write(path.with_extension("toml"), layout).map_err(lagrangian::Error::Io)?)
+    };
+    py.detach(write).or_raise(py)
 }
 
 /// A value of Python from a value with a form in JSON.

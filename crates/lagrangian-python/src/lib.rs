@@ -4,12 +4,12 @@
 mod animation;
 mod answers;
 mod arrays;
-mod bags;
 mod check;
 mod ensemble;
 mod error;
 mod files;
 mod fit;
+mod formats;
 mod layer;
 mod measured;
 mod model;
@@ -41,6 +41,8 @@ mod _lagrangian {
     use super::files::{read, read_table, write};
     #[pymodule_export]
     use super::fit::{fit, fit_samples};
+    #[pymodule_export]
+    use super::formats::Asked;
     #[pymodule_export]
     use super::layer::{fresh, layer_source, weights, with_weights};
     #[pymodule_export]
@@ -74,7 +76,7 @@ mod _lagrangian {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
-        lagrangian_run::read_bags_by(super::bags::READER);
+        lagrangian_run::read_others_by(super::formats::FORMATS);
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -5,8 +5,6 @@ use std::io::{Read, Seek, Write};
 use super::contents::Contents;
 #[cfg(not(target_family = "wasm"))]
 use super::npz;
-#[cfg(feature = "parquet")]
-use super::parquet;
 use super::{Layout, Readings, Table};
 use lagrangian_motion::Trajectory;
 use lagrangian_motion::{Error, Result};
@@ -18,17 +16,11 @@ pub enum Format {
     Csv,
     /// A zip of `NumPy` arrays.
     Npz,
-    /// Apache Parquet (feature `parquet`).
-    Parquet,
 }
 
 impl Format {
     /// All formats with their file extensions.
-    pub const ALL: [(Self, &'static str); 3] = [
-        (Self::Csv, "csv"),
-        (Self::Npz, "npz"),
-        (Self::Parquet, "parquet"),
-    ];
+    pub const ALL: [(Self, &'static str); 2] = [(Self::Csv, "csv"), (Self::Npz, "npz")];
 
     /// The format of files with this extension (`txt`, `tsv`, `dat` and `lvm` are text as well).
     ///
@@ -60,7 +52,6 @@ impl Format {
         let mut readings = match self {
             Self::Csv => super::csv::read(source, name, layout),
             Self::Npz => npz::read(source, name, layout),
-            Self::Parquet => parquet::read(source, name, layout),
         }?;
         for recording in &mut readings.recordings {
             layout.drive.complete(name, recording)?;
@@ -92,23 +83,69 @@ impl Format {
         match self {
             Self::Csv => super::csv::write_contents(sink, contents),
             Self::Npz => npz::write(sink, contents),
-            Self::Parquet => parquet::write(sink, contents),
         }
+    }
+}
+
+/// A format that the Python package reads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PackageFormat {
+    /// The file extension.
+    pub extension: &'static str,
+    /// Its name in messages.
+    pub name: &'static str,
+    /// The extra of the package that installs its reader.
+    pub extra: &'static str,
+    /// Whether it is written too.
+    pub is_written: bool,
+}
+
+impl PackageFormat {
+    /// All formats that the package reads.
+    pub const ALL: [Self; 3] = [
+        Self::new("parquet", "a Parquet file", "parquet", true),
+        Self::new("db3", "a bag of ROS 2", "ros", false),
+        Self::new("mcap", "a bag of ROS 2", "ros", false),
+    ];
+
+    const fn new(
+        extension: &'static str,
+        name: &'static str,
+        extra: &'static str,
+        is_written: bool,
+    ) -> Self {
+        Self {
+            extension,
+            name,
+            extra,
+            is_written,
+        }
+    }
+
+    /// The format of files with this extension.
+    #[must_use]
+    pub fn from_extension(extension: &str) -> Option<Self> {
+        let is_own = |own: &Self| own.extension.eq_ignore_ascii_case(extension);
+        Self::ALL.into_iter().find(is_own)
     }
 }
 
 /// Advice for a file of an unknown extension.
 fn instead_of(extension: &str) -> String {
     match extension {
-        "db3" | "mcap" => "it is a bag of ROS 2, which the command of the Python package reads: `pip install 'lagrangian[ros]'`".into(),
         "bag" => "it is a bag of ROS 1: convert it with `rosbags-convert --src a.bag --dst a` and give the folder".into(),
         "" => "the end of its name tells the format: rename it, such as to motion.csv (standard input is not read)".into(),
         "mat" => "it is a file of MATLAB: write `writetable(array2table([t q]), 'motion.csv')` there, or in Python `numpy.savez('motion.npz', **scipy.io.loadmat('motion.mat', squeeze_me=True))`".into(),
         "zip" => "it is an archive: unpack it, and give the CSV files in it".into(),
         "gz" => "it is compressed: unpack it with `gunzip`".into(),
-        "xlsx" | "xls" | "ods" => "it is a spreadsheet: save it as CSV (also read: csv, npz, parquet)".into(),
+        "xlsx" | "xls" | "ods" => "it is a spreadsheet: save it as CSV (also read: csv, npz)".into(),
         "zstd" | "zst" => "it is compressed: unpack it with `zstd -d`".into(),
-        _ => format!("use one of {}", Format::ALL.map(|(_, e)| e).join(", ")),
+        _ => match PackageFormat::from_extension(extension) {
+            Some(PackageFormat { name, extra, .. }) => format!(
+                "it is {name}, for which the same command of the Python package is needed: `pip install 'lagrangian[{extra}]'`"
+            ),
+            None => format!("use one of {}", Format::ALL.map(|(_, e)| e).join(", ")),
+        },
     }
 }
 
@@ -129,27 +166,6 @@ mod npz {
         Error::Format {
             extension: "npz".into(),
             remedy: "a browser reads CSV alone: `lagrangian convert` writes it".into(),
-        }
-    }
-}
-
-/// Parquet in a build that omits it.
-#[cfg(not(feature = "parquet"))]
-mod parquet {
-    use super::{Contents, Error, Layout, Readings, Result};
-
-    pub(super) fn read<R>(_: R, _: &str, _: &Layout) -> Result<Readings> {
-        Err(without_parquet())
-    }
-
-    pub(super) fn write<W>(_: W, _: &Contents<'_>) -> Result<()> {
-        Err(without_parquet())
-    }
-
-    fn without_parquet() -> Error {
-        Error::Format {
-            extension: "parquet".into(),
-            remedy: "this build omits Parquet: build it with the feature parquet, or convert to CSV or NPZ".into(),
         }
     }
 }

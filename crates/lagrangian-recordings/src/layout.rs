@@ -193,11 +193,8 @@ impl Layout {
 
     /// Whether the layout would read a column of this name, with or without a number after it: it is named, or is the
     /// default for a signal without names. Momenta have no default here, since `p` may be a pressure.
-    #[cfg_attr(
-        target_family = "wasm",
-        expect(dead_code, reason = "serves formats that a browser does not read")
-    )]
-    pub(super) fn asks_for(&self, name: &str) -> bool {
+    #[must_use]
+    pub fn asks_for(&self, name: &str) -> bool {
         let own = |single: &Option<String>, default| single.as_deref().unwrap_or(default) == name;
         let plain = name.trim_end_matches(|c: char| c.is_ascii_digit());
         let is_asked = |(signal, names): (Signal, &Vec<String>)| match names.is_empty() {

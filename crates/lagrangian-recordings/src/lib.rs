@@ -21,14 +21,12 @@ mod format;
 mod layout;
 pub mod local_polynomial;
 pub mod low_pass;
-#[cfg(any(not(target_family = "wasm"), feature = "parquet"))]
+#[cfg(not(target_family = "wasm"))]
 mod matrices;
 #[cfg(not(target_family = "wasm"))]
 mod npy;
 #[cfg(not(target_family = "wasm"))]
 mod npz;
-#[cfg(feature = "parquet")]
-mod parquet;
 mod polar;
 mod programs;
 mod recording;
@@ -45,7 +43,7 @@ pub mod window;
 pub use columns::{Columns, Renamed};
 pub use derivatives::{Estimate, EstimateOptions, Source};
 pub use drive::{Constant, DriveLayout};
-pub use format::Format;
+pub use format::{Format, PackageFormat};
 pub use layout::Layout;
 pub use local_polynomial::longest_piece;
 pub use polar::Polar;

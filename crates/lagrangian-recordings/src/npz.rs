@@ -6,9 +6,8 @@ use zip::result::ZipError;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
-use super::columns::resolve;
 use super::contents::Contents;
-use super::matrices::numbered;
+use super::matrices::{Named, resolve_arrays};
 use super::npy::{Header, malformed, write_header};
 use super::rows::Rows;
 use super::shared::Shared;
@@ -16,9 +15,9 @@ use super::{Layout, Readings};
 use lagrangian_motion::{Error, Result};
 
 /// An archive may unpack to this many bytes …
-pub(super) const UNPACKED: u64 = 1 << 30;
+const UNPACKED: u64 = 1 << 30;
 /// … or to this many times its own size, where that is more. The ratio of measured motions is two to ten.
-pub(super) const PACKING: u64 = 100;
+const PACKING: u64 = 100;
 
 /// One array of the archive.
 struct Array {
@@ -35,29 +34,11 @@ struct Unread {
 }
 
 /// Largest number of columns of an array, more than any motion has.
-pub(super) const WIDEST: usize = 1 << 12;
-
-/// A column of an array.
-#[derive(Clone, Copy)]
-struct Column<'a> {
-    array: &'a Array,
-    place: usize,
-}
+const WIDEST: usize = 1 << 12;
 
 impl Array {
-    /// Columns with their names: `q` of shape `[len, 2]` has the columns `q1`, `q2`.
-    fn columns(&self) -> impl Iterator<Item = (String, Column<'_>)> {
-        let names = match self.width() {
-            Some((name, width)) => numbered(name, width),
-            None => vec![self.name.clone()],
-        };
-        let column = move |(place, name)| (name, Column { array: self, place });
-        names.into_iter().enumerate().map(column)
-    }
-
-    /// Name and number of columns, for an array of two axes.
-    fn width(&self) -> Option<(&str, usize)> {
-        self.header.shape.get(1).map(|width| (&*self.name, *width))
+    fn named(&self) -> Named<'_> {
+        (&self.name, self.header.shape.get(1).copied())
     }
 }
 
@@ -86,24 +67,22 @@ pub(super) fn read(source: impl Read + Seek, name: &str, layout: &Layout) -> Res
     if let Some(Unread { name, reason }) = unread.iter().find(|u| layout.asks_for(&u.name)) {
         return Err(malformed(format!("array '{name}' {reason}")));
     }
-    let matrices: Vec<_> = arrays.iter().filter_map(Array::width).collect();
-    let layout = layout.spread(&matrices).map_err(malformed)?;
-    let (headers, all): (Vec<String>, Vec<Column>) = arrays.iter().flat_map(Array::columns).unzip();
-    let resolved = resolve(&headers, &layout)?;
-    let used = resolved
-        .used()
-        .map(|column| all[column])
-        .collect::<Vec<_>>();
+    let named = arrays.iter().map(Array::named).collect::<Vec<_>>();
+    let (resolved, used) = resolve_arrays(&named, layout, "NPZ")?;
+    let used: Vec<(&Array, usize)> = used
+        .into_iter()
+        .map(|(at, place)| (&arrays[at], place))
+        .collect();
     let rows = check_lengths(&used)?;
     let mut archives = Vec::new();
     for _ in &used {
         archives.push(ZipArchive::new(BufReader::new(shared.at(0))).map_err(zipped)?);
     }
     let mut streams = Vec::new();
-    for (archive, column) in archives.iter_mut().zip(&used) {
-        let entry = format!("{}.npy", column.array.name);
+    for (archive, (array, place)) in archives.iter_mut().zip(&used) {
+        let entry = format!("{}.npy", array.name);
         let entry = archive.by_name(&entry).map_err(zipped)?;
-        streams.push(Stream::new(BufReader::new(entry), column.place)?);
+        streams.push(Stream::new(BufReader::new(entry), *place)?);
     }
     let mut names = resolved.trajectory.and_then(|_| streams.pop());
     let titles = resolved.names().cloned().collect::<Vec<_>>();
@@ -264,11 +243,11 @@ fn check_size(name: &str, header: &Header, size: u64) -> Result<u64> {
 }
 
 /// Checks that all used arrays have the same length, and returns it.
-fn check_lengths(used: &[Column]) -> Result<usize> {
-    let rows = |column: &Column| column.array.header.shape.first().copied().unwrap_or(0);
+fn check_lengths(used: &[(&Array, usize)]) -> Result<usize> {
+    let rows = |(array, _): &(&Array, usize)| array.header.shape.first().copied().unwrap_or(0);
     let expected = used.first().map_or(0, rows);
     for column in used {
-        let what = format_args!("array '{}'", column.array.name);
+        let what = format_args!("array '{}'", column.0.name);
         let remedy = "all arrays need one row per time stamp";
         Error::check_shape(what, rows(column), expected, remedy)?;
     }

@@ -4,7 +4,6 @@ use std::fs::{self, OpenOptions};
 use std::io::{self, Seek, Write};
 use std::path::Path;
 
-use lagrangian::Format;
 use tempfile::NamedTempFile;
 
 use crate::error::{Cause, Context, Error, Result};
@@ -141,15 +140,6 @@ fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     }
     #[cfg(not(unix))]
     builder.tempfile_in(folder)
-}
-
-/// The format of a file's extension.
-///
-/// # Errors
-/// As [`Format::from_extension`].
-pub fn format_named(path: &Path) -> lagrangian::Result<Format> {
-    let extension = path.extension().and_then(|e| e.to_str());
-    Format::from_extension(extension.unwrap_or_default())
 }
 
 #[cfg(test)]

@@ -8,7 +8,6 @@
 //! The crate prints nothing. Errors, notes and pages name settings in backticks, as `low_pass`; a [`Frontend`] writes them as its
 //! users know them.
 
-mod bags;
 pub mod compare;
 mod content;
 mod ensemble;
@@ -17,6 +16,7 @@ mod file_names;
 mod files;
 mod fit;
 mod folder;
+mod formats;
 mod hashing_reader;
 mod input;
 mod job;
@@ -31,14 +31,14 @@ mod tensorboard;
 mod unit;
 mod watch;
 
-pub use bags::{BagReader, files as bag_files, is_bag, read_bags_by};
 pub use ensemble::{ENSEMBLE, SavedEnsemble};
 pub use error::{Cause, Context, Error, Result};
 pub use file_names::{file_name, file_names};
-pub use files::{Existing, Sink, format_named, refuse_existing, write_bytes, write_file};
+pub use files::{Existing, Sink, refuse_existing, write_bytes, write_file};
 pub use folder::{
     CHECKPOINT, ExistingRun, FIGURES, METRICS, MODEL, REPORT, RUN, RunFolder, model_file,
 };
+pub use formats::{FileFormat, FrontendFormats, TableFacts, files_of, is_bag, read_others_by};
 pub use hashing_reader::{FileHash, Hashing, HashingReader, brief_hash};
 pub use input::{MOST_TEXT, is_same_name, open, refuse_overwriting, text};
 pub use job::{

@@ -6,9 +6,8 @@ use lagrangian::trajectory::Readings;
 use lagrangian::{Layout, Recording};
 use serde::Serialize;
 
-use crate::bags;
-use crate::error::{Cause, Context, Error, Result};
-use crate::files::format_named;
+use crate::error::{Context, Error, Result};
+use crate::formats::FileFormat;
 use crate::hashing_reader::{FileHash, HashingReader};
 
 /// The layout file for all data of its folder.
@@ -72,21 +71,14 @@ pub fn layout_beside(path: &Path) -> Option<PathBuf> {
 /// [`Error::Refused`](crate::Error::Refused), which names the file.
 pub fn read_file(path: &Path, layout: &Layout, advice: &str) -> Result<ReadFile> {
     let shown = format!("cannot read '{}'", path.display());
-    let bag = bags::reader(path);
-    if bag.is_none() {
-        format_named(path).context(&shown, "rename or convert the file")?;
-    }
+    let format = FileFormat::of(path).context(&shown, "rename or convert the file")?;
     let access = "check that the file exists and may be read";
     let (file, hashing) = HashingReader::open(path).context(&shown, access)?;
     let name = path.file_stem().and_then(|stem| stem.to_str());
     let name = name.unwrap_or("recording");
-    let readings = match bag {
-        Some(reader) => (reader.read)(path, name, layout),
-        None => format_named(path)
-            .and_then(|format| format.read(file, name, layout))
-            .map_err(Cause::from),
-    };
-    let readings = readings.context(&shown, advice)?;
+    let readings = format
+        .read(path, file, name, layout)
+        .context(&shown, advice)?;
     let hash = hashing.finish().context(shown, access)?;
     let notes = readings.notes.iter().cloned();
     let notes = unused(&readings).into_iter().chain(notes);

@@ -2,7 +2,7 @@
 //!
 //! Lower bound: every byte of the file is read once.
 //!
-//! `cargo bench --bench reading -- [csv | npz | 'rows 100000' …]`; Parquet with `--features parquet`.
+//! `cargo bench --bench reading -- [csv | npz | 'rows 100000' …]`.
 
 mod meter;
 

@@ -95,9 +95,9 @@ pub mod trajectory {
         Coordinate, Coordinates, Samples, Signal, Signals, State, Topology, Trajectory,
     };
     pub use lagrangian_recordings::{
-        Columns, Constant, DriveLayout, Estimate, EstimateOptions, Format, Layout, Links, Polar,
-        Readings, Recording, Renamed, Sampled, Sampling, Simulated, Source, Table, TimeStep, csv,
-        derivatives, longest_piece, thin,
+        Columns, Constant, DriveLayout, Estimate, EstimateOptions, Format, Layout, Links,
+        PackageFormat, Polar, Readings, Recording, Renamed, Sampled, Sampling, Simulated, Source,
+        Table, TimeStep, csv, derivatives, longest_piece, thin,
     };
 }
 

@@ -44,8 +44,6 @@ fn bench(arguments: &[&str]) -> Result<(), Failure> {
         "lagrangian",
         "--package",
         "experiments",
-        "--features",
-        "lagrangian/parquet",
         "--",
     ]);
     command.arg("--json").arg(&file).args(arguments);

@@ -17,11 +17,7 @@ use lagrangian::{
 use serde_json::Value;
 
 fn main() {
-    for (format, name) in [
-        (Format::Csv, "csv"),
-        (Format::Npz, "npz"),
-        (Format::Parquet, "parquet"),
-    ] {
+    for (format, name) in Format::ALL {
         write(
             name,
             &format!("states.{name}"),

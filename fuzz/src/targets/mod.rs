@@ -7,7 +7,7 @@ mod saved;
 mod settings;
 
 pub use fits::fits;
-pub use recordings::{csv, layout, npy, npz, parquet, table};
+pub use recordings::{csv, layout, npy, npz, table};
 pub use robots::urdf;
 pub use saved::{checkpoint, model, resumed};
 pub use settings::settings;

@@ -43,22 +43,6 @@ pub fn npy(bytes: &[u8]) -> Outcome {
     read(Format::Npz, archive(bytes), &Layout::default())
 }
 
-/// Parquet, with columns of numbers and with lists.
-pub fn parquet(bytes: &[u8]) -> Outcome {
-    let name = |name: &str| Some(name.to_owned());
-    let lists = Layout {
-        t: name("timestamp"),
-        trajectory: name("episode_index"),
-        columns: Signals {
-            q: vec!["observation.state".into()],
-            ..Signals::default()
-        },
-        ..Layout::default()
-    };
-    read(Format::Parquet, bytes.to_vec(), &Layout::default())
-        .or_else(|_| read(Format::Parquet, bytes.to_vec(), &lists))
-}
-
 /// A description of columns, and a file that is read by it.
 pub fn layout(bytes: &[u8]) -> Outcome {
     const FILE: &str = "t,time,q1,q2,theta,qd1,qd2,tau1,u,trajectory,goal,kp\n\

@@ -73,7 +73,7 @@ pub(super) fn run(args: &ConvertArgs, mode: OutputMode) -> Result<u8> {
 
 /// The declarations of the file beside the motions: columns and angles, and the system and the links that all of the files declare.
 fn declared(args: &ConvertArgs, coordinates: &Coordinates) -> Result<Layout> {
-    let files = lagrangian_run::bag_files(&args.files)?;
+    let files = lagrangian_run::files_of(&args.files)?;
     let layouts = files.iter().map(|path| args.data.layout_for(path));
     let layouts: Vec<Layout> = layouts.collect::<Result<_>>()?;
     let first = layouts.first().cloned().unwrap_or_default();
@@ -125,7 +125,7 @@ fn refuse_inputs(args: &ConvertArgs, inputs: &[PathBuf]) -> Result<()> {
     let Some(out) = &args.output.out else {
         return Ok(());
     };
-    let files = lagrangian_run::bag_files(&args.files)?;
+    let files = lagrangian_run::files_of(&args.files)?;
     let layout = out.with_extension("toml");
     lagrangian_run::refuse_overwriting([out, &layout], inputs)?;
     match files

@@ -16,7 +16,7 @@ use lagrangian::{
 use lagrangian_run::{
     Columns, Data, DataFile, Error, Evaluation, ExistingRun, Figures, FileHash, FinishedFit,
     FitReport, MODEL, PreparedFit, REPORT, RunFolder, RunRecord, RunTarget, SavedEnsemble,
-    Tensorboard, bag_files,
+    Tensorboard, files_of,
 };
 use serde::Deserialize;
 use serde_json::json;
@@ -323,7 +323,7 @@ fn fit_error(error: Error) -> Error {
 fn columns(args: &FitArgs) -> Result<Columns> {
     let named = [&args.files[..], &args.training.validate].concat();
     let layout = |path: PathBuf| Ok((path.clone(), args.data.layout_for(&path)?));
-    let layouts = bag_files(&named)?.into_iter().map(layout);
+    let layouts = files_of(&named)?.into_iter().map(layout);
     let layouts = layouts.collect::<Result<Vec<_>>>()?;
     let rows = args.sample.sampling(0, 0).map(|sampling| sampling.rows);
     Ok(Columns::of(layouts, rows)?)

@@ -48,7 +48,7 @@ pub(super) fn run(args: &TorqueArgs, mode: OutputMode) -> Result<u8> {
         let layout = data.layout_of(args.files.first().map(PathBuf::as_path))?;
         let columns = named(table(&predictions, coordinates.dof()), coordinates, &layout);
         lagrangian_run::write_file(path, file.existing(), |sink| {
-            Ok(format.write_table(sink, &columns)?)
+            format.write_table(sink, &columns)
         })?;
     }
     if let Some(first) = predictions.first() {

@@ -165,15 +165,19 @@ fn what_cannot_be_converted_is_refused() {
 }
 
 #[test]
-fn a_bag_names_the_command_that_reads_it() {
+fn a_file_that_python_reads_names_the_line_to_run() {
     let bench = Workbench::new();
-    bench.write("a.db3", "");
-    for command in ["check a.db3", "check a.db3 --topic /joints"] {
-        assert!(
-            bench
-                .refuse(command)
-                .contains("pip install 'lagrangian[ros]'")
-        );
+    for (command, extra) in [
+        ("check a.db3", "ros"),
+        ("check a.db3 --topic /joints", "ros"),
+        ("check a.parquet", "parquet"),
+        ("simulate pendulum --out b.parquet", "parquet"),
+    ] {
+        bench.write("a.db3", "");
+        bench.write("a.parquet", "");
+        let message = bench.refuse(command);
+        let line = format!("pip install 'lagrangian[{extra}]'");
+        assert!(message.contains(&line), "{command}: {message}");
     }
     let message = bench.refuse("convert a.csv --out x.mcap");
     assert!(message.contains(".csv, .npz or .parquet"), "{message}");

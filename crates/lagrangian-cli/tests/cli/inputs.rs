@@ -253,10 +253,6 @@ fn files_of_other_programs_are_read_with_the_flags_that_a_refusal_names() {
             "matlab_ascii.txt",
             vec!["c1 … c8", "--time takes the seconds"],
         ),
-        (
-            "lerobot.parquet",
-            vec!["LeRobot", "--trajectory 'episode_index'"],
-        ),
     ] {
         export(&bench, file);
         let message = bench.refuse(&format!("check {file}"));
@@ -272,8 +268,6 @@ fn files_of_other_programs_are_read_with_the_flags_that_a_refusal_names() {
         outcome.stderr
     );
     assert!(outcome.stdout.contains("\n0.011,"), "{}", outcome.stdout);
-    let lists = "lerobot.parquet --time timestamp --q observation.state --trajectory episode_index";
-    assert!(read(lists).stderr.contains("2 trajectories, 12 rows"));
     let counted = read("matlab_ascii.txt --time 0.5 --q c1,c2").stdout;
     assert!(counted.contains("\n5.5,"), "{counted}");
     export(&bench, "tracker_two_masses.txt");

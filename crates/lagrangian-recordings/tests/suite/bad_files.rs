@@ -185,13 +185,7 @@ fn an_empty_file_a_header_alone_and_one_row_are_refused() {
     assert_says(&refusal(""), &["empty", "0 of the 2 samples"]);
     assert_says(&refusal("t,q1\n"), &["0 of the 2 samples"]);
     assert_says(&conversion_refusal("t,q1\n0,0\n"), &["1 of the 2 samples"]);
-    for format in [Format::Npz, Format::Parquet] {
-        assert!(
-            format
-                .read(Cursor::new(Vec::new()), "file", &Layout::default())
-                .is_err()
-        );
-    }
+    assert!(read_bytes(Format::Npz, Vec::new()).is_err());
 }
 
 #[test]
@@ -256,28 +250,21 @@ fn what_is_quoted_from_a_file_is_short() {
 fn an_unknown_extension_lists_the_known_ones() {
     assert_says(
         &Format::from_extension("xlsx").unwrap_err().to_string(),
-        &["xlsx", "csv, npz, parquet"],
+        &["xlsx", "csv, npz"],
     );
     assert_eq!(Format::from_extension(".CSV").unwrap(), Format::Csv);
 }
 
-#[cfg(not(feature = "parquet"))]
 #[test]
-fn without_parquet_the_error_names_the_feature() {
-    let error = Format::Parquet
-        .read(Cursor::new(Vec::new()), "file", &Layout::default())
-        .unwrap_err();
-    assert_says(&error.to_string(), &["the feature parquet"]);
-}
-
-#[test]
-fn the_error_for_a_bag_names_the_line_to_run() {
-    for extension in ["db3", "mcap"] {
+fn the_error_for_a_file_that_python_reads_names_the_line_to_run() {
+    for (extension, name, extra) in [
+        ("db3", "ROS 2", "ros"),
+        ("mcap", "ROS 2", "ros"),
+        ("parquet", "Parquet", "parquet"),
+    ] {
         let error = Format::from_extension(extension).unwrap_err();
-        assert_says(
-            &error.to_string(),
-            &["ROS 2", "pip install 'lagrangian[ros]'"],
-        );
+        let line = format!("pip install 'lagrangian[{extra}]'");
+        assert_says(&error.to_string(), &[name, &line]);
     }
     let error = Format::from_extension("bag").unwrap_err();
     assert_says(&error.to_string(), &["ROS 1", "rosbags-convert"]);
@@ -397,8 +384,7 @@ fn a_full_disk_is_an_error_in_every_format() {
             ..Signals::default()
         },
     );
-    let parquet = cfg!(feature = "parquet").then_some(Format::Parquet);
-    for format in [Format::Csv, Format::Npz].into_iter().chain(parquet) {
+    for (format, _) in Format::ALL {
         for room in [0, 10, 100, 3_000] {
             let disk = Disk {
                 room,
@@ -450,15 +436,12 @@ proptest! {
     fn a_damaged_file_never_panics(
         changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),
     ) {
-        let parquet = cfg!(feature = "parquet").then_some(Format::Parquet);
-        for format in [Format::Npz].into_iter().chain(parquet) {
-            let mut bytes = written(format);
-            for (at, value) in &changes {
-                let at = at.index(bytes.len());
-                bytes[at] = *value;
-            }
-            let _ = read_bytes(format, bytes);
+        let mut bytes = written(Format::Npz);
+        for (at, value) in &changes {
+            let at = at.index(bytes.len());
+            bytes[at] = *value;
         }
+        let _ = read_bytes(Format::Npz, bytes);
     }
 
     #[test]

@@ -285,27 +285,6 @@ fn the_logs_of_robots_are_read_with_these_flags() {
 }
 
 #[test]
-#[cfg(feature = "parquet")]
-fn lists_in_parquet_are_columns_and_episodes_are_trajectories() {
-    let episodes = Layout {
-        trajectory: Some("episode_index".into()),
-        angles: vec!["observation.state".into()],
-        ..layout("timestamp", "observation.state", "", "")
-    };
-    let readings = read("lerobot.parquet", &episodes).unwrap();
-    assert_eq!(readings.recordings.len(), 2);
-    assert_eq!(readings.recordings[0].dof(), 2);
-    assert_swings(&readings, 1.0 / 30.0, 6);
-    let message = read("lerobot.parquet", &Layout::default())
-        .unwrap_err()
-        .to_string();
-    assert!(
-        message.contains("LeRobot") && message.contains("`trajectory` 'episode_index'"),
-        "{message}"
-    );
-}
-
-#[test]
 fn numbers_without_names_get_names_that_are_told() {
     let mut layout = layout("0.01", "c1,c2", "c3,c4", "c7,c8");
     layout.columns.qdd = names("c5,c6");

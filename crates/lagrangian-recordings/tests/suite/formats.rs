@@ -8,14 +8,6 @@ use lagrangian_motion::{Coordinates, Signals, Topology, Trajectory};
 use lagrangian_recordings::{EstimateOptions, Format, Layout, Readings};
 use proptest::prelude::*;
 
-fn formats() -> Vec<Format> {
-    let mut formats = vec![Format::Csv, Format::Npz];
-    if cfg!(feature = "parquet") {
-        formats.push(Format::Parquet);
-    }
-    formats
-}
-
 fn csv(text: &str, layout: &Layout) -> Readings {
     Format::Csv
         .read(Cursor::new(text.to_owned()), "file", layout)
@@ -66,14 +58,14 @@ fn trajectories_of_unequal_length_come_back_with_their_names_in_every_format() {
         trajectory("ä", 1000, 2, 0.7),
         trajectory("3", 17, 2, 1.1),
     ];
-    for format in formats() {
+    for format in Format::ALL.map(|(format, _)| format) {
         assert_eq!(round_trip(format, &written), written, "{format:?}");
     }
 }
 
 #[test]
 fn a_single_trajectory_takes_the_name_of_its_file() {
-    for format in formats() {
+    for format in Format::ALL.map(|(format, _)| format) {
         assert_eq!(
             round_trip(format, &[trajectory("file", 5, 3, 0.3)]),
             [trajectory("file", 5, 3, 0.3)]
@@ -99,7 +91,7 @@ proptest! {
         let q: Vec<f64> = values.into_iter().filter(|x| x.is_finite()).chain([0.0, -0.0]).collect();
         let t = (0..q.len()).map(|k| k as f64).collect();
         let written = Trajectory::new("file", t, Signals { qd: q.clone(), q, ..Signals::default() });
-        for format in formats() {
+        for format in Format::ALL.map(|(format, _)| format) {
             let read = round_trip(format, std::slice::from_ref(&written)).remove(0);
             let bits = |x: &[f64]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
             prop_assert_eq!(bits(&read.q), bits(&written.q));

@@ -8,4 +8,3 @@ mod check_mistakes;
 mod derivatives;
 mod foreign_exports;
 mod formats;
-mod parquet_claims;

@@ -87,8 +87,8 @@ for k in 1 2; do sed '1s/^t,/time,/; 1s/q1/theta/; 1s/tau1/torque/' m.csv > log$
     fixture("log*.csv", "--q theta", named!("log1.csv", "log2.csv")),
     fixture("log*.csv", "", concat!(arm!("log1.csv"), "; ", arm!("log2.csv"), " --seed 1")),
     fixture("train.csv", "", swings!("train.csv")),
-    fixture("train.parquet", "", swings!("train.parquet")),
-    fixture("held-out.parquet", "", "lagrangian simulate double-pendulum --trajectories 4 --duration 3 --seed 1 --out held-out.parquet"),
+    fixture("train.npz", "", swings!("train.npz")),
+    fixture("held-out.npz", "", "lagrangian simulate double-pendulum --trajectories 4 --duration 3 --seed 1 --out held-out.npz"),
     fixture("noisy.csv", "", "lagrangian simulate double-pendulum --trajectories 8 --duration 4 --noise 0.01 --out noisy.csv"),
     fixture("video.csv", "", "lagrangian simulate double-pendulum --trajectories 8 --duration 4 --out m.csv
 cut -d, -f1-4 m.csv > video.csv; cp m.toml video.toml; rm m.*"),

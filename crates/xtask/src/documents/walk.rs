@@ -14,7 +14,7 @@ use crate::root;
 /// How commands begin that the Python package runs.
 const PROGRAM: &str = "python -m lagrangian";
 
-/// Runs the command by the Python package, which reads bags.
+/// Runs the command by the Python package, which reads bags and Parquet.
 const BY_PACKAGE: &str = "lagrangian() { python -m lagrangian \"$@\"; }";
 
 /// Why such commands and code in Python are skipped.
@@ -111,7 +111,7 @@ impl<'a> Walk<'a> {
 
     /// Why a command cannot run here: the reference data are absent, or what a skipped command makes.
     fn unavailable(&self, text: &str) -> Option<String> {
-        if self.python.is_none() && (text.starts_with(PROGRAM) || self.has_bags()) {
+        if self.python.is_none() && (text.starts_with(PROGRAM) || self.is_of_package()) {
             return Some(NEEDS_PACKAGE.into());
         }
         let whole = self.expanded(text);
@@ -156,14 +156,14 @@ impl<'a> Walk<'a> {
         self.hints(own.line, &ended.output)
     }
 
-    /// Whether commands of the page read bags.
-    fn has_bags(&self) -> bool {
-        let reads = |own: &Printed| own.text.contains(" bag");
+    /// Whether commands of the page read or write what only the package does: bags and Parquet.
+    fn is_of_package(&self) -> bool {
+        let reads = |own: &Printed| own.text.contains(" bag") || own.text.contains(".parquet");
         self.page.commands.iter().any(reads)
     }
 
     fn bash(&self, folder: &Path, text: &str) -> Result<Ended, String> {
-        let program = self.has_bags().then(|| BY_PACKAGE.to_string());
+        let program = self.is_of_package().then(|| BY_PACKAGE.to_string());
         let lines = program.iter().chain(&self.variables).map(String::as_str);
         let line = lines.chain([text]).collect::<Vec<_>>().join("\n");
         self.bench.run(folder, &line)
