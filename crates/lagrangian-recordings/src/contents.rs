@@ -108,19 +108,12 @@ impl<'a> Contents<'a> {
     }
 
     /// The values of row `k` of a trajectory, by number.
-    pub(super) fn row(&self, trajectory: usize, k: usize) -> impl Iterator<Item = f64> {
-        let arrays = self.arrays.iter();
-        arrays
-            .flat_map(move |array| array.row(trajectory, k))
-            .copied()
-    }
-}
-
-impl Array<'_> {
-    /// The values of row `k` of a trajectory, by number, one for each column.
-    pub(super) fn row(&self, trajectory: usize, k: usize) -> &[f64] {
-        let n = self.columns.unwrap_or(1);
-        &self.values[trajectory][k * n..][..n]
+    pub(super) fn row(&'a self, trajectory: usize, k: usize) -> impl Iterator<Item = f64> {
+        let row = move |array: &'a Array<'a>| {
+            let n = array.columns.unwrap_or(1);
+            &array.values[trajectory][k * n..][..n]
+        };
+        self.arrays.iter().flat_map(row).copied()
     }
 }
 

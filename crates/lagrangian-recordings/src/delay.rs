@@ -1,6 +1,7 @@
 //! Transport delay between force and motion.
 
 use super::Recording;
+use super::derivatives::GAP;
 use super::local_polynomial::median_step;
 use lagrangian_motion::{Error, Result};
 
@@ -41,8 +42,9 @@ impl Recording {
         let gaps = GAP * median_step(&self.t);
         let known = |k: &usize| {
             let times = delays.iter().map(|delay| self.t[*k] - delay);
-            let mut steps = times.map(|at| (at, around(&self.t, at)));
-            steps.all(|(at, (a, b))| {
+            let mut steps = times.map(|at| (at, after(&self.t, at)));
+            steps.all(|(at, k)| {
+                let (a, b) = (self.t[k - 1], self.t[k]);
                 at >= first && at <= last && (b - a <= gaps || at <= a || at >= b)
             })
         };
@@ -92,18 +94,14 @@ fn one_each(delays: &[f64], n: usize) -> Result<Vec<f64>> {
     }
 }
 
-/// A step longer than this many median steps is a gap: no force is interpolated across it.
-const GAP: f64 = 5.0;
-
-/// The time stamps before and after a time within `t`.
-fn around(t: &[f64], at: f64) -> (f64, f64) {
-    let after = t.partition_point(|t| *t < at).clamp(1, t.len() - 1);
-    (t[after - 1], t[after])
+/// Index of the sample after a time within `t`.
+fn after(t: &[f64], at: f64) -> usize {
+    t.partition_point(|t| *t < at).clamp(1, t.len() - 1)
 }
 
 /// Coordinate `i` of `y` `[len, n]` at a time within `t`.
 pub(crate) fn interpolated(t: &[f64], y: &[f64], n: usize, i: usize, at: f64) -> f64 {
-    let after = t.partition_point(|t| *t < at).clamp(1, t.len() - 1);
+    let after = after(t, at);
     let part = ((at - t[after - 1]) / (t[after] - t[after - 1])).clamp(0.0, 1.0);
     (1.0 - part) * y[(after - 1) * n + i] + part * y[after * n + i]
 }

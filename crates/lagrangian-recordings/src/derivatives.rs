@@ -15,6 +15,9 @@ use lagrangian_motion::{Signal, Signals, Trajectory};
 /// Fewer consecutive samples than this cannot be differentiated twice.
 pub(crate) const SHORTEST: usize = 6;
 
+/// A step longer than this many median steps is a gap, across which nothing is estimated or interpolated.
+pub(crate) const GAP: f64 = 5.0;
+
 /// Options of the estimates of missing velocities and accelerations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EstimateOptions {
@@ -47,7 +50,7 @@ impl Default for EstimateOptions {
             low_pass: None,
             window: None,
             longest_window: 401,
-            gap: 5.0,
+            gap: GAP,
         }
     }
 }
@@ -55,26 +58,28 @@ impl Default for EstimateOptions {
 impl EstimateOptions {
     pub(super) fn validate(&self) -> Result<()> {
         let window = self.window.unwrap_or(usize::MAX).min(self.longest_window);
-        if window < SHORTEST {
-            return Err(Error::argument("window", window, "at least 6 samples"));
-        }
-        if let Some(cutoff) = self.low_pass
-            && !(cutoff.is_finite() && cutoff > 0.0)
-        {
-            return Err(Error::argument(
+        let cutoff = self.low_pass.unwrap_or(1.0);
+        let refused = [
+            (
+                "window",
+                window as f64,
+                window >= SHORTEST,
+                "at least 6 samples",
+            ),
+            (
                 "low_pass",
                 cutoff,
+                cutoff.is_finite() && cutoff > 0.0,
                 "a finite number of Hz above 0",
-            ));
+            ),
+            ("gap", self.gap, self.gap > 1.0, "above 1 (in median steps)"),
+        ]
+        .into_iter()
+        .find(|(_, _, holds, _)| !holds);
+        match refused {
+            Some((name, value, _, must)) => Err(Error::argument(name, value, must)),
+            None => Ok(()),
         }
-        if self.gap.is_nan() || self.gap <= 1.0 {
-            return Err(Error::argument(
-                "gap",
-                self.gap,
-                "above 1 (in median steps)",
-            ));
-        }
-        Ok(())
     }
 }
 
@@ -288,12 +293,7 @@ impl Fitted {
         let cutoff = filters.first().map_or(1.0, LowPass::cutoff);
         let damped = LowPass::noise(cutoff, step);
         for coordinate in 0..n {
-            let series = Series {
-                t: &recording.t,
-                y: measured,
-                n,
-                coordinate,
-            };
+            let series = Series::of(recording, measured, coordinate);
             let noise = noise_variance(series, &self.segments, 3, 8).sqrt();
             let name = &recording.coordinates.0[coordinate].name;
             let mut better = Vec::new();
@@ -350,12 +350,7 @@ impl Fitted {
         let mut values = vec![0.0; len * n];
         for coordinate in 0..n {
             let choices = ways.iter().map(|((source, y), order)| {
-                let series = Series {
-                    t: &recording.t,
-                    y,
-                    n,
-                    coordinate,
-                };
+                let series = Series::of(recording, y, coordinate);
                 let choice = choose(series, &self.segments, Filter::of_order(*order), options);
                 (*source, series, choice)
             });

@@ -17,15 +17,14 @@ pub enum Constant {
 /// Properties of drives that are not columns.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct DriveLayout {
-    /// The gain kₚ of all joints.
-    pub kp: Option<Constant>,
-    /// The gain kᵈ of all joints.
-    pub kd: Option<Constant>,
-    /// The supply voltage of all joints, V.
-    pub supply: Option<Constant>,
+    /// Gains kₚ and kᵈ and supply voltages, V, each of all joints.
+    constants: Signals<Option<Constant>>,
     /// Whether gains are in N·m/rad and N·m·s/rad: then τ = kₚ (goal − q) − kᵈ q̇, and the recording gets torques like any other.
     pub si: bool,
 }
+
+/// The signals that may be constant.
+const CONSTANT: [Signal; 3] = [Signal::Kp, Signal::Kd, Signal::Supply];
 
 impl Constant {
     /// The number or pattern that a text represents; `None` for the name of a column.
@@ -77,37 +76,25 @@ impl DriveLayout {
     /// The constant of a signal; `None` if it has columns or is unknown.
     #[must_use]
     pub fn constant(&self, signal: Signal) -> Option<&Constant> {
-        match signal {
-            Signal::Kp => self.kp.as_ref(),
-            Signal::Kd => self.kd.as_ref(),
-            Signal::Supply => self.supply.as_ref(),
-            _ => None,
-        }
+        self.constants.get(signal).as_ref()
     }
 
     pub(super) fn set(&mut self, signal: Signal, constant: Constant) -> Result<()> {
-        let own = match signal {
-            Signal::Kp => &mut self.kp,
-            Signal::Kd => &mut self.kd,
-            Signal::Supply => &mut self.supply,
-            _ => {
-                let text = format!("`{}` is read from columns: name them", signal.name());
-                return Err(Error::Layout(text));
-            }
-        };
-        *own = Some(constant);
+        if !CONSTANT.contains(&signal) {
+            let text = format!("`{}` is read from columns: name them", signal.name());
+            return Err(Error::Layout(text));
+        }
+        *self.constants.get_mut(signal) = Some(constant);
         Ok(())
     }
 
     /// Fills from `beside` the values that neither a constant nor columns give here.
-    pub(super) fn or(self, beside: Self, own: &Signals<Vec<String>>) -> Self {
-        let pick = |mine: Option<Constant>, other: Option<Constant>, columns: &[String]| {
-            mine.or(other.filter(|_| columns.is_empty()))
-        };
+    pub(super) fn or(self, mut beside: Self, own: &Signals<Vec<String>>) -> Self {
         Self {
-            kp: pick(self.kp, beside.kp, &own.kp),
-            kd: pick(self.kd, beside.kd, &own.kd),
-            supply: pick(self.supply, beside.supply, &own.supply),
+            constants: self.constants.map(|signal, mine| {
+                let other = beside.constants.get_mut(signal).take();
+                mine.or(other.filter(|_| own.get(signal).is_empty()))
+            }),
             si: self.si || beside.si,
         }
     }
@@ -119,7 +106,7 @@ impl DriveLayout {
             return Ok(());
         }
         let values = recording.goal.len();
-        for signal in [Signal::Kp, Signal::Kd, Signal::Supply] {
+        for signal in CONSTANT {
             if let Some(constant) = self.constant(signal) {
                 let value = constant.value([file, &recording.name])?;
                 check(signal, value)?;
@@ -163,10 +150,8 @@ impl Recording {
 
     /// Refuses gains and voltages below 0; values that are not finite are refused with all other signals.
     fn check_commands(&self, signal: Signal) -> Result<()> {
-        if !matches!(signal, Signal::Kp | Signal::Kd | Signal::Supply) {
-            return Ok(());
-        }
         let negative = self.get(signal).iter().find(|x| **x < 0.0);
+        let negative = negative.filter(|_| CONSTANT.contains(&signal));
         negative.map_or(Ok(()), |x| check(signal, *x))
     }
 
@@ -187,14 +172,10 @@ impl Recording {
         let torque = |k: usize| {
             let error = self.goal[k] - self.q[k];
             let torque = self.kp[k] * error - at(&self.kd, k, 0.0) * at(&self.qd, k, 0.0);
-            if at(&self.enabled, k, 1.0) == 0.0 {
-                0.0
-            } else {
-                torque
-            }
+            let is_off = at(&self.enabled, k, 1.0) == 0.0;
+            if is_off { 0.0 } else { torque }
         };
-        let torques: Vec<f64> = (0..self.goal.len()).map(torque).collect();
-        self.tau = torques;
+        self.tau = (0..self.goal.len()).map(torque).collect();
         for signal in Signal::OF_DRIVES {
             self.signals.get_mut(signal).clear();
         }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::drive::{Constant, DriveLayout};
 use super::{Links, Polar, Sampling, Simulated};
-use lagrangian_motion::{Coordinates, Signal, Signals, Topology};
+use lagrangian_motion::{Coordinate, Coordinates, Signal, Signals, Topology};
 use lagrangian_motion::{Error, Result};
 
 /// Assignment of the columns of a file to signals, and of coordinates to angles.
@@ -58,28 +58,20 @@ const SI: &str = "si";
 #[derive(Debug, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 struct LayoutFile {
-    #[serde(skip_serializing_if = "Option::is_none")]
     angle: Option<OneOrMany>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     actuated: Option<OneOrMany>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     parameter: Option<OneOrMany>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     polar: Option<OneOrMany>,
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     degrees: bool,
-    #[serde(skip_serializing_if = "Option::is_none")]
     every: Option<usize>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     topic: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     links: Option<Links>,
     columns: ColumnsTable,
     #[serde(skip_serializing_if = "DriveTable::is_empty")]
     drive: DriveTable,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     units: BTreeMap<String, String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     system: Option<Simulated>,
 }
 
@@ -328,17 +320,22 @@ impl Layout {
     pub fn written(coordinates: &Coordinates) -> Self {
         let mut layout = Self::default();
         for (i, coordinate) in coordinates.0.iter().enumerate() {
-            let column = format!("q{}", i + 1);
-            match coordinate.topology {
-                Topology::Circle => layout.angles.push(column.clone()),
-                Topology::Line => {}
-                Topology::Parameter => layout.parameters.push(column.clone()),
-            }
-            if coordinate.topology != Topology::Circle && !coordinate.unit.is_empty() {
-                layout.units.insert(column, coordinate.unit.clone());
-            }
+            layout.add_coordinate(format!("q{}", i + 1), coordinate);
         }
         layout
+    }
+
+    /// Declares the kind and the unit of a coordinate with this column.
+    pub(super) fn add_coordinate(&mut self, column: String, coordinate: &Coordinate) {
+        if coordinate.topology != Topology::Circle && !coordinate.unit.is_empty() {
+            let unit = coordinate.unit.clone();
+            self.units.insert(column.clone(), unit);
+        }
+        match coordinate.topology {
+            Topology::Circle => self.angles.push(column),
+            Topology::Line => {}
+            Topology::Parameter => self.parameters.push(column),
+        }
     }
 
     /// Fills the unset fields from `beside` (arguments take precedence over the file beside the data).

@@ -6,7 +6,8 @@
 
 use std::ops::Range;
 
-use super::EstimateOptions;
+use super::Recording;
+use super::derivatives::GAP;
 use lagrangian_motion::statistics::upper_median;
 
 /// Highest degree of the polynomial.
@@ -113,7 +114,17 @@ pub(crate) struct Series<'a> {
     pub(crate) coordinate: usize,
 }
 
-impl Series<'_> {
+impl<'a> Series<'a> {
+    /// A coordinate of a signal `y` of a recording.
+    pub(crate) fn of(recording: &'a Recording, y: &'a [f64], coordinate: usize) -> Self {
+        Self {
+            t: &recording.t,
+            y,
+            n: recording.dof(),
+            coordinate,
+        }
+    }
+
     pub(crate) fn value(&self, k: usize) -> f64 {
         self.y[k * self.n + self.coordinate]
     }
@@ -151,10 +162,10 @@ pub(crate) fn around(k: usize, window: usize, segment: &Range<usize>) -> Range<u
     start..start + window
 }
 
-/// Indices of the longest piece between gaps: steps of more than five median steps, as in [`EstimateOptions`].
+/// Indices of the longest piece between gaps: steps of more than five median steps, as in [`EstimateOptions`](super::EstimateOptions).
 #[must_use]
 pub fn longest_piece(t: &[f64]) -> Range<usize> {
-    let pieces = segments(t, EstimateOptions::default().gap);
+    let pieces = segments(t, GAP);
     pieces
         .into_iter()
         .max_by_key(Range::len)

@@ -58,17 +58,21 @@ impl Sampling {
 
     /// The random number of a stretch: the smallest are kept.
     pub(super) fn number(&self, recording: &str, stretch: usize) -> u64 {
-        // FNV-1a of the name, then the finaliser of SplitMix64 (Steele, Lea, Flood 2014).
+        // FNV-1a of the name.
         let name = recording.bytes().fold(0xcbf2_9ce4_8422_2325, |h: u64, b| {
             (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3)
         });
         let odd = 0x9e37_79b9_7f4a_7c15_u64;
         let own = name ^ self.seed.wrapping_mul(odd);
-        let mut z = own.wrapping_add((stretch as u64 + 1).wrapping_mul(odd));
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+        finalised(own.wrapping_add((stretch as u64 + 1).wrapping_mul(odd)))
     }
+}
+
+/// A hash of 64 bits (the finaliser of `SplitMix64`, Steele, Lea, Flood 2014).
+pub(super) fn finalised(mut z: u64) -> u64 {
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
 }
 
 /// Facts about a whole recording of which only a sample may have been kept.

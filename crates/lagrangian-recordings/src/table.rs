@@ -1,7 +1,7 @@
 //! Columns of numbers: the parts of a torque, or motions under other names and in other units.
 
 use super::Layout;
-use lagrangian_motion::{Coordinates, Signal, Topology, Trajectory};
+use lagrangian_motion::{Coordinates, Signal, Trajectory};
 
 /// Named columns over the samples of some trajectories; [`super::Format::write_table`] writes them.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -65,15 +65,7 @@ impl Layout {
             *layout.columns.get_mut(signal) = self.names_of(signal, coordinates);
         }
         for coordinate in &coordinates.0 {
-            let name = coordinate.name.clone();
-            match coordinate.topology {
-                Topology::Circle => layout.angles.push(name),
-                Topology::Parameter => layout.parameters.push(name),
-                Topology::Line if !coordinate.unit.is_empty() => {
-                    layout.units.insert(name, coordinate.unit.clone());
-                }
-                Topology::Line => {}
-            }
+            layout.add_coordinate(coordinate.name.clone(), coordinate);
         }
         layout.degrees = self.degrees && !layout.angles.is_empty();
         layout
@@ -108,7 +100,7 @@ mod tests {
     use super::*;
     use crate::Format;
     use lagrangian_motion::Error;
-    use lagrangian_motion::{Coordinate, Signals};
+    use lagrangian_motion::{Coordinate, Signals, Topology};
 
     #[test]
     fn every_format_reads_back_the_columns_that_were_written() {
