@@ -84,20 +84,13 @@ fn of_coordinate(recordings: &[Recording], i: usize) -> Option<Item> {
     let figures = format!(
         "{name}: correlation of the position with its goal {correlation:.2}, deviation of the goal {ratio:.2} times that of the position"
     );
+    let same_unit = (1.0 / DEGREES..=DEGREES).contains(&ratio);
     let item = if correlation < -FOLLOWS {
         let remedy = "reverse the sign of the goal, or of the position and its velocity";
-        Item::doubt(
-            "goal",
-            format!("{figures}: it moves against its goal"),
-            remedy,
-        )
-    } else if correlation > FOLLOWS && !(1.0 / DEGREES..=DEGREES).contains(&ratio) {
-        let finding = format!("{figures}: they are in different units");
-        Item::doubt(
-            "goal",
-            finding,
-            "give goals and positions in one unit: radians, or `degrees` for both",
-        )
+        Item::doubt("goal", figures + ": it moves against its goal", remedy)
+    } else if correlation > FOLLOWS && !same_unit {
+        let remedy = "give goals and positions in one unit: radians, or `degrees` for both";
+        Item::doubt("goal", figures + ": they are in different units", remedy)
     } else {
         Item::pass("goal", figures)
     };

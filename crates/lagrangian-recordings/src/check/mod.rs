@@ -370,31 +370,23 @@ fn length(recordings: &[Recording], swings: usize) -> Item {
         counted(recordings.len(), "trajectory"),
         counted(n, "coordinate")
     );
+    let enough = SAMPLES_PER_AXIS * 2 * n;
     let item = if samples < FEWEST_SAMPLES {
         let remedy = format!(
             "record more: at least {FEWEST_SAMPLES} samples, some thousand for a learned model"
         );
         Item::fail("length", finding, remedy)
     } else {
-        enough(recordings, samples, swings, finding)
+        let finding = format!("{finding}; they turn back {swings} times in all");
+        let coordinates = counted(n, "coordinate");
+        let remedy = format!("record more: {enough} samples or more for {coordinates}");
+        Item::pass("length", finding)
+            .warn_if(samples < enough, remedy)
+            .value("swings", swings as f64)
     };
     item.value("samples", samples as f64)
         .value("seconds", seconds)
         .value("trajectories", recordings.len() as f64)
-}
-
-/// Sufficiency of the samples for the number of coordinates.
-fn enough(recordings: &[Recording], samples: usize, swings: usize, finding: String) -> Item {
-    let n = recordings.first().map_or(0, Recording::dof);
-    let enough = SAMPLES_PER_AXIS * 2 * n;
-    let finding = format!("{finding}; they turn back {swings} times in all");
-    let remedy = format!(
-        "record more: {enough} samples or more for {}",
-        counted(n, "coordinate")
-    );
-    Item::pass("length", finding)
-        .warn_if(samples < enough, remedy)
-        .value("swings", swings as f64)
 }
 
 /// The swings of all coordinates in all recordings.

@@ -46,6 +46,14 @@ impl Sums {
         }
     }
 
+    /// The correlation of pairs about 0; 0 where one of them is 0 throughout.
+    pub(super) fn correlation(&self) -> f64 {
+        match self.xx * self.yy > 0.0 {
+            true => self.xy / (self.xx * self.yy).sqrt(),
+            false => 0.0,
+        }
+    }
+
     /// Slope of the line through the origin, and the root mean square of the residuals.
     pub(super) fn line(&self) -> Option<(f64, f64)> {
         let slope = self.xy / self.xx;

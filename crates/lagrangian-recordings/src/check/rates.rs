@@ -3,9 +3,11 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
+use super::pairs::Sums;
 use super::regression::jackknife;
-use super::{Item, Verdict, time};
+use super::{Item, Verdict};
 use crate::Recording;
+use crate::derivatives::GAP;
 use crate::derivatives::velocity;
 use crate::local_polynomial::{Series, median_step, segments};
 use lagrangian_motion::Signal;
@@ -48,19 +50,11 @@ struct Pair {
 /// A slope that reveals a unit, its meaning, and the remedy.
 type Unit = (f64, &'static str, &'static str);
 
-const VELOCITY: Pair = Pair {
-    item: "velocity",
-    rate: Signal::Qd,
-    of: Signal::Q,
-    units: &VELOCITIES,
-};
-
-const DERIVATIVE: Pair = Pair {
-    item: "derivative",
-    rate: Signal::Qdd,
-    of: Signal::Qd,
-    units: &ACCELERATIONS,
-};
+#[rustfmt::skip]
+const PAIRS: [Pair; 2] = [
+    Pair { item: "velocity", rate: Signal::Qd, of: Signal::Q, units: &VELOCITIES },
+    Pair { item: "derivative", rate: Signal::Qdd, of: Signal::Qd, units: &ACCELERATIONS },
+];
 
 const SECONDS: &str = "convert the column of time to seconds";
 
@@ -111,10 +105,8 @@ pub(super) fn items(recording: &Recording, errors: f64) -> Vec<Item> {
         let finding = "not measured: it will be estimated from q";
         return vec![Item::pass("velocity", finding)];
     }
-    [VELOCITY, DERIVATIVE]
-        .iter()
-        .flat_map(|pair| of_pair(recording, pair, errors))
-        .collect()
+    let of_pair = |pair| of_pair(recording, pair, errors);
+    PAIRS.iter().flat_map(of_pair).collect()
 }
 
 fn of_pair(recording: &Recording, pair: &Pair, errors: f64) -> Vec<Item> {
@@ -150,21 +142,15 @@ fn name(recording: &Recording, signal: Signal, i: usize) -> String {
 impl Derivatives {
     /// `None` where no piece of the time is long enough.
     fn new(recording: &Recording, values: &[f64]) -> Option<Self> {
-        let n = recording.dof();
-        let mut segments = segments(&recording.t, time::GAP);
+        let mut segments = segments(&recording.t, GAP);
         segments.retain(|s| s.len() >= 8);
         segments.first()?;
         let mut all = Self {
             values: Vec::new(),
             certainty: Vec::new(),
         };
-        for coordinate in 0..n {
-            let series = Series {
-                t: &recording.t,
-                y: values,
-                n,
-                coordinate,
-            };
+        for coordinate in 0..recording.dof() {
+            let series = Series::of(recording, values, coordinate);
             let (derivative, choice) = velocity(series, &segments);
             let certainty = rms(&derivative) / choice.standard_error().max(f64::MIN_POSITIVE);
             all.certainty.push(certainty);
@@ -234,26 +220,19 @@ fn rms(values: &[f64]) -> f64 {
     root_mean_square(&mut values.iter().copied().filter(|x| x.is_finite()))
 }
 
-/// Sums (⟨v d⟩, ⟨d d⟩, ⟨v v⟩) over the samples where both are known, with v shifted by `lag` samples.
-fn moments(v: &[f64], d: &[f64], lag: isize) -> (f64, f64, f64) {
+/// Sums over the pairs (d, v) where both are known, with v shifted by `lag` samples.
+fn moments(v: &[f64], d: &[f64], lag: isize) -> Sums {
     let (skip_v, skip_d) = (lag.max(0).unsigned_abs(), (-lag).max(0).unsigned_abs());
     let pairs = v.iter().skip(skip_v).zip(d.iter().skip(skip_d));
+    let mut sums = Sums::default();
     let known = pairs.filter(|(_, d)| d.is_finite());
-    known.fold((0.0, 0.0, 0.0), |(vd, dd, vv), (v, d)| {
-        (vd + v * d, dd + d * d, vv + v * v)
-    })
-}
-
-fn correlation((vd, dd, vv): (f64, f64, f64)) -> f64 {
-    match dd * vv > 0.0 {
-        true => vd / (dd * vv).sqrt(),
-        false => 0.0,
-    }
+    known.for_each(|(v, d)| sums.add(*d, *v));
+    sums
 }
 
 fn relate(v: &[f64], d: &[f64]) -> Relation {
     let longest = LONGEST_LAG.min(v.len() / 4) as isize;
-    let at = |lag: isize| correlation(moments(v, d, lag)).abs();
+    let at = |lag: isize| moments(v, d, lag).correlation().abs();
     let best = (-longest..=longest)
         .max_by(|a, b| at(*a).total_cmp(&at(*b)).then(b.abs().cmp(&a.abs())))
         .unwrap_or(0);
@@ -270,20 +249,20 @@ fn relate(v: &[f64], d: &[f64]) -> Relation {
     let lag = best as f64 + fraction;
     let lag_error = lag.abs() * rms(&change) / rms(d);
     Relation {
-        correlation: correlation(m),
-        slope: m.0 / m.1,
-        slope_error: slope_error(v, d, m),
+        correlation: m.correlation(),
+        slope: m.xy / m.xx,
+        slope_error: slope_error(v, d, &m),
         lag,
         lag_error,
     }
 }
 
 /// Standard error of the slope, from omitting one block of time after another.
-fn slope_error(v: &[f64], d: &[f64], (vd, dd, _): (f64, f64, f64)) -> f64 {
+fn slope_error(v: &[f64], d: &[f64], all: &Sums) -> f64 {
     let block = v.len().div_ceil(BLOCKS).max(1);
     let without = |(v, d): (&[f64], &[f64])| {
         let part = moments(v, d, 0);
-        (vd - part.0) / (dd - part.1)
+        (all.xy - part.xy) / (all.xx - part.xx)
     };
     let slopes: Vec<f64> = v.chunks(block).zip(d.chunks(block)).map(without).collect();
     jackknife(slopes.iter().copied())
@@ -331,41 +310,34 @@ fn finding(
         "{rate} = {:.4} · d{of}/dt, correlation {:.4}, lag {:.2} samples ({seconds:.4} s)",
         r.slope, r.correlation, r.lag
     );
-    let pass = |meaning: &str| Item::pass(pair.item, format!("{finding}: {meaning}"));
-    let off = (r.slope - 1.0).abs();
     let units = pair.units.iter();
     let unit = units
         .filter(|_| r.correlation.abs() > POOR)
         .find(|(slope, ..)| (r.slope / slope - 1.0).abs() < UNIT);
+    let off = (r.slope - 1.0).abs();
+    let estimate = format!("omit {rate} and let it be estimated");
+    let pass = |meaning: &str| Item::pass(pair.item, format!("{finding}: {meaning}"));
+    let accuse = |verdict, meaning: &str, remedy: &str, size| {
+        pass(meaning).with(verdict, remedy).claims(Some(i), size)
+    };
     let item = if let Some((_, meaning, remedy)) = unit {
-        pass(meaning)
-            .with(Verdict::Fail, *remedy)
-            .claims(Some(i), r.slope)
+        accuse(Verdict::Fail, meaning, remedy, r.slope)
     } else if r.correlation < POOR || !(0.5..2.0).contains(&r.slope) {
-        not_the_derivative(recording, pair, derivatives.other(i, measured), &finding)
-            .claims(Some(i), 1.0)
+        let other = derivatives.other(i, measured);
+        let other = other.map(|j| name(recording, pair.of, j));
+        let (meaning, remedy) = not_the_derivative(pair, other);
+        accuse(Verdict::Fail, &meaning, &remedy, 1.0)
     } else if r.correlation < FAIR && derivatives.certainty[i] > CERTAIN {
-        let remedy = format!("omit {rate} and let it be estimated");
-        pass(&format!(
-            "it is a poor measurement of the derivative of {of}"
-        ))
-        .with(Verdict::Warn, remedy)
-        .claims(Some(i), 1.0)
+        let meaning = format!("it is a poor measurement of the derivative of {of}");
+        accuse(Verdict::Warn, &meaning, &estimate, 1.0)
     } else if r.correlation > FAIR && off > slope_bound(&r, derivatives.certainty[i], errors) {
         let percent = 100.0 * (r.slope - 1.0);
         let meaning = format!("it differs by {percent:.1} % from the derivative of {of}");
-        let remedy =
-            format!("check the scales of {rate} and {of}, or omit {rate} and let it be estimated");
-        pass(&meaning)
-            .with(Verdict::Warn, remedy)
-            .in_doubt()
-            .claims(Some(i), r.slope - 1.0)
+        let remedy = format!("check the scales of {rate} and {of}, or {estimate}");
+        accuse(Verdict::Warn, &meaning, &remedy, r.slope - 1.0).in_doubt()
     } else if r.lag.abs() > 1.0 && r.lag_error > LAG_ERROR {
-        let remedy =
-            format!("it was probably filtered: omit {rate} and let it be estimated, or shift it");
-        pass("it is late or early")
-            .with(Verdict::Warn, remedy)
-            .claims(Some(i), r.lag)
+        let remedy = format!("it was probably filtered: {estimate}, or shift it");
+        accuse(Verdict::Warn, "it is late or early", &remedy, r.lag)
     } else if pair.rate == Signal::Qd && successive_differences(recording, i) {
         pass(DIFFERENCES)
     } else {
@@ -385,26 +357,21 @@ fn slope_bound(r: &Relation, certainty: f64, errors: f64) -> f64 {
         .max(errors * ERRORS / certainty)
 }
 
-/// The item for a rate that is not the derivative: it names the matching column, where there is one.
-fn not_the_derivative(
-    recording: &Recording,
-    pair: &Pair,
-    other: Option<usize>,
-    finding: &str,
-) -> Item {
+/// The meaning and the remedy for a rate that is not the derivative, but perhaps that of another column.
+fn not_the_derivative(pair: &Pair, other: Option<String>) -> (String, String) {
     let (flag, of) = (pair.rate.name(), pair.of.name());
-    let Some(j) = other else {
-        let finding = format!("{finding}: it is not the derivative of {of}");
-        let remedy = format!(
-            "name the right columns with `{of}` and `{flag}`, or omit {flag} and let it be estimated"
-        );
-        return Item::fail(pair.item, finding, remedy);
-    };
-    let finding = format!(
-        "{finding}: it is the derivative of {}",
-        name(recording, pair.of, j)
-    );
-    let remedy =
-        format!("the columns are swapped: name them in the same order with `{of}` and `{flag}`");
-    Item::fail(pair.item, finding, remedy)
+    match other {
+        None => (
+            format!("it is not the derivative of {of}"),
+            format!(
+                "name the right columns with `{of}` and `{flag}`, or omit {flag} and let it be estimated"
+            ),
+        ),
+        Some(other) => (
+            format!("it is the derivative of {other}"),
+            format!(
+                "the columns are swapped: name them in the same order with `{of}` and `{flag}`"
+            ),
+        ),
+    }
 }

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use super::{CheckReport, Item};
 use crate::Recording;
+use crate::sample::finalised;
 use lagrangian_motion::Signal;
 
 /// Consecutive samples that must be equal.
@@ -168,10 +169,7 @@ fn windows(recording: &Recording) -> impl Iterator<Item = (usize, u64)> {
 
 const SEED: u64 = 0xcbf2_9ce4_8422_2325;
 
-/// One step of a hash of 64 bits (the finaliser of `SplitMix64`, Steele, Lea, Flood 2014).
+/// One step of a hash.
 fn mixed(hash: u64, x: u64) -> u64 {
-    let mut z = (hash ^ x).wrapping_add(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
+    finalised((hash ^ x).wrapping_add(0x9e37_79b9_7f4a_7c15))
 }

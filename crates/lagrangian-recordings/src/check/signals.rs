@@ -4,12 +4,13 @@ use std::cmp::Ordering;
 use std::f64::consts::TAU;
 
 use super::column::{Column, columns};
-use super::{Item, Verdict, frozen, range, spikes, swings, time};
+use super::{Item, Verdict, frozen, range, spikes, swings};
 use crate::Recording;
+use crate::derivatives::GAP;
 use crate::local_polynomial::{median_step, segments};
 use crate::window::noise_variance;
 use lagrangian_motion::Signal;
-use lagrangian_motion::statistics::upper_median;
+use lagrangian_motion::statistics::{root_mean_square, upper_median};
 
 /// A coordinate declared as an angle, or driven, with more turns than this may be in degrees …
 const MANY_TURNS: f64 = 15.0;
@@ -195,7 +196,7 @@ fn jumps(recording: &Recording, c: &Column<'_>) -> Option<Item> {
         (q[k + 1] - q[k] - expected * (t[k + 1] - t[k])).abs()
     };
     // Samples beside a gap have no prediction.
-    let longest = time::GAP * median_step(t);
+    let longest = GAP * median_step(t);
     let near = |k: usize| t[k - 1..k + 3].windows(2).all(|w| w[1] - w[0] <= longest);
     let surprises: Vec<f64> = (1..q.len() - 2)
         .map(|k| if near(k) { surprise(k) } else { 0.0 })
@@ -258,27 +259,37 @@ fn repeats(recording: &Recording, steps: &[f64]) -> Item {
 }
 
 fn noise(recording: &Recording, columns: &[Column<'_>]) -> Item {
-    let mut segments = segments(&recording.t, time::GAP);
+    let mut segments = segments(&recording.t, GAP);
     segments.retain(|s| s.len() >= 8);
-    let mut item = Item::pass("noise", "");
-    let (mut texts, mut loud) = (Vec::new(), Vec::new());
-    for c in columns {
-        let sigma = noise_variance(c.series(&recording.t), &segments, 3, 8).sqrt();
+    let figure = |c: &Column<'_>| {
+        let sigma = noise_variance(c.series, &segments, 3, 8).sqrt();
         let deviation = c.deviation();
         let percent = 100.0 * sigma / deviation.max(f64::MIN_POSITIVE);
-        texts.push(format!("{} {sigma:.2e} ({percent:.2} %)", c.name));
-        item = item.value(c.name, sigma);
-        if sigma.min(c.steady_noise()) > MUCH_NOISE * deviation && deviation > 0.0 {
-            loud.push(c.name);
+        let is_loud = sigma.min(c.steady_noise()) > MUCH_NOISE * deviation && deviation > 0.0;
+        (sigma, format!("{sigma:.2e} ({percent:.2} %)"), is_loud)
+    };
+    let remedy = "is mostly noise: filter it at the source, or omit it and let it be estimated";
+    let figures = columns.iter().map(|c| (c.name, figure(c)));
+    let item = Item::pass("noise", "standard deviation (part of the signal's): ");
+    item.with_each(figures, remedy)
+}
+
+impl Item {
+    /// Adds a figure of each column, its text, and whether the remedy applies to the column.
+    fn with_each<'a>(
+        mut self,
+        figures: impl Iterator<Item = (&'a str, (f64, String, bool))>,
+        remedy: &str,
+    ) -> Self {
+        let (mut texts, mut bad) = (Vec::new(), Vec::new());
+        for (name, (figure, text, is_bad)) in figures {
+            texts.push(format!("{name} {text}"));
+            self = self.value(name, figure);
+            bad.extend(is_bad.then_some(name));
         }
+        self.finding += &texts.join(", ");
+        self.warn_if(!bad.is_empty(), format!("{} {remedy}", bad.join(", ")))
     }
-    let texts = texts.join(", ");
-    item.finding = format!("standard deviation (part of the signal's): {texts}");
-    let remedy = format!(
-        "{} is mostly noise: filter it at the source, or omit it and let it be estimated",
-        loud.join(", ")
-    );
-    item.warn_if(!loud.is_empty(), remedy)
 }
 
 /// Smallest step between the values of a column; 0 if they are all equal.
@@ -291,32 +302,21 @@ fn quantisation_step(c: &Column<'_>) -> f64 {
 }
 
 fn quantisation(columns: &[Column<'_>], steps: &[f64]) -> Item {
-    let mut item = Item::pass("quantisation", "");
-    let (mut texts, mut coarse) = (Vec::new(), Vec::new());
-    for (c, &step) in columns.iter().zip(steps) {
+    let figures = columns.iter().zip(steps).map(|(c, &step)| {
         let (low, high) = c.range();
-        texts.push(format!("{} {step:.2e}", c.name));
-        item = item.value(c.name, step);
-        if high > low && step * COARSE_LEVELS > high - low {
-            coarse.push(c.name);
-        }
-    }
-    item.finding = format!("smallest step: {}", texts.join(", "));
-    let remedy = format!(
-        "{} has fewer than {COARSE_LEVELS} levels: use a finer sensor or larger motions",
-        coarse.join(", ")
-    );
-    item.warn_if(!coarse.is_empty(), remedy)
+        let is_coarse = high > low && step * COARSE_LEVELS > high - low;
+        (c.name, (step, format!("{step:.2e}"), is_coarse))
+    });
+    let remedy =
+        format!("has fewer than {COARSE_LEVELS} levels: use a finer sensor or larger motions");
+    Item::pass("quantisation", "smallest step: ").with_each(figures, &remedy)
 }
 
 /// Joints whose forces are 0, or small compared with those of another joint.
 pub(super) fn passive(recording: &Recording) -> Vec<Item> {
     let mut forces = columns(recording);
     forces.retain(|c| c.signal == Signal::Tau);
-    let size = |c: &Column<'_>| {
-        let (sum, count) = c.iter().fold((0.0, 0.0), |(s, k), x| (s + x * x, k + 1.0));
-        f64::sqrt(sum / count)
-    };
+    let size = |c: &Column<'_>| root_mean_square(&mut c.iter());
     let largest = forces.iter().map(size).fold(0.0, f64::max);
     let item = |c: &Column<'_>| {
         let (own, name) = (size(c), &recording.coordinates.0[c.coordinate].name);

@@ -2,7 +2,7 @@
 
 use super::Item;
 use super::column::Column;
-use super::time;
+use crate::derivatives::GAP;
 use crate::local_polynomial::median_step;
 use lagrangian_motion::statistics::upper_median;
 
@@ -19,7 +19,7 @@ const GRAVE: f64 = 0.01;
 pub(super) fn item(t: &[f64], column: &Column<'_>) -> Option<Item> {
     let x: Vec<f64> = column.iter().collect();
     let deviation = column.deviation();
-    let longest = time::GAP * median_step(t);
+    let longest = GAP * median_step(t);
     let inner = 2..x.len().saturating_sub(2);
     let near = |k: &usize| t[*k] - t[k - 1] <= longest && t[k + 1] - t[*k] <= longest;
     let off = |k: usize| x[k] - 0.5 * (x[k - 1] + x[k + 1]);

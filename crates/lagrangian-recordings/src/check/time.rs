@@ -1,13 +1,11 @@
 //! Time stamps: order, rate, jitter, gaps.
 
 use super::Item;
-use crate::derivatives::SHORTEST;
+use super::column::robust_deviation;
+use crate::derivatives::{GAP, SHORTEST};
 use crate::local_polynomial::{median_step, segments};
 use crate::{Recording, TimeStep};
-use lagrangian_motion::statistics::upper_median;
 
-/// Steps longer than this many median steps are gaps; derivatives are not estimated across them.
-pub(super) const GAP: f64 = 5.0;
 /// Jitter above this part of a step makes finite differences of other programs, and lags, unreliable.
 const MUCH_JITTER: f64 = 0.5;
 
@@ -91,8 +89,7 @@ fn shortest_piece(t: &[f64]) -> usize {
 fn rate(t: &[f64]) -> Item {
     let step = median_step(t);
     let mut off: Vec<f64> = t.windows(2).map(|w| (w[1] - w[0] - step).abs()).collect();
-    // 1.4826: the median absolute deviation of a normal distribution, in standard deviations.
-    let jitter = 1.4826 * upper_median(&mut off) / step;
+    let jitter = robust_deviation(&mut off) / step;
     let (rate, percent) = (step.recip(), 100.0 * jitter);
     let finding = format!("{rate:.4} Hz, jitter {percent:.2} % of a step");
     let remedy = "the true time stamps are used, but check that they tell when a sample was taken, not when it was written";
@@ -108,20 +105,12 @@ fn whole_numbers(t: &[f64]) -> Option<Item> {
     let step = median_step(t);
     let whole = t.iter().all(|t| t.fract().abs() <= 0.0) && step >= 2.0;
     // Motions are sampled about ten to a few thousand times a second.
-    let (unit, remedy) = match step {
-        x if x < 500.0 => (
-            "milliseconds",
-            "divide the column of time by 1000 (or by what makes it seconds)",
-        ),
-        x if x < 5e5 => (
-            "microseconds",
-            "divide the column of time by 1e6 (or by what makes it seconds)",
-        ),
-        _ => (
-            "nanoseconds",
-            "divide the column of time by 1e9 (or by what makes it seconds)",
-        ),
+    let (unit, divisor) = match step {
+        x if x < 500.0 => ("milliseconds", "1000"),
+        x if x < 5e5 => ("microseconds", "1e6"),
+        _ => ("nanoseconds", "1e9"),
     };
+    let remedy = format!("divide the column of time by {divisor} (or by what makes it seconds)");
     let finding = format!("time comes in whole numbers, {step} apart: it looks like {unit}");
     let item = Item::warn("rate", finding, remedy).value("rate_hz", step.recip());
     whole.then_some(item.value("step_s", step))

@@ -7,11 +7,11 @@
 
 use rayon::prelude::*;
 
-use super::super::time;
 use super::Filtered;
-use super::least_squares::Part;
+use super::least_squares::{Part, RIDGE};
 use super::terms::FrictionCoupling;
 use crate::Recording;
+use crate::derivatives::GAP;
 use crate::local_polynomial::{median_step, segments};
 use lagrangian_motion::{Coordinate, Signal};
 
@@ -24,8 +24,6 @@ const HIGHEST: f64 = 50.0;
 const OF_RATE: f64 = 0.3;
 /// Number of periods of the lowest candidate in the longest piece of a recording.
 const PERIODS: f64 = 10.0;
-/// The ridge of the regression in units of the diagonal.
-const RIDGE: f64 = 1e-4;
 /// A reference retains this part of the variance of the velocities.
 const KEPT: f64 = 0.8;
 /// Among nearly equal cut-offs, one that retains this part is preferred: lost motion biases the model of fast motions.
@@ -131,7 +129,7 @@ fn candidates(recordings: &[&Recording]) -> Vec<f64> {
         .map(|r| median_step(&r.t))
         .fold(0.0, f64::max);
     let pieces = recordings.iter().flat_map(|r| {
-        let pieces = segments(&r.t, time::GAP).into_iter();
+        let pieces = segments(&r.t, GAP).into_iter();
         pieces.map(|s| r.t[s.end - 1] - r.t[s.start])
     });
     let longest = pieces.fold(0.0, f64::max);
@@ -183,11 +181,10 @@ impl Candidate {
 fn left(own: &[Part], reference: &[Part]) -> Option<f64> {
     let mut all = Part::sum(own)?;
     let variance = Part::sum(reference)?.variance();
-    let mut residual = 0.0;
-    for (own, other) in own.iter().zip(reference) {
-        all.plus(own, -1.0);
-        residual += other.residual(&all.coefficients(RIDGE)?);
-        all.plus(own, 1.0);
-    }
-    Some(residual / variance).filter(|e| *e > 0.0 && e.is_finite())
+    // The lowest cut-offs leave fewer stretches.
+    let both = own.len().min(reference.len());
+    let residuals = all.without_each(&own[..both], |sums, k| {
+        Some(reference[k].residual(&sums.coefficients(RIDGE)?))
+    });
+    Some(residuals?.iter().sum::<f64>() / variance).filter(|e| *e > 0.0 && e.is_finite())
 }

@@ -2,12 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::least_squares::{Part, jackknife};
+use super::least_squares::{Part, RIDGE, jackknife};
 use super::terms::{FrictionCoupling, RUBBING, friction_at};
 use super::{Filtered, Stretches};
-
-/// The ridge of the regression in units of the diagonal.
-const RIDGE: f64 = 1e-4;
 
 /// The friction in the force of one coordinate that depends on the velocity of one coordinate.
 #[derive(Debug, Clone, Copy)]
@@ -55,12 +52,7 @@ fn of_force(stretches: &Stretches<'_>, i: usize) -> Option<Vec<FrictionTerm>> {
         Some(velocities.map(of_velocity).collect())
     };
     let whole = sizes(&all)?;
-    let mut left = Vec::new();
-    for part in &parts {
-        all.plus(part, -1.0);
-        left.push(sizes(&all)?);
-        all.plus(part, 1.0);
-    }
+    let left = all.without_each(&parts, |sums, _| sizes(sums))?;
     let rub = |(j, size): (usize, f64)| FrictionTerm {
         size,
         error: jackknife(left.iter().map(|l| l[j])),

@@ -1,5 +1,7 @@
 //! Sums over the samples, and the least-squares solutions at every delay that follow from them.
 
+use std::borrow::Borrow;
+
 use faer::Mat;
 
 use super::JointFit;
@@ -7,8 +9,10 @@ use super::source::Signals;
 use super::terms::Terms;
 use lagrangian_motion::solve::ridge::Ridge;
 
-/// Relative ridge on the diagonal of the system where delays are compared.
-const RIDGE: f64 = 1e-9;
+/// The ridge of the regression in units of the diagonal …
+pub(super) const RIDGE: f64 = 1e-4;
+/// … and where delays are compared.
+const SMALL_RIDGE: f64 = 1e-9;
 
 /// The sums over a stretch.
 pub(super) struct Part {
@@ -28,12 +32,8 @@ pub(super) struct Part {
 }
 
 impl Part {
-    pub(super) fn of(s: &Signals, terms: &Terms<'_>, i: usize, delays: usize) -> Self {
-        let n = terms.speeds.len();
-        let mut row = Vec::new();
-        let own = terms.row(i, &s.q[..n], &s.qd[..n], &s.qdd[..n], &mut row);
-        let size = row.len();
-        let mut part = Self {
+    fn empty(size: usize, own: usize, delays: usize) -> Self {
+        Self {
             count: 0.0,
             own,
             square: vec![0.0; size * size],
@@ -41,7 +41,14 @@ impl Part {
             tau: vec![(0.0, 0.0); delays],
             factors: vec![0.0; own],
             acceleration: 0.0,
-        };
+        }
+    }
+
+    pub(super) fn of(s: &Signals, terms: &Terms<'_>, i: usize, delays: usize) -> Self {
+        let n = terms.speeds.len();
+        let mut row = Vec::new();
+        let own = terms.row(i, &s.q[..n], &s.qd[..n], &s.qdd[..n], &mut row);
+        let mut part = Self::empty(row.len(), own, delays);
         let mut forces = vec![0.0; delays];
         for m in 0..s.q.len() / n {
             let state = m * n..(m + 1) * n;
@@ -98,17 +105,32 @@ impl Part {
     ) -> Option<Self> {
         let parts = parts.into_iter();
         let first = parts.clone().next()?;
-        let mut all = Self {
-            count: 0.0,
-            own: first.own,
-            square: vec![0.0; first.square.len()],
-            right: vec![0.0; first.right.len()],
-            tau: vec![(0.0, 0.0); first.tau.len()],
-            factors: vec![0.0; first.own],
-            acceleration: 0.0,
-        };
+        let mut all = Self::empty(first.size(), first.own, first.tau.len());
         parts.for_each(|p| all.plus(p, 1.0));
         Some(all)
+    }
+
+    /// What follows from these sums without each of the `parts` in turn, by the index of the part.
+    pub(super) fn without_each<T>(
+        &mut self,
+        parts: &[impl Borrow<Self>],
+        mut found: impl FnMut(&Self, usize) -> Option<T>,
+    ) -> Option<Vec<T>> {
+        let without = |(k, part): (usize, &_)| {
+            self.plus(Borrow::borrow(part), -1.0);
+            let found = found(self, k);
+            self.plus(Borrow::borrow(part), 1.0);
+            found
+        };
+        parts.iter().enumerate().map(without).collect()
+    }
+
+    /// The squared error on each part of the model that is fitted to the other parts in these sums.
+    pub(super) fn errors(&mut self, parts: &[impl Borrow<Self>]) -> Option<Vec<f64>> {
+        self.without_each(parts, |sums, k| {
+            let error = parts[k].borrow().residual(&sums.coefficients(RIDGE)?);
+            Some(error.max(f64::MIN_POSITIVE))
+        })
     }
 
     /// Sum of the squared forces about their mean, without delay.
@@ -153,13 +175,8 @@ impl Part {
     /// The system with this ridge in units of the diagonal.
     fn ridge(&self, ridge: f64) -> Option<Ridge> {
         let size = self.size();
-        let scale: Vec<f64> = (0..size)
-            .map(|k| {
-                Some(self.square(k, k).sqrt())
-                    .filter(|s| *s > 0.0)
-                    .unwrap_or(1.0)
-            })
-            .collect();
+        let scale = (0..size).map(|k| Some(self.square(k, k).sqrt()).filter(|s| *s > 0.0));
+        let scale = scale.map(|s| s.unwrap_or(1.0)).collect();
         Ridge::new(|k, j| self.square(k, j), scale, ridge)
     }
 
@@ -172,18 +189,6 @@ impl Part {
     }
 }
 
-/// The fit of some stretches together.
-struct Solution {
-    /// Delay in steps, and whether it is at an end of the range.
-    delay: f64,
-    at_end: bool,
-    /// Unexplained parts of the variance at the best delay and at delay 0.
-    unexplained: (f64, f64),
-    inertia: f64,
-    inertial_part: f64,
-    worse_without: f64,
-}
-
 /// The jackknife standard error of an estimate, from the estimates without one stretch each (Efron 1982).
 pub(in crate::check) fn jackknife(left: impl Iterator<Item = f64> + Clone) -> f64 {
     let count = left.clone().count() as f64;
@@ -194,30 +199,20 @@ pub(in crate::check) fn jackknife(left: impl Iterator<Item = f64> + Clone) -> f6
 pub(super) fn estimate(parts: &[Part], shifts: usize, step: f64) -> Option<JointFit> {
     let mut all = Part::sum(parts)?;
     let whole = solve(&all, shifts)?;
-    let without = |part: &Part| {
-        all.plus(part, -1.0);
-        let solution = solve(&all, shifts);
-        all.plus(part, 1.0);
-        solution.map(|s| (s.delay, s.inertia))
-    };
-    let left: Vec<(f64, f64)> = parts.iter().map(without).collect::<Option<_>>()?;
-    let scatter = |of: fn(&(f64, f64)) -> f64| jackknife(left.iter().map(of));
+    let left = all.without_each(parts, |sums, _| solve(sums, shifts))?;
+    let scatter = |of: fn(&JointFit) -> f64| jackknife(left.iter().map(of));
     Some(JointFit {
         delay: whole.delay * step,
-        error: scatter(|l| l.0) * step,
-        at_end: whole.at_end,
-        explained: (1.0 - whole.unexplained.0, 1.0 - whole.unexplained.1),
-        inertia: (whole.inertia, scatter(|l| l.1)),
-        growth: 0.0,
-        inertial_part: whole.inertial_part,
-        worse_without: whole.worse_without,
+        error: scatter(|l| l.delay) * step,
+        inertia: (whole.inertia.0, scatter(|l| l.inertia.0)),
+        ..whole
     })
 }
 
-/// Least squares at every delay; the delay is the vertex of the parabola through the best three.
-fn solve(sums: &Part, shifts: usize) -> Option<Solution> {
+/// Least squares at every delay; the delay, in steps, is the vertex of the parabola through the best three. Standard errors are 0.
+fn solve(sums: &Part, shifts: usize) -> Option<JointFit> {
     let delays = sums.tau.len();
-    let solved = sums.coefficients(RIDGE)?;
+    let solved = sums.coefficients(SMALL_RIDGE)?;
     let unexplained: Vec<f64> = (0..delays)
         .map(|d| {
             let (sum, square) = sums.tau[d];
@@ -249,16 +244,18 @@ fn solve(sums: &Part, shifts: usize) -> Option<Solution> {
     let inertia: f64 = own.clone().map(|(k, f)| solved[(k, best)] * f).sum();
     // Least squares under the condition that the mean inertia is 0 (Lagrange): the sum of squares grows by this.
     let along = sums
-        .ridge(RIDGE)?
+        .ridge(SMALL_RIDGE)?
         .solve_one(|k| factors.get(k).copied().unwrap_or(0.0))?;
     let growth = inertia * inertia / own.map(|(k, f)| along[k] * f).sum::<f64>();
     let (sum, square) = sums.tau[best];
     let left = unexplained[best] * (square - sum * sum / sums.count);
-    Some(Solution {
+    Some(JointFit {
         delay: best as f64 - shifts as f64 + vertex,
+        error: 0.0,
         at_end,
-        unexplained: (unexplained[best], unexplained[shifts]),
-        inertia,
+        explained: (1.0 - unexplained[best], 1.0 - unexplained[shifts]),
+        inertia: (inertia, 0.0),
+        growth: 0.0,
         inertial_part: inertia.abs() * (sums.acceleration / square).sqrt(),
         worse_without: growth / left,
     })

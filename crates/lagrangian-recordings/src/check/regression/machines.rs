@@ -6,8 +6,6 @@ use super::Filtered;
 use super::least_squares::{Part, jackknife};
 use super::terms::FrictionCoupling;
 
-/// The ridge of the regression in units of the diagonal.
-const RIDGE: f64 = 1e-4;
 /// Smallest number of stretches of a recording that is compared.
 const FEWEST: usize = 4;
 /// Recordings agree where the pooled model leaves at most this many times the residual of the own model of each.
@@ -95,16 +93,14 @@ fn stranger(joints: &[Vec<&Part>], owners: &[usize], r: usize) -> Option<Foreign
         if all.variance() <= 0.0 {
             continue; // a joint without a force
         }
-        let mut own = Part::sum(stretches.iter().map(|s| parts[*s]))?;
+        let here: Vec<&Part> = stretches.iter().map(|s| parts[*s]).collect();
+        let mut own = Part::sum(here.iter().copied())?;
         compared += 1.0;
-        let mut residual = 0.0;
-        for (ratio, s) in ratios.iter_mut().zip(&stretches) {
-            let part = parts[*s];
-            let error = error_of(&mut all, part)?;
-            *ratio += error.ln() - error_of(&mut own, part)?.ln();
-            residual += error;
+        let (pooled, alone) = (all.errors(&here)?, own.errors(&here)?);
+        for (ratio, (error, own)) in ratios.iter_mut().zip(pooled.iter().zip(&alone)) {
+            *ratio += error.ln() - own.ln();
         }
-        left += residual / own.rows() * all.rows() / all.variance();
+        left += pooled.iter().sum::<f64>() / own.rows() * all.rows() / all.variance();
     }
     ratios.iter_mut().for_each(|ratio| *ratio /= compared);
     let mean = |left: usize| {
@@ -120,12 +116,4 @@ fn stranger(joints: &[Vec<&Part>], owners: &[usize], r: usize) -> Option<Foreign
         others_agree: false,
     })
     .filter(|s| s.times.is_finite() && s.error.is_finite())
-}
-
-/// Squared error on a stretch of the model fitted to the other stretches in these sums.
-pub(super) fn error_of(sums: &mut Part, part: &Part) -> Option<f64> {
-    sums.plus(part, -1.0);
-    let error = sums.coefficients(RIDGE).map(|c| part.residual(&c));
-    sums.plus(part, 1.0);
-    error.map(|e| e.max(f64::MIN_POSITIVE))
 }

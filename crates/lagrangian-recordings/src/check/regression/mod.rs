@@ -25,6 +25,7 @@ use crate::local_polynomial::median_step;
 pub(in crate::check) use cutoff::Cutoff;
 pub(in crate::check) use friction::FrictionTerm;
 use lagrangian_motion::Coordinates;
+use lagrangian_motion::statistics::{column, mean, root_mean_square};
 pub(in crate::check) use least_squares::jackknife;
 use least_squares::{Part, estimate};
 pub(in crate::check) use machines::ForeignRecording;
@@ -146,10 +147,8 @@ fn named(
 
 /// Mean over the recordings, for each coordinate.
 fn mean_of(recordings: &[&Recording], of: fn(&Recording) -> Vec<f64>) -> Vec<f64> {
-    let all: Vec<Vec<f64>> = recordings.iter().map(|r| of(r)).collect();
-    let n = all.first().map_or(0, Vec::len);
-    let mean = |i: usize| all.iter().map(|u| u[i]).sum::<f64>() / all.len() as f64;
-    (0..n).map(mean).collect()
+    let all: Vec<f64> = recordings.iter().flat_map(|r| of(r)).collect();
+    column(&all, recordings.first().map_or(0, |r| r.dof()), mean)
 }
 
 impl JointFit {
@@ -241,15 +240,13 @@ impl<'a> Filtered<'a> {
         }
         let signals: Vec<Signals> = stretches.par_iter().map(|s| s.signals(delays)).collect();
         let n = self.coordinates.dof();
-        let mean_square = |i: usize| {
+        let speed = |i: usize| {
             let speeds = signals.iter().flat_map(|s| s.qd.iter().skip(i).step_by(n));
-            let (sum, count) = speeds.fold((0.0, 0.0), |(s, c), v| (s + v * v, c + 1.0));
-            sum / count
+            root_mean_square(&mut speeds.copied()).max(f64::MIN_POSITIVE)
         };
-        let speeds = (0..n).map(|i| f64::sqrt(mean_square(i)).max(f64::MIN_POSITIVE));
         Some(Stretches {
             coordinates: self.coordinates,
-            speeds: speeds.collect(),
+            speeds: (0..n).map(speed).collect(),
             signals,
         })
     }

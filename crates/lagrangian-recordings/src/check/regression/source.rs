@@ -2,14 +2,14 @@
 
 use std::ops::Range;
 
-use super::super::time;
 use crate::delay::interpolated;
+use crate::derivatives::GAP;
 use crate::derivatives::acceleration_window;
 use crate::local_polynomial::{Filter, Series, around, median_step, segments};
 use crate::window::noise_variance;
 use crate::{EstimateOptions, Recording};
 use lagrangian_motion::Trajectory;
-use lagrangian_motion::statistics::variances;
+use lagrangian_motion::statistics::{root_mean_square, variances};
 
 /// Number of stretches that are omitted one after another.
 pub(super) const STRETCHES: usize = 24;
@@ -38,7 +38,7 @@ impl Source {
         if motion.tau.is_empty() {
             return None;
         }
-        let segments = segments(&motion.t, time::GAP);
+        let segments = segments(&motion.t, GAP);
         Some(Self {
             index,
             motion,
@@ -49,37 +49,32 @@ impl Source {
 
 /// Standard error of q̈ over its root mean square, for each coordinate of a recording, in the windows of smallest error.
 pub(super) fn uncertainty(recording: &Recording) -> Vec<f64> {
-    let n = recording.dof();
-    let pieces = segments(&recording.t, time::GAP);
-    let of_coordinate = |coordinate| {
-        let series = Series {
-            t: &recording.t,
-            y: &recording.q,
-            n,
-            coordinate,
-        };
-        let best = acceleration_window(series, &pieces);
-        best.standard_error() / acceleration(series, &pieces, best.window.max(7))
-    };
-    (0..n).map(of_coordinate).collect()
+    of_coordinates(recording, &recording.q, |series, pieces| {
+        let best = acceleration_window(series, pieces);
+        best.standard_error() / acceleration(series, pieces, best.window.max(7))
+    })
 }
 
 /// Noise of the forces over their deviation, for each coordinate of a recording.
 pub(super) fn force_noise(recording: &Recording) -> Vec<f64> {
-    let n = recording.dof();
-    let pieces = segments(&recording.t, time::GAP);
-    let of_coordinate = |coordinate| {
-        let series = Series {
-            t: &recording.t,
-            y: &recording.tau,
-            n,
-            coordinate,
-        };
-        noise_variance(series, &pieces, 3, 8)
-    };
-    let variances = variances(&recording.tau, n);
-    let noise = (0..n).map(of_coordinate).zip(variances);
+    let noise = of_coordinates(recording, &recording.tau, |series, pieces| {
+        noise_variance(series, pieces, 3, 8)
+    });
+    let noise = noise
+        .into_iter()
+        .zip(variances(&recording.tau, recording.dof()));
     noise.map(|(noise, all)| (noise / all).sqrt()).collect()
+}
+
+/// A figure of each coordinate of a signal.
+fn of_coordinates(
+    recording: &Recording,
+    signal: &[f64],
+    figure: impl Fn(Series<'_>, &[Range<usize>]) -> f64,
+) -> Vec<f64> {
+    let pieces = segments(&recording.t, GAP);
+    let own = |i| figure(Series::of(recording, signal, i), &pieces);
+    (0..recording.dof()).map(own).collect()
 }
 
 /// Root mean square of q̈ in windows of this length.
@@ -89,13 +84,11 @@ fn acceleration(series: Series<'_>, pieces: &[Range<usize>], window: usize) -> f
         .iter()
         .flat_map(|s| s.clone().step_by(stride).map(move |k| (k, s)));
     let mut weights = Vec::new();
-    let squares = places.map(|(k, s)| {
+    root_mean_square(&mut places.map(|(k, s)| {
         let window = around(k, window, s);
         Filter::of_order(2).weights(&series.t[window.clone()], series.t[k], &mut weights);
-        series.dot(window.start, &weights).powi(2)
-    });
-    let (sum, count) = squares.fold((0.0, 0.0), |(s, c), x| (s + x, c + 1.0));
-    f64::sqrt(sum / count)
+        series.dot(window.start, &weights)
+    }))
 }
 
 /// A stretch of a recording.

@@ -9,14 +9,10 @@
 //! | aₖ | Σ xₖ x₀ / Σ x₀² where xₖ is a function of q times q̈ᵢ, else 0: changes of the inertia must not replace its mean | P |
 //! | v | x₀ ≈ Σ bₖ (xₖ − aₖ x₀), as the combination v·x that vanishes | P |
 
-use super::least_squares::Part;
-use super::machines::error_of;
+use super::least_squares::{Part, RIDGE};
 use super::terms::FrictionCoupling;
 use super::{Filtered, Stretches};
 use lagrangian_motion::solve::ridge::{Ridge, scales};
-
-/// The ridge of the regression in units of the diagonal.
-const RIDGE: f64 = 1e-4;
 
 /// A coordinate whose recorded force is 0 throughout, while others have some.
 #[derive(Debug, Clone, Copy)]
@@ -64,21 +60,15 @@ fn is_driven(stretches: &Stretches<'_>, i: usize) -> bool {
 /// The explained part of the variance of a force on omitted stretches.
 fn of_force(parts: &[Part]) -> Option<f64> {
     let mut all = Part::sum(parts)?;
-    let errors: Option<Vec<f64>> = parts.iter().map(|part| error_of(&mut all, part)).collect();
-    Some(1.0 - errors?.iter().sum::<f64>() / all.variance())
+    let errors = all.errors(parts)?;
+    Some(1.0 - errors.iter().sum::<f64>() / all.variance())
 }
 
 /// The explained part of the squares of the acceleration on omitted stretches.
 fn of_acceleration(parts: &[Part]) -> Option<f64> {
     let mut all = Part::sum(parts)?;
-    let mut left = 0.0;
-    for part in parts {
-        all.plus(part, -1.0);
-        let v = vanishing(&all)?;
-        all.plus(part, 1.0);
-        left += part.square_of(&v);
-    }
-    let explained = 1.0 - left / all.square(0, 0);
+    let left = all.without_each(parts, |sums, k| Some(parts[k].square_of(&vanishing(sums)?)));
+    let explained = 1.0 - left?.iter().sum::<f64>() / all.square(0, 0);
     explained.is_finite().then_some(explained)
 }
 
