@@ -10,7 +10,7 @@ use lagrangian_motion::{Error, Result};
 /// with the force F of the drive (theory.md, equations 4, 24, 36 and 130); [`Directional`] adds terms of the force out of the gear.
 ///
 /// All coefficients are non-negative, so that the dissipated power d·q̇ is never negative.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Dissipation {
     /// Viscous coefficients b, N·s/m or N·m·s/rad, `[n]`.
@@ -88,9 +88,7 @@ impl Dissipation {
             coulomb: vec![0.0; coefficients.len()],
             smoothing: vec![1.0; coefficients.len()],
             viscous: coefficients,
-            stribeck: None,
-            load: None,
-            directional: None,
+            ..Self::default()
         }
     }
 

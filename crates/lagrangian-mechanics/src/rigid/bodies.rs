@@ -212,9 +212,7 @@ impl RigidBodies {
             viscous,
             coulomb,
             smoothing: vec![smoothing; self.dof()],
-            stribeck: None,
-            load: None,
-            directional: None,
+            ..Dissipation::default()
         };
         dissipation.validate(self.dof())?;
         Ok(Some(dissipation))

@@ -10,7 +10,6 @@ use super::FAMILIES;
 use super::named::{Named, Parameter};
 use crate::saved::WEIGHTS;
 use crate::saved::{self, Header, Provenance, SavedModel, Tensor};
-use crate::train::FittedForces;
 use lagrangian_mechanics::Visited;
 use lagrangian_mechanics::dynamics::{Driven, EulerLagrange, Evaluator, Mechanical, Model};
 use lagrangian_mechanics::expression::{self, Equations, Graph};
@@ -44,8 +43,8 @@ pub trait FittedModel: Model + Any + Debug {
     }
 
     /// The forces of the model beside those of its Lagrangian.
-    fn forces(&self) -> FittedForces<'_> {
-        FittedForces::default()
+    fn forces(&self) -> Applied<'_> {
+        Applied::default()
     }
 
     /// The nominal model beneath it, where there is one.
@@ -97,18 +96,7 @@ pub trait FittedModel: Model + Any + Debug {
                 self.description().family
             ))
         })?;
-        let FittedForces {
-            dissipation,
-            actuation,
-        } = self.forces();
-        expression::of(
-            graph,
-            lagrangian,
-            &Applied {
-                dissipation,
-                actuation,
-            },
-        )
+        expression::of(graph, lagrangian, &self.forces())
     }
 
     /// A copy on the heap.
@@ -247,12 +235,12 @@ impl<L: LearnedLagrangian + Clone> FittedModel for Mechanical<L> {
         Some(&self.lagrangian)
     }
 
-    fn forces(&self) -> FittedForces<'_> {
-        FittedForces::of(self)
+    fn forces(&self) -> Applied<'_> {
+        self.applied()
     }
 
     fn parameters(&self) -> Vec<Parameter> {
-        let forces = Named::of(self.coordinates()).forces(FittedForces::of(self));
+        let forces = Named::of(self.coordinates()).forces(self.applied());
         forces.rotors(self.lagrangian.rotors()).list()
     }
 
@@ -297,8 +285,8 @@ impl FittedModel for Mechanical<WithNominal> {
         Some(&self.lagrangian)
     }
 
-    fn forces(&self) -> FittedForces<'_> {
-        FittedForces::of(self)
+    fn forces(&self) -> Applied<'_> {
+        self.applied()
     }
 
     fn nominal(&self) -> Option<&RigidBodies> {

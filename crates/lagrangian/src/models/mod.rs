@@ -29,7 +29,6 @@ pub(crate) mod vin;
 mod weights;
 
 pub use crate::dataset::Momenta;
-pub use crate::train::FittedForces;
 pub use chain::ChainConfig;
 pub use delan::{Delan, DelanConfig, Inertia, Structure, Terms, Trunks};
 pub use family::{

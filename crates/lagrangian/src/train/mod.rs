@@ -27,7 +27,7 @@ pub(crate) mod tests;
 pub use adam::AdamConfig;
 pub use checkpoint::Checkpoint;
 pub(crate) use forces::{FORCE_NAMES, Forces};
-pub use forces::{FittedForces, ForceTerms, Input};
+pub use forces::{ForceTerms, Input};
 pub use known::DataFacts;
 pub(crate) use learner::{At, Learner, LearnerShape, MAX_DOF, Work};
 pub use loss::{Loss, NamedLoss, Norm, Target, Weighting};

@@ -336,9 +336,7 @@ fn expected(robot: &RigidBodies, weights: &[f64], samples: &Samples) -> Result<C
         viscous: coefficient(2),
         coulomb: coefficient(3),
         smoothing: vec![SMOOTHING; n],
-        stribeck: None,
-        load: None,
-        directional: None,
+        ..Dissipation::default()
     };
     let known = Known {
         robot: &known.with_drives(coefficient(0), coefficient(1))?,

@@ -13,8 +13,9 @@ use crate::models::learned::{Description, FittedModel, Learned, Stored};
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::saved::{self, SavedModel};
-use crate::train::{AutoSetting, DataFacts, FitSpec, FittedForces, ForceTerms, Loss, TrainingTask};
+use crate::train::{AutoSetting, DataFacts, FitSpec, ForceTerms, Loss, TrainingTask};
 use lagrangian_mechanics::expression::{Equations, Graph};
+use lagrangian_mechanics::forces::Applied;
 use lagrangian_mechanics::hamiltonian::{Canonical, Hamiltonian};
 use lagrangian_mechanics::lagrangian::Lagrangian;
 use lagrangian_motion::settings::{Kind, Range, Setting, named};
@@ -203,8 +204,8 @@ impl FittedModel for Canonical<Hnn> {
         canonical.then_some(&self.mechanical().lagrangian as &dyn Lagrangian)
     }
 
-    fn forces(&self) -> FittedForces<'_> {
-        FittedForces::of(self.mechanical())
+    fn forces(&self) -> Applied<'_> {
+        self.mechanical().applied()
     }
 
     fn hamiltonian(&self) -> Option<&dyn Hamiltonian> {

@@ -2,8 +2,8 @@
 
 use crate::models::Parameter;
 use crate::models::learned::{Description, FittedModel, Learned, Stored};
-use crate::train::FittedForces;
 use lagrangian_mechanics::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
+use lagrangian_mechanics::forces::Applied;
 use lagrangian_mechanics::lagrangian::Lagrangian;
 use lagrangian_mechanics::rigid::RigidBodies;
 use lagrangian_motion::{Coordinates, Error, Result};
@@ -125,8 +125,8 @@ impl<L: Identifiable> FittedModel for IdentifiedBodies<L> {
         Some(&self.motion.lagrangian)
     }
 
-    fn forces(&self) -> FittedForces<'_> {
-        FittedForces::of(&self.motion)
+    fn forces(&self) -> Applied<'_> {
+        self.motion.applied()
     }
 
     fn robot(&self) -> Option<&RigidBodies> {
