@@ -8,7 +8,7 @@ mod random;
 use lagrangian_mechanics::lagrangian::Scaling;
 use lagrangian_motion::Samples;
 use lagrangian_motion::Signal;
-use lagrangian_motion::solve::SymmetricSolver;
+use lagrangian_motion::solve::quadratic::Quadratic;
 use lagrangian_motion::statistics::{column, deviation, mean, positive, root_mean_square, size};
 use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
 
@@ -199,29 +199,21 @@ impl Dataset {
         let (data, n) = (&self.train, self.coordinates.dof());
         let every = data.len().div_ceil(LOOKED_AT).max(1);
         let columns = 2 + 2 * n;
-        let mut square = vec![0.0; columns * columns];
-        let (mut right, mut row) = (vec![0.0; columns], vec![0.0; columns]);
-        let mut total = 0.0;
+        let (mut sums, mut row) = (Quadratic::zero(columns), vec![0.0; columns]);
         for s in (0..data.len()).step_by(every) {
             (row[0], row[1]) = (data.qdd[s * n + i], 1.0);
-            total += data.tau[s * n + i].powi(2);
             for (j, q) in data.q[s * n..][..n].iter().enumerate() {
                 (row[2 + 2 * j], row[3 + 2 * j]) = match self.coordinates.is_circle(j) {
                     true => (q.cos(), q.sin()),
                     false => (*q, 0.0),
                 };
             }
-            for (k, x) in row.iter().enumerate() {
-                right[k] += x * data.tau[s * n + i];
-                let target = &mut square[k * columns..][..columns];
-                target.iter_mut().zip(&row).for_each(|(m, y)| *m += x * y);
-            }
+            sums.add_row(&row, data.tau[s * n + i]);
         }
-        let mut solution = vec![0.0; columns];
-        let _ = SymmetricSolver::new(columns).solve(&square, &right, &mut solution);
+        let solution = sums.solution();
         let slope = solution[0].abs();
-        let explained: f64 = solution.iter().zip(&right).map(|(x, r)| x * r).sum();
-        if slope.is_finite() && explained > 0.5 * total {
+        let explained: f64 = solution.iter().zip(&sums.right).map(|(x, r)| x * r).sum();
+        if slope.is_finite() && explained > 0.5 * sums.square {
             slope.clamp(1e-2 * ratio, ratio)
         } else {
             ratio

@@ -5,11 +5,12 @@ use faer::Mat;
 use serde::Serialize;
 
 use super::bodies::RigidBodies;
-use super::consistent::{Prior, Quadratic, covariance, information};
+use super::consistent::{Prior, covariance, information};
 use super::edited_urdf::in_link;
 use super::regressor::PER_BODY;
 use super::spatial::{Frame, Inertia};
 use crate::forces::Dissipation;
+use lagrangian_motion::solve::quadratic::Quadratic;
 
 /// A quantity of a link or a joint.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -84,7 +85,7 @@ impl Certainty {
             covariance(&information(data, prior, strength, values)) * faer::Scale(1.0 / torques)
         };
         Self {
-            prior: inverse(&Quadratic::nothing(values.len())),
+            prior: inverse(&Quadratic::zero(values.len())),
             posterior: inverse(data),
         }
     }

@@ -24,6 +24,8 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
 use super::regressor::PER_BODY;
+use lagrangian_motion::solve::dot;
+use lagrangian_motion::solve::quadratic::Quadratic;
 use lagrangian_motion::solve::ridge::{Ridge, scales};
 
 /// Maximum number of Newton steps; ten to thirty are usual.
@@ -35,61 +37,21 @@ const DECREASE: f64 = 1e-12;
 /// A pseudo-inertia, by rows.
 pub(super) type Pseudo = [[f64; 4]; 4];
 
-/// Sums of squares of a least-squares problem, divided by the number of torques.
-#[derive(Debug, Clone)]
-pub struct Quadratic {
-    /// G, `[K, K]`, row-major, both triangles.
-    pub gram: Vec<f64>,
-    /// r, `[K]`.
-    pub right: Vec<f64>,
-    /// Mean square of the weighted torques.
-    pub torque: f64,
-}
-
-impl Quadratic {
-    /// Zero data about `size` parameters.
-    pub(crate) fn nothing(size: usize) -> Self {
-        Self {
-            gram: vec![0.0; size * size],
-            right: vec![0.0; size],
-            torque: 0.0,
-        }
-    }
-
-    /// Number of combinations of parameters that the data distinguish: eigenvalues of G with columns of length 1
-    /// above `tolerance` of the largest.
-    pub fn rank(&self, tolerance: f64) -> usize {
-        let size = self.size();
-        let length: Vec<f64> = (0..size).map(|k| self.row(k)[k].max(0.0).sqrt()).collect();
-        let used: Vec<usize> = (0..size).filter(|&k| length[k] > 0.0).collect();
-        let matrix = Mat::from_fn(used.len(), used.len(), |a, b| {
-            let (k, j) = (used[a], used[b]);
-            self.row(k)[j] / (length[k] * length[j])
-        });
-        let Ok(values) = matrix.self_adjoint_eigenvalues(Side::Lower) else {
-            return 0;
-        };
-        let largest = values.iter().fold(0.0, |most: f64, x| most.max(*x));
-        values.iter().filter(|x| **x > tolerance * largest).count()
-    }
-
-    /// Number of parameters, K.
-    pub fn size(&self) -> usize {
-        self.right.len()
-    }
-
-    fn row(&self, k: usize) -> &[f64] {
-        &self.gram[k * self.size()..][..self.size()]
-    }
-
-    /// Mean square of the weighted residuals at `values`, never below 0 by rounding.
-    pub(crate) fn loss(&self, values: &[f64]) -> f64 {
-        let terms = values.iter().zip(&self.right).enumerate();
-        let sum: f64 = terms
-            .map(|(k, (x, r))| x * (product(self.row(k), values) - 2.0 * r))
-            .sum();
-        (sum + self.torque).max(0.0)
-    }
+/// Number of combinations of parameters that the data distinguish: eigenvalues of G with columns of length 1
+/// above `tolerance` of the largest.
+pub fn rank(data: &Quadratic, tolerance: f64) -> usize {
+    let size = data.size();
+    let length: Vec<f64> = (0..size).map(|k| data.row(k)[k].max(0.0).sqrt()).collect();
+    let used: Vec<usize> = (0..size).filter(|&k| length[k] > 0.0).collect();
+    let matrix = Mat::from_fn(used.len(), used.len(), |a, b| {
+        let (k, j) = (used[a], used[b]);
+        data.row(k)[j] / (length[k] * length[j])
+    });
+    let Ok(values) = matrix.self_adjoint_eigenvalues(Side::Lower) else {
+        return 0;
+    };
+    let largest = values.iter().fold(0.0, |most: f64, x| most.max(*x));
+    values.iter().filter(|x| **x > tolerance * largest).count()
 }
 
 /// Parameters before there are data, and the strength of this assumption.
@@ -214,7 +176,7 @@ pub fn minimise(data: &Quadratic, prior: &Prior, strength: f64, start: &[f64]) -
     for _ in 0..STEPS {
         let slope = problem.slope(&values);
         let step = slope.step()?;
-        let decrease = -product(&slope.gradient, &step);
+        let decrease = -dot(&slope.gradient, &step);
         if decrease <= DECREASE * cost.max(DECREASE) || decrease.is_nan() {
             break;
         }
@@ -274,7 +236,7 @@ impl Problem<'_> {
     fn slope(&self, values: &[f64]) -> Slope {
         let (data, gamma, size) = (self.data, self.strength, values.len());
         let mut gradient: Vec<f64> = (0..size)
-            .map(|k| 2.0 * (product(data.row(k), values) - data.right[k]))
+            .map(|k| 2.0 * (dot(data.row(k), values) - data.right[k]))
             .collect();
         let mut half_hessian = Mat::from_fn(size, size, |k, j| data.row(k)[j]);
         let (bodies, coefficients) = split(values, self.prior.bodies.len());
@@ -335,10 +297,6 @@ impl Problem<'_> {
 fn split(values: &[f64], bodies: usize) -> (&[[f64; PER_BODY]], &[f64]) {
     let (bodies, coefficients) = values.split_at(PER_BODY * bodies);
     (bodies.as_chunks().0, coefficients)
-}
-
-fn product(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// J of m, h, and I (xx, xy, xz, yy, yz, zz).
@@ -447,26 +405,19 @@ mod tests {
 
     /// Data that determine all parameters to be these values.
     fn data(values: &[f64]) -> Quadratic {
-        let size = values.len();
-        let mut gram = vec![0.0; size * size];
-        for k in 0..size {
-            gram[k * size + k] = 1.0;
+        let mut data = Quadratic::zero(values.len());
+        for (k, value) in values.iter().enumerate() {
+            let mut row = vec![0.0; values.len()];
+            row[k] = 1.0;
+            data.add_row(&row, *value);
         }
-        Quadratic {
-            gram,
-            right: values.to_vec(),
-            torque: product(values, values),
-        }
+        data
     }
 
     #[test]
     fn without_data_the_minimum_is_the_prior() {
         let prior = prior();
-        let nothing = Quadratic {
-            gram: vec![0.0; 144],
-            right: vec![0.0; 12],
-            torque: 1.0,
-        };
+        let nothing = Quadratic::zero(12);
         let minimum = minimise(&nothing, &prior, 0.1, &prior.values()).unwrap();
         let pairs = minimum.values.iter().zip(prior.values());
         assert!(pairs.into_iter().all(|(a, b)| (a - b).abs() < 1e-9));

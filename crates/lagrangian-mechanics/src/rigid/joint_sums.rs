@@ -13,9 +13,9 @@ use faer::{Accum, Mat, Par};
 use rayon::prelude::*;
 
 use super::bodies::RigidBodies;
-use super::consistent::Quadratic;
 use super::regressor::PER_BODY;
 use lagrangian_motion::Samples;
+use lagrangian_motion::solve::quadratic::Quadratic;
 use lagrangian_motion::solve::ridge::{Ridge, scales};
 
 /// Number of samples that are summed at a time.
@@ -50,44 +50,8 @@ pub struct JointSums {
     /// Number of samples.
     pub samples: usize,
     speeds: usize,
-    joints: Vec<Moments>,
-}
-
-/// The sums of one joint.
-#[derive(Debug, Clone)]
-struct Moments {
-    gram: Mat<f64>,
-    right: Vec<f64>,
-    torque: f64,
-}
-
-impl Moments {
-    fn zero(size: usize) -> Self {
-        Self {
-            gram: Mat::zeros(size, size),
-            right: vec![0.0; size],
-            torque: 0.0,
-        }
-    }
-
-    fn plus(mut self, other: &Self) -> Self {
-        self.gram += &other.gram;
-        self.right
-            .iter_mut()
-            .zip(&other.right)
-            .for_each(|(a, b)| *a += b);
-        self.torque += other.torque;
-        self
-    }
-
-    /// Sum of the squared residuals for columns with these values, the others being 0.
-    fn residual(&self, terms: &[(usize, f64)]) -> f64 {
-        let of_column = |&(k, x): &(usize, f64)| {
-            let row: f64 = terms.iter().map(|&(j, y)| self.gram[(k, j)] * y).sum();
-            x * (row - 2.0 * self.right[k])
-        };
-        terms.iter().map(of_column).sum::<f64>() + self.torque
-    }
+    /// The sums of each joint.
+    joints: Vec<Quadratic>,
 }
 
 impl JointSums {
@@ -119,22 +83,16 @@ impl JointSums {
         Self {
             samples: 0,
             speeds,
-            joints: vec![Moments::zero(size); n],
+            joints: vec![Quadratic::zero(size); n],
         }
     }
 
     /// The sums over both sets of samples.
-    pub fn plus(self, other: &Self) -> Self {
-        Self {
-            samples: self.samples + other.samples,
-            speeds: self.speeds,
-            joints: self
-                .joints
-                .into_iter()
-                .zip(&other.joints)
-                .map(|(a, b)| a.plus(b))
-                .collect(),
-        }
+    pub fn plus(mut self, other: &Self) -> Self {
+        self.samples += other.samples;
+        let pairs = self.joints.iter_mut().zip(&other.joints);
+        pairs.for_each(|(own, other)| own.add(other, 1.0));
+        self
     }
 
     fn of_block(
@@ -168,29 +126,28 @@ impl JointSums {
                 }
             }
         }
-        let moments = |(j, y): (usize, &Mat<f64>)| {
-            let mut sums = Moments::zero(y.ncols());
-            matmul(
-                sums.gram.as_mut(),
-                Accum::Replace,
-                y.transpose(),
-                y.as_ref(),
-                1.0,
-                Par::Seq,
-            );
+        let sums = |(j, y): (usize, &Mat<f64>)| {
+            let size = y.ncols();
+            let mut gram = Mat::<f64>::zeros(size, size);
+            let (left, to) = (y.transpose(), gram.as_mut());
+            matmul(to, Accum::Replace, left, y.as_ref(), 1.0, Par::Seq);
+            let mut sums = Quadratic::zero(size);
+            let entries = sums.gram.iter_mut().enumerate();
+            entries.for_each(|(at, entry)| *entry = gram[(at / size, at % size)]);
             for (row, s) in range.clone().enumerate() {
                 let tau = samples.row(s).tau[j];
-                sums.torque += tau * tau;
+                sums.square += tau * tau;
                 for (k, right) in sums.right.iter_mut().enumerate() {
                     *right += y[(row, k)] * tau;
                 }
             }
+            sums.rows = rows;
             sums
         };
         Self {
             samples: rows,
             speeds: speeds.len(),
-            joints: regressors.iter().enumerate().map(moments).collect(),
+            joints: regressors.iter().enumerate().map(sums).collect(),
         }
     }
 
@@ -227,36 +184,33 @@ impl JointSums {
         (0..bodies).map(|k| (k, k)).chain(own).collect()
     }
 
-    /// Weighted sums of all joints: those of joint j are multiplied by `weights[j]`².
+    /// Mean of the weighted sums of all joints: those of joint j are multiplied by `weights[j]`².
     pub fn quadratic(&self, weights: &[f64], friction: &Friction) -> Quadratic {
         let size = (PER_BODY + self.of_joint(friction)) * self.dof();
-        let (mut gram, mut right, mut torque) = (vec![0.0; size * size], vec![0.0; size], 0.0);
-        let count = (self.samples * self.dof()).max(1) as f64;
+        let mut all = Quadratic::zero(size);
+        all.rows = self.samples * self.dof();
+        let count = all.rows.max(1) as f64;
         for (j, (sums, weight)) in self.joints.iter().zip(weights).enumerate() {
             let factor = weight * weight / count;
             let columns = self.columns(j, friction);
             for &(from, to) in &columns {
-                right[to] += factor * sums.right[from];
+                all.right[to] += factor * sums.right[from];
                 for &(other, at) in &columns {
-                    gram[to * size + at] += factor * sums.gram[(from, other)];
+                    all.gram[to * size + at] += factor * sums.row(from)[other];
                 }
             }
-            torque += factor * sums.torque;
+            all.square += factor * sums.square;
         }
-        Quadratic {
-            gram,
-            right,
-            torque,
-        }
+        all
     }
 
     /// Mean square of the residuals of each joint at π, `[n]`.
     pub fn mean_squares(&self, values: &[f64], friction: &Friction) -> Vec<f64> {
         let count = self.samples.max(1) as f64;
-        let of_joint = |(j, sums): (usize, &Moments)| {
-            let columns = self.columns(j, friction).into_iter();
-            let terms: Vec<(usize, f64)> = columns.map(|(from, to)| (from, values[to])).collect();
-            (sums.residual(&terms) / count).max(0.0)
+        let of_joint = |(j, sums): (usize, &Quadratic)| {
+            let columns = self.columns(j, friction);
+            let terms = columns.iter().map(|&(from, to)| (from, values[to]));
+            (sums.residual(terms) / count).max(0.0)
         };
         self.joints.iter().enumerate().map(of_joint).collect()
     }
@@ -281,13 +235,13 @@ impl JointSums {
             .map(|c| c.0)
             .collect();
         let (own, size) = (&self.joints[j], columns.len());
-        let gram = |a: usize, b: usize| own.gram[(columns[a], columns[b])];
+        let gram = |a: usize, b: usize| own.row(columns[a])[columns[b]];
         let scale = scales(size, |a| gram(a, a), 1e-300);
         let Some(ridge) = Ridge::new(gram, scale, ridge) else {
             return f64::INFINITY;
         };
         let solution = ridge.solve(1, |a, _| own.right[columns[a]]);
-        let terms: Vec<(usize, f64)> = (0..size).map(|a| (columns[a], solution[(a, 0)])).collect();
-        other.joints[j].residual(&terms) / other.samples.max(1) as f64
+        let terms = (0..size).map(|a| (columns[a], solution[(a, 0)]));
+        other.joints[j].residual(terms) / other.samples.max(1) as f64
     }
 }

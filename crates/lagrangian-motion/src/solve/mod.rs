@@ -4,6 +4,7 @@
 //! (Jacobi's eigenvalue method) only where it is singular. Meant for n up to some dozens: everything is
 //! plain loops over memory that is allocated once.
 
+pub mod quadratic;
 pub mod ridge;
 
 /// Pivots below this many rounding errors of their row count as zero.

@@ -4,11 +4,11 @@ use faer::{Mat, Side};
 
 use crate::dynamics::Evaluator;
 use crate::rigid::RigidBodies;
-use crate::rigid::consistent::Quadratic;
 use crate::rigid::joint_sums::{Friction, JointSums};
 use crate::rigid::limits::Bounds;
 use lagrangian_motion::Samples;
 use lagrangian_motion::Signals;
+use lagrangian_motion::solve::quadratic::Quadratic;
 
 /// The smoothing speed of Coulomb friction in a plan, rad/s or m/s.
 pub(super) const SMOOTHING: f64 = 0.05;

@@ -15,11 +15,11 @@ use rayon::prelude::*;
 use super::refine::Refinement;
 use crate::dataset::{Dataset, shuffle};
 use crate::train::Observer;
-use lagrangian_mechanics::rigid::consistent::Quadratic;
 use lagrangian_mechanics::rigid::joint_sums::{Friction, JointSums};
 use lagrangian_mechanics::rigid::screws::Screw;
 use lagrangian_mechanics::rigid::{JointKind, RigidBodies};
 use lagrangian_motion::Samples;
+use lagrangian_motion::solve::quadratic::Quadratic;
 use lagrangian_motion::solve::ridge::{Ridge, scales};
 use lagrangian_motion::{Coordinates, Error, Result};
 
@@ -310,23 +310,10 @@ impl<'a> Search<'a> {
 
 /// The sums of all blocks but one.
 fn sum(parts: &[Quadratic], shares: &[f64], without: Option<usize>) -> Quadratic {
-    let size = parts[0].size();
-    let mut all = Quadratic {
-        gram: vec![0.0; size * size],
-        right: vec![0.0; size],
-        torque: 0.0,
-    };
+    let mut all = Quadratic::zero(parts[0].size());
     for (k, (part, share)) in parts.iter().zip(shares).enumerate() {
         if Some(k) != without {
-            all.gram
-                .iter_mut()
-                .zip(&part.gram)
-                .for_each(|(a, b)| *a += share * b);
-            all.right
-                .iter_mut()
-                .zip(&part.right)
-                .for_each(|(a, b)| *a += share * b);
-            all.torque += share * part.torque;
+            all.add(part, *share);
         }
     }
     all
@@ -334,9 +321,8 @@ fn sum(parts: &[Quadratic], shares: &[f64], without: Option<usize>) -> Quadratic
 
 /// A ridge regression, with the columns in the scale that they have in `all`.
 fn ridge(data: &Quadratic, all: &Quadratic) -> Option<Vec<f64>> {
-    let size = data.size();
-    let scale = scales(size, |k| all.gram[k * size + k], 1e-18);
-    Ridge::new(|k, j| data.gram[k * size + j], scale, RIDGE)?.solve_one(|k| data.right[k])
+    let scale = scales(data.size(), |k| all.row(k)[k], 1e-18);
+    Ridge::new(|k, j| data.row(k)[j], scale, RIDGE)?.solve_one(|k| data.right[k])
 }
 
 /// At most `most` samples, evenly spaced.

@@ -9,6 +9,7 @@ use lagrangian_mechanics::dynamics::Mechanical;
 use lagrangian_mechanics::forces::Dissipation;
 use lagrangian_mechanics::lagrangian::Lagrangian;
 use lagrangian_motion::Result;
+use lagrangian_motion::solve::quadratic::Quadratic;
 
 /// Smoothing speeds that are tried, in parts of the smallest root mean square of a velocity.
 const SMOOTHING: [f64; 7] = [0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5];
@@ -83,25 +84,10 @@ impl Columns {
             viscous: viscous.into(),
             coulomb: coulomb.into(),
             smoothing: vec![self.speeds[speed]; self.n],
-            stribeck: None,
-            load: None,
-            directional: None,
+            ..Dissipation::default()
         };
         Mechanical::dissipative(bodies, dissipation)
     }
-}
-
-/// Products of Y and τ over weighted samples.
-pub(super) struct Sums {
-    size: usize,
-    /// `YᵀY`, `[size, size]`, its lower triangle.
-    square: Vec<f64>,
-    /// `Yᵀτ`, `[size]`.
-    right: Vec<f64>,
-    /// `τᵀτ`.
-    torque: f64,
-    /// The number of terms in the sums.
-    pub(super) count: usize,
 }
 
 /// Parameters and their standard errors.
@@ -116,141 +102,107 @@ const RIDGE: f64 = 1e-13;
 /// The number of samples that are processed at a time.
 const BLOCK: usize = 1024;
 
-impl Sums {
-    /// The sums over `samples` samples of `weights.len()` rows each: `block` computes the columns of Y and τ of a range of them.
-    pub(super) fn over(
-        samples: usize,
-        size: usize,
-        weights: &[f64],
-        block: impl Fn(std::ops::Range<usize>) -> (Vec<Vec<f64>>, Vec<f64>) + Sync,
-    ) -> Self {
-        let starts: Vec<usize> = (0..samples).step_by(BLOCK).collect();
-        let sums = |&start: &usize| {
-            let (columns, tau) = block(start..(start + BLOCK).min(samples));
-            let mut sums = Self::zero(size);
-            sums.add(&columns, &tau, weights);
-            sums
-        };
-        let blocks: Vec<Self> = starts.par_iter().map(sums).collect();
-        blocks.into_iter().fold(Self::zero(size), Self::plus)
-    }
+/// The sums over `samples` samples of `weights.len()` rows each: `block` computes the columns of Y and τ of a range of them.
+pub(super) fn sums_over(
+    samples: usize,
+    size: usize,
+    weights: &[f64],
+    block: impl Fn(std::ops::Range<usize>) -> (Vec<Vec<f64>>, Vec<f64>) + Sync,
+) -> Quadratic {
+    let starts: Vec<usize> = (0..samples).step_by(BLOCK).collect();
+    let sums = |&start: &usize| {
+        let (columns, tau) = block(start..(start + BLOCK).min(samples));
+        of_columns(&columns, &tau, weights)
+    };
+    let blocks: Vec<Quadratic> = starts.par_iter().map(sums).collect();
+    let mut all = Quadratic::zero(size);
+    blocks.iter().for_each(|block| all.add(block, 1.0));
+    all
+}
 
-    fn zero(size: usize) -> Self {
-        Self {
-            size,
-            square: vec![0.0; size * size],
-            right: vec![0.0; size],
-            torque: 0.0,
-            count: 0,
+/// The sums over weighted rows, given column by column.
+fn of_columns(columns: &[Vec<f64>], tau: &[f64], weights: &[f64]) -> Quadratic {
+    let (n, size) = (weights.len(), columns.len());
+    let product = |a: &[f64], b: &[f64]| -> f64 {
+        let rows = a.iter().zip(b).enumerate();
+        rows.map(|(k, (a, b))| a * b * weights[k % n].powi(2)).sum()
+    };
+    let mut sums = Quadratic::zero(size);
+    for (k, column) in columns.iter().enumerate() {
+        sums.right[k] = product(column, tau);
+        for (j, other) in columns[..=k].iter().enumerate() {
+            let entry = product(column, other);
+            (sums.gram[k * size + j], sums.gram[j * size + k]) = (entry, entry);
         }
     }
+    sums.square = product(tau, tau);
+    sums.rows = tau.len();
+    sums
+}
 
-    fn plus(mut self, other: Self) -> Self {
-        let add = |a: &mut [f64], b: &[f64]| a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
-        add(&mut self.square, &other.square);
-        add(&mut self.right, &other.right);
-        self.torque += other.torque;
-        self.count += other.count;
-        self
-    }
-
-    /// Adds rows, given column by column.
-    fn add(&mut self, columns: &[Vec<f64>], tau: &[f64], weights: &[f64]) {
-        let n = weights.len();
-        let product = |a: &[f64], b: &[f64]| -> f64 {
-            let rows = a.iter().zip(b).enumerate();
-            rows.map(|(k, (a, b))| a * b * weights[k % n].powi(2)).sum()
+/// The solution over `columns` in which values that must not be negative are 0 where they would be, the worst first. `free`
+/// holds the indices of the columns that may differ from 0 at all, and `any_sign` returns for an index whether its value may
+/// be negative. `None` where the sums are not finite.
+pub(super) fn solve_non_negative(
+    sums: &Quadratic,
+    columns: &[usize],
+    mut free: Vec<usize>,
+    any_sign: impl Fn(usize) -> bool,
+) -> Option<Solution> {
+    let solution = loop {
+        let own: Vec<usize> = free.iter().map(|&k| columns[k]).collect();
+        let solution = solve(sums, &own)?;
+        let negative = free.iter().zip(&solution.values).enumerate();
+        let worst = negative
+            .filter(|(_, (k, x))| !any_sign(**k) && **x < 0.0)
+            .min_by(|a, b| a.1.1.total_cmp(b.1.1));
+        match worst {
+            Some((at, _)) => free.remove(at),
+            None => break solution,
         };
-        for (k, column) in columns.iter().enumerate() {
-            self.right[k] += product(column, tau);
-            for (j, other) in columns[..=k].iter().enumerate() {
-                self.square[k * self.size + j] += product(column, other);
-            }
-        }
-        self.torque += product(tau, tau);
-        self.count += tau.len();
-    }
+    };
+    let place = |of: &[f64]| -> Vec<f64> {
+        let value = |k| free.iter().position(|f| *f == k).map_or(0.0, |at| of[at]);
+        (0..columns.len()).map(value).collect()
+    };
+    Some(Solution {
+        values: place(&solution.values),
+        errors: place(&solution.errors),
+    })
+}
 
-    fn at(&self, k: usize, j: usize) -> f64 {
-        self.square[k.max(j) * self.size + k.min(j)]
-    }
+/// Least squares over these columns alone, scaled to length 1. `None` where the sums are not finite.
+fn solve(sums: &Quadratic, columns: &[usize]) -> Option<Solution> {
+    let size = columns.len();
+    let at = |k: usize, j: usize| sums.row(columns[k])[columns[j]];
+    let length = |k| Some(at(k, k).sqrt()).filter(|s| *s > 0.0).unwrap_or(1.0);
+    let scale: Vec<f64> = (0..size).map(length).collect();
+    let matrix = Mat::from_fn(size, size, |k, j| {
+        let ridge = if k == j { RIDGE } else { 0.0 };
+        at(k, j) / (scale[k] * scale[j]) + ridge
+    });
+    let inverse = matrix
+        .llt(Side::Lower)
+        .ok()?
+        .solve(Mat::<f64>::identity(size, size));
+    let right: Vec<f64> = (0..size)
+        .map(|j| sums.right[columns[j]] / scale[j])
+        .collect();
+    let value = |k: usize| -> f64 {
+        let row = (0..size).map(|j| inverse[(k, j)] * right[j]);
+        row.sum::<f64>() / scale[k]
+    };
+    let values: Vec<f64> = (0..size).map(value).collect();
+    let freedom = sums.rows.saturating_sub(size).max(1) as f64;
+    let variance = loss(sums, columns, &values) * sums.rows as f64 / freedom;
+    let error = |k: usize| (variance * inverse[(k, k)]).sqrt() / scale[k];
+    let errors: Vec<f64> = (0..size).map(error).collect();
+    let finite = values.iter().chain(&errors).all(|x| x.is_finite());
+    finite.then_some(Solution { values, errors })
+}
 
-    /// The solution over `columns` in which values that must not be negative are 0 where they would be, the worst first. `free`
-    /// holds the indices of the columns that may differ from 0 at all, and `any_sign` returns for an index whether its value may
-    /// be negative. `None` where the sums are not finite.
-    pub(super) fn solve_non_negative(
-        &self,
-        columns: &[usize],
-        mut free: Vec<usize>,
-        any_sign: impl Fn(usize) -> bool,
-    ) -> Option<Solution> {
-        let solution = loop {
-            let own: Vec<usize> = free.iter().map(|&k| columns[k]).collect();
-            let solution = self.solve(&own)?;
-            let negative = free.iter().zip(&solution.values).enumerate();
-            let worst = negative
-                .filter(|(_, (k, x))| !any_sign(**k) && **x < 0.0)
-                .min_by(|a, b| a.1.1.total_cmp(b.1.1));
-            match worst {
-                Some((at, _)) => free.remove(at),
-                None => break solution,
-            };
-        };
-        let place = |of: &[f64]| -> Vec<f64> {
-            let value = |k| free.iter().position(|f| *f == k).map_or(0.0, |at| of[at]);
-            (0..columns.len()).map(value).collect()
-        };
-        Some(Solution {
-            values: place(&solution.values),
-            errors: place(&solution.errors),
-        })
-    }
-
-    /// Least squares over these columns alone, scaled to length 1. `None` where the sums are not finite.
-    fn solve(&self, columns: &[usize]) -> Option<Solution> {
-        let scale: Vec<f64> = columns
-            .iter()
-            .map(|&k| {
-                Some(self.at(k, k).sqrt())
-                    .filter(|s| *s > 0.0)
-                    .unwrap_or(1.0)
-            })
-            .collect();
-        let size = columns.len();
-        let matrix = Mat::from_fn(size, size, |k, j| {
-            let ridge = if k == j { RIDGE } else { 0.0 };
-            self.at(columns[k], columns[j]) / (scale[k] * scale[j]) + ridge
-        });
-        let inverse = matrix
-            .llt(Side::Lower)
-            .ok()?
-            .solve(Mat::<f64>::identity(size, size));
-        let right: Vec<f64> = (0..size)
-            .map(|j| self.right[columns[j]] / scale[j])
-            .collect();
-        let value = |k: usize| -> f64 {
-            let row = (0..size).map(|j| inverse[(k, j)] * right[j]);
-            row.sum::<f64>() / scale[k]
-        };
-        let values: Vec<f64> = (0..size).map(value).collect();
-        let freedom = self.count.saturating_sub(size).max(1) as f64;
-        let variance = self.loss(columns, &values) * self.count as f64 / freedom;
-        let error = |k: usize| (variance * inverse[(k, k)]).sqrt() / scale[k];
-        let errors: Vec<f64> = (0..size).map(error).collect();
-        let finite = values.iter().chain(&errors).all(|x| x.is_finite());
-        finite.then_some(Solution { values, errors })
-    }
-
-    /// Mean of (Y π − τ)², never below 0 by rounding.
-    pub(super) fn loss(&self, columns: &[usize], values: &[f64]) -> f64 {
-        let terms = columns.iter().zip(values);
-        let sum: f64 = terms
-            .clone()
-            .map(|(&k, x)| {
-                let row: f64 = terms.clone().map(|(&j, y)| self.at(k, j) * y).sum();
-                x * (row - 2.0 * self.right[k])
-            })
-            .sum();
-        ((sum + self.torque) / self.count.max(1) as f64).max(0.0)
-    }
+/// Mean of (Y π − τ)², never below 0 by rounding.
+pub(super) fn loss(sums: &Quadratic, columns: &[usize], values: &[f64]) -> f64 {
+    let terms = columns.iter().copied().zip(values.iter().copied());
+    (sums.residual(terms) / sums.rows.max(1) as f64).max(0.0)
 }

@@ -16,7 +16,7 @@ use super::machine::{Machine, Moving};
 use super::motion::{FAR, Recorded};
 use super::parameters::{Layout, variables};
 use lagrangian_mechanics::forces::{Scalar, Sensitive};
-use lagrangian_motion::solve::SymmetricSolver;
+use lagrangian_motion::solve::quadratic::Quadratic;
 use lagrangian_recordings::local_polynomial::median_step;
 
 /// The number of directions of the sensitivities of one simulation.
@@ -48,14 +48,6 @@ struct Segment<'a> {
     stride: usize,
     /// The error beyond which a residual weighs less, rad.
     scale: f64,
-}
-
-/// The matrix and the right side of the normal equations of some residuals.
-#[derive(Debug, Clone)]
-struct Normal {
-    matrix: Vec<f64>,
-    gradient: Vec<f64>,
-    count: usize,
 }
 
 /// The problem of a stage.
@@ -117,31 +109,31 @@ impl<'a> Shooting<'a> {
         sum / count + RIDGE * distance(parameters, start)
     }
 
-    /// The normal equations of the mean cost.
-    fn normal(&self, parameters: &[f64], start: &[f64]) -> Normal {
+    /// The normal equations of the mean cost, whose right side is its gradient.
+    fn normal(&self, parameters: &[f64], start: &[f64]) -> Quadratic {
         let each = |segment: &Segment<'_>| self.part(segment, parameters).0;
-        let parts: Vec<Normal> = self.segments.par_iter().map(each).collect();
-        let mut all = Normal::zero(parameters.len());
-        parts.iter().for_each(|part| all.add(part));
-        let share = 1.0 / all.count.max(1) as f64;
-        all.matrix.iter_mut().for_each(|x| *x *= share);
-        all.gradient.iter_mut().for_each(|x| *x *= share);
+        let parts: Vec<Quadratic> = self.segments.par_iter().map(each).collect();
+        let mut all = Quadratic::zero(parameters.len());
+        parts.iter().for_each(|part| all.add(part, 1.0));
+        let share = 1.0 / all.rows.max(1) as f64;
+        let entries = all.gram.iter_mut().chain(&mut all.right);
+        entries.for_each(|x| *x *= share);
         let width = parameters.len() + 1;
         for (i, (now, start)) in parameters.iter().zip(start).enumerate() {
-            all.matrix[i * width] += RIDGE;
-            all.gradient[i] += RIDGE * (now - start);
+            all.gram[i * width] += RIDGE;
+            all.right[i] += RIDGE * (now - start);
         }
         all
     }
 
     /// The normal equations of a segment, and its residuals in units of its scale.
-    fn part(&self, segment: &Segment<'_>, parameters: &[f64]) -> (Normal, Vec<f64>) {
+    fn part(&self, segment: &Segment<'_>, parameters: &[f64]) -> (Quadratic, Vec<f64>) {
         let len = parameters.len();
         let (mut residuals, rows) = self.linearised(segment, parameters);
-        let mut normal = Normal::zero(len);
+        let mut normal = Quadratic::zero(len);
         for (residual, row) in residuals.iter_mut().zip(rows.chunks_exact(len)) {
             *residual /= segment.scale;
-            normal.add_row(*residual, row, 1.0 / segment.scale);
+            add_row(&mut normal, *residual, row, 1.0 / segment.scale);
         }
         (normal, residuals)
     }
@@ -179,47 +171,26 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// The parameters after one damped step.
-fn step(normal: &Normal, from: &[f64], damping: f64) -> Vec<f64> {
-    let len = from.len();
-    let mut matrix = normal.matrix.clone();
-    for i in 0..len {
-        matrix[i * (len + 1)] *= 1.0 + damping;
+fn step(normal: &Quadratic, from: &[f64], damping: f64) -> Vec<f64> {
+    let mut damped = normal.clone();
+    for i in 0..from.len() {
+        damped.gram[i * (from.len() + 1)] *= 1.0 + damping;
     }
-    let mut change = vec![0.0; len];
-    let _ = SymmetricSolver::new(len).solve(&matrix, &normal.gradient, &mut change);
     let limited = |x: f64| (-x).clamp(-LONGEST, LONGEST);
-    let moved = from.iter().zip(&change);
-    moved.map(|(x, change)| x + limited(*change)).collect()
+    let moved = from.iter().zip(damped.solution());
+    moved.map(|(x, change)| x + limited(change)).collect()
 }
 
-impl Normal {
-    fn zero(len: usize) -> Self {
-        Self {
-            matrix: vec![0.0; len * len],
-            gradient: vec![0.0; len],
-            count: 0,
-        }
-    }
-
-    fn add(&mut self, other: &Self) {
-        let pairs = self.matrix.iter_mut().zip(&other.matrix);
-        pairs.for_each(|(x, y)| *x += y);
-        let pairs = self.gradient.iter_mut().zip(&other.gradient);
-        pairs.for_each(|(x, y)| *x += y);
-        self.count += other.count;
-    }
-
-    /// Adds a residual x whose derivatives are `row` times `unit`.
-    fn add_row(&mut self, x: f64, row: &[f64], unit: f64) {
-        self.count += 1;
-        let weight = 1.0 / (1.0 + x * x).sqrt();
-        let len = row.len();
-        for (i, own) in row.iter().enumerate() {
-            let own = own * unit * weight;
-            self.gradient[i] += own * x;
-            for (sum, other) in self.matrix[i * len..(i + 1) * len].iter_mut().zip(row) {
-                *sum += own * other * unit;
-            }
+/// Adds a residual x whose derivatives are `row` times `unit`.
+fn add_row(normal: &mut Quadratic, x: f64, row: &[f64], unit: f64) {
+    normal.rows += 1;
+    let weight = 1.0 / (1.0 + x * x).sqrt();
+    let len = row.len();
+    for (i, own) in row.iter().enumerate() {
+        let own = own * unit * weight;
+        normal.right[i] += own * x;
+        for (sum, other) in normal.gram[i * len..(i + 1) * len].iter_mut().zip(row) {
+            *sum += own * other * unit;
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::motion::Recorded;
 use super::parameters::Joint;
-use lagrangian_motion::solve::SymmetricSolver;
+use lagrangian_motion::solve::quadratic::Quadratic;
 
 /// Below this speed, rad/s, dry friction hides the motion's equation.
 const SLOW: f64 = 0.3;
@@ -16,7 +16,7 @@ pub(crate) fn joints(motions: &[&Recorded], n: usize) -> Vec<Joint> {
 }
 
 fn joint(motions: &[&Recorded], i: usize) -> Joint {
-    let (mut matrix, mut right) = ([0.0; TERMS * TERMS], [0.0; TERMS]);
+    let mut sums = Quadratic::zero(TERMS);
     let (mut supply, mut count, mut drives) = (0.0, 0.0_f64, 0.0);
     for (motion, k) in motions
         .iter()
@@ -38,21 +38,14 @@ fn joint(motions: &[&Recorded], i: usize) -> Joint {
         };
         drives += f64::abs(driven);
         let absolute: f64 = motion.smooth[0][k * n..=k * n + i].iter().sum();
-        let row = [qdd, -driven, qd, qd.signum()];
-        for (a, x) in row.iter().enumerate() {
-            right[a] -= x * absolute.sin();
-            for (b, y) in row.iter().enumerate() {
-                matrix[a * TERMS + b] += x * y;
-            }
-        }
+        sums.add_row(&[qdd, -driven, qd, qd.signum()], -absolute.sin());
     }
     for a in 0..TERMS {
-        matrix[a * TERMS + a] *= 1.0 + 1e-6;
+        sums.gram[a * TERMS + a] *= 1.0 + 1e-6;
     }
-    let mut solution = [0.0; TERMS];
-    let _ = SymmetricSolver::new(TERMS).solve(&matrix, &right, &mut solution);
+    let solution = sums.solution();
     let supply = supply / count.max(1.0);
-    let [inertia, gain, ..] = solution;
+    let (inertia, gain) = (solution[0], solution[1]);
     let usual = Joint::default();
     // A gain at which the mean error requires the weight's moment.
     let plausible = count.max(1.0) / drives.max(1e-9);

@@ -20,7 +20,7 @@ use serde_json::Value;
 
 use super::RigidConfig;
 use super::identified::{ERRORS, Identifiable, IdentifiedBodies, parameter};
-use super::least_squares::{Columns, Sums};
+use super::least_squares::{Columns, loss, solve_non_negative, sums_over};
 
 use crate::dataset::Dataset;
 use crate::models::learned::Stored;
@@ -30,6 +30,7 @@ use crate::saved::{self, SavedModel};
 use lagrangian_mechanics::dynamics::{EulerLagrange, Evaluator, Mechanical};
 use lagrangian_mechanics::lagrangian::Lagrangian;
 use lagrangian_motion::Samples;
+use lagrangian_motion::solve::quadratic::Quadratic;
 use lagrangian_motion::{Error, Result};
 
 /// The name under which a chain is saved.
@@ -179,8 +180,8 @@ struct Problem<'a> {
     columns: Columns,
     /// Names of the columns of the chain.
     names: Vec<String>,
-    train: Sums,
-    validation: Sums,
+    train: Quadratic,
+    validation: Quadratic,
 }
 
 impl<'a> Problem<'a> {
@@ -215,7 +216,7 @@ impl<'a> Problem<'a> {
     /// The loss over all samples: with so few parameters a chain does not overfit, and a validation on slow motions alone
     /// would mean little.
     fn pooled(&self, found: &Identified) -> f64 {
-        let (train, held) = (self.train.count as f64, self.validation.count as f64);
+        let (train, held) = (self.train.rows as f64, self.validation.rows as f64);
         (found.loss * train + found.validation.unwrap_or(0.0) * held) / (train + held)
     }
 
@@ -241,7 +242,7 @@ impl<'a> Problem<'a> {
         let allowed = |&k: &usize| self.names.get(k).is_none_or(|name| terms.allow(name));
         let free = (0..columns.len()).filter(allowed).collect();
         let any_sign = |k| k < chain;
-        let Some(solution) = self.train.solve_non_negative(&columns, free, any_sign) else {
+        let Some(solution) = solve_non_negative(&self.train, &columns, free, any_sign) else {
             return Ok(None);
         };
         let values = solution.values;
@@ -250,16 +251,21 @@ impl<'a> Problem<'a> {
         let motion = self.columns.moving(links, friction, candidate)?;
         Ok(Some(Identified {
             model: Rigid::new(motion, solution.errors)?,
-            loss: self.train.loss(&columns, &values),
-            validation: (self.validation.count > 0)
-                .then(|| self.validation.loss(&columns, &values)),
+            loss: loss(&self.train, &columns, &values),
+            validation: (self.validation.rows > 0)
+                .then(|| loss(&self.validation, &columns, &values)),
         }))
     }
 }
 
-fn sums_of(samples: &Samples, chain: &[RigidChain], columns: &Columns, weights: &[f64]) -> Sums {
+fn sums_of(
+    samples: &Samples,
+    chain: &[RigidChain],
+    columns: &Columns,
+    weights: &[f64],
+) -> Quadratic {
     let n = samples.n.max(1);
-    Sums::over(samples.len(), columns.count(), weights, |range| {
+    sums_over(samples.len(), columns.count(), weights, |range| {
         let rows = range.start * n..range.end * n;
         let columns = regressor(samples, rows.clone(), chain, columns.friction_speeds());
         (columns, samples.tau[rows].to_vec())

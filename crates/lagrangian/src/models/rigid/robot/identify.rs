@@ -17,7 +17,7 @@ use crate::models::correlation::correlations;
 use lagrangian_mechanics::dynamics::Mechanical;
 use lagrangian_mechanics::forces::Dissipation;
 use lagrangian_mechanics::rigid::changes::Certainty;
-use lagrangian_mechanics::rigid::consistent::{Prior, is_consistent, minimise};
+use lagrangian_mechanics::rigid::consistent::{Prior, is_consistent, minimise, rank};
 use lagrangian_mechanics::rigid::joint_sums::{Friction, JointSums};
 use lagrangian_mechanics::rigid::regressor::PER_BODY;
 use lagrangian_mechanics::rigid::{RigidBodies, RobotConfig};
@@ -306,7 +306,7 @@ impl Problem {
                 .iter()
                 .map(|c| all.samples as f64 / c)
                 .collect(),
-            combinations: data.rank(NO_EFFECT),
+            combinations: rank(&data, NO_EFFECT),
             certainty,
         })
     }
@@ -326,9 +326,8 @@ impl Problem {
             viscous: next(),
             coulomb: next(),
             smoothing: speeds.iter().map(|&k| self.speeds[k]).collect(),
-            stribeck: None,
             load: matches!(friction, Friction::Loaded(_)).then(next),
-            directional: None,
+            ..Dissipation::default()
         };
         Mechanical::dissipative(robot, dissipation)
     }

@@ -8,13 +8,14 @@
 use faer::Mat;
 use rayon::prelude::*;
 
-use super::{LANES, Normal, RIDGE, Shooting, Stage};
+use super::{LANES, RIDGE, Shooting, Stage};
 use crate::models::correlation::correlation;
 use crate::models::servo::motion::Recorded;
 use crate::models::servo::parameters::{Layout, variables};
 use crate::models::servo::quantities::quantities;
 use lagrangian_mechanics::forces::Sensitive;
 use lagrangian_mechanics::rigid::consistent;
+use lagrangian_motion::solve::quadratic::Quadratic;
 use lagrangian_motion::solve::{dot, product};
 
 /// The standard errors of all [`quantities`] of a machine that was fitted to these motions by simulations of these lengths; 0 for those
@@ -74,12 +75,12 @@ fn covariance(
     for stage in stages {
         let (normal, ratio) = Shooting::new(layout, motions, &[*stage]).information(parameters);
         let ratio = stages.len() as f64 * ratio;
-        for ((h, b), own) in hessian.iter_mut().zip(&mut scatter).zip(normal.matrix) {
+        for ((h, b), own) in hessian.iter_mut().zip(&mut scatter).zip(normal.gram) {
             *h += own;
             *b += ratio * own;
         }
-        count += normal.count as f64;
-        spread += ratio * normal.count as f64;
+        count += normal.rows as f64;
+        spread += ratio * normal.rows as f64;
     }
     for k in 0..len {
         hessian[k * (len + 1)] += RIDGE * count;
@@ -94,14 +95,14 @@ fn covariance(
 
 impl Shooting<'_> {
     /// The Gauss–Newton Hessian of all residuals of one length, and the ratio of the scatter of its gradient to it.
-    fn information(&self, parameters: &[f64]) -> (Normal, f64) {
+    fn information(&self, parameters: &[f64]) -> (Quadratic, f64) {
         let (len, n) = (parameters.len(), self.layout.n);
         let each = |segment| self.part(segment, parameters);
-        let parts: Vec<(Normal, Vec<f64>)> = self.segments.par_iter().map(each).collect();
-        let mut all = Normal::zero(len);
+        let parts: Vec<(Quadratic, Vec<f64>)> = self.segments.par_iter().map(each).collect();
+        let mut all = Quadratic::zero(len);
         let (mut residuals, mut runs) = (Vec::new(), Vec::new());
         for (normal, own) in &parts {
-            all.add(normal);
+            all.add(normal, 1.0);
             let first = residuals.len() / n;
             residuals.extend(own.iter().map(|x| x / (1.0 + x * x).sqrt()));
             runs.push(first..residuals.len() / n);
