@@ -33,6 +33,7 @@ pub(crate) use learner::{At, Learner, LearnerShape, MAX_DOF, Work};
 pub use loss::{Loss, NamedLoss, Norm, Target, Weighting};
 pub use natural::{DampingRule, Natural, NaturalConfig, Part, StepSize, System};
 pub(crate) use nominal::remainder;
+pub(crate) use observer::SharedObserver;
 pub use observer::{Ending, Observer, Progress};
 pub(crate) use positions::{CHORDS, Derivatives, PointFamily, PositionsLearner};
 pub use problem::{

@@ -1,6 +1,8 @@
 //! Observers of a run, and its progress.
 
 use std::ops::ControlFlow;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::{Deserialize, Serialize};
 
@@ -54,6 +56,40 @@ pub trait Observer: Send {
 impl Observer for () {
     fn progress(&mut self, _: &Progress) -> ControlFlow<()> {
         ControlFlow::Continue(())
+    }
+}
+
+/// An observer that several threads tell of their work, one after another, with what is known of the work of all.
+pub(crate) struct SharedObserver<'a, S> {
+    held: Mutex<(&'a mut dyn Observer, S)>,
+    ended: AtomicBool,
+}
+
+impl<'a, S> SharedObserver<'a, S> {
+    pub(crate) fn new(observer: &'a mut dyn Observer, state: S) -> Self {
+        Self {
+            held: Mutex::new((observer, state)),
+            ended: AtomicBool::new(false),
+        }
+    }
+
+    /// Tells the observer, whose `Break` ends the work of all threads; returns whether the work continues.
+    pub(crate) fn tell(
+        &self,
+        tell: impl FnOnce(&mut dyn Observer, &mut S) -> ControlFlow<()>,
+    ) -> bool {
+        if let Ok(mut held) = self.held.lock() {
+            let (observer, state) = &mut *held;
+            if tell(*observer, state).is_break() {
+                self.ended.store(true, Ordering::Relaxed);
+            }
+        }
+        !self.ended()
+    }
+
+    /// Whether the observer asked for the end.
+    pub(crate) fn ended(&self) -> bool {
+        self.ended.load(Ordering::Relaxed)
     }
 }
 

@@ -5,16 +5,13 @@
 //! square error on the block that was omitted. Joints are weighted by that error, so that one with much friction does
 //! not hide the information in the others.
 
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::refine::Refinement;
 use crate::dataset::{Dataset, shuffle};
-use crate::train::Observer;
+use crate::train::{Observer, SharedObserver};
 use lagrangian_mechanics::rigid::joint_sums::{Friction, JointSums};
 use lagrangian_mechanics::rigid::screws::Screw;
 use lagrangian_mechanics::rigid::{JointKind, RigidBodies};
@@ -70,13 +67,20 @@ pub(super) fn screws(
     }
     let search = Search::new(dataset)?;
     let searches = searches.max(1);
-    let stages = Stages::new(observer, searches + BEST.min(searches));
+    let all = (searches + BEST.min(searches)) as f64;
+    let stages = SharedObserver::new(observer, 0.0);
+    let done = |what: &str| {
+        stages.tell(|observer, done| {
+            *done += 1.0;
+            observer.stage(what, *done / all)
+        })
+    };
     let mut found: Vec<(f64, Vec<Joint>)> = (0..searches as u64)
         .into_par_iter()
         .filter_map(|start| {
             let wanted = start == 0 || !stages.ended();
             let found = wanted.then(|| search.descend(start, seed));
-            stages.done("the joints of the chain are searched for");
+            done("the joints of the chain are searched for");
             found
         })
         .collect();
@@ -95,46 +99,13 @@ pub(super) fn screws(
             true => screws,
             false => refinement.refine(screws)?,
         };
-        stages.done("the joints of the chain are refined");
+        done("the joints of the chain are refined");
         Some((refinement.error_of_blocks(&refined)?, refined))
     });
     let best = refined.min_by(|a, b| a.0.total_cmp(&b.0));
     let (_, screws) =
         best.ok_or_else(|| Error::not_finite("the sums of squares of the samples", 0))?;
     Ok(screws)
-}
-
-/// Reports the number of finished stages to an observer, from several threads.
-struct Stages<'a> {
-    observer: Mutex<(&'a mut dyn Observer, usize)>,
-    all: usize,
-    ended: AtomicBool,
-}
-
-impl<'a> Stages<'a> {
-    fn new(observer: &'a mut dyn Observer, all: usize) -> Self {
-        Self {
-            observer: Mutex::new((observer, 0)),
-            all,
-            ended: AtomicBool::new(false),
-        }
-    }
-
-    /// Whether the observer asked for an end.
-    fn ended(&self) -> bool {
-        self.ended.load(Ordering::Relaxed)
-    }
-
-    fn done(&self, what: &str) {
-        let Ok(mut shared) = self.observer.lock() else {
-            return;
-        };
-        shared.1 += 1;
-        let share = shared.1 as f64 / self.all as f64;
-        if shared.0.stage(what, share).is_break() {
-            self.ended.store(true, Ordering::Relaxed);
-        }
-    }
 }
 
 /// A joint in the search.

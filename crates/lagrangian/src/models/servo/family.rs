@@ -1,8 +1,5 @@
 //! Servos as a family: their data, their settings, their saved form.
 
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -18,7 +15,7 @@ use crate::models::learned::{Description, FittedModel, Stored};
 use crate::models::named::Parameter;
 use crate::saved::WEIGHTS;
 use crate::saved::{self, SavedModel};
-use crate::train::{Loss, Observer, TrainingTask};
+use crate::train::{Loss, Observer, SharedObserver, TrainingTask};
 use lagrangian_motion::Samples;
 use lagrangian_motion::settings::{Kind, Range, Setting, named};
 use lagrangian_motion::{Error, Result};
@@ -108,30 +105,21 @@ impl Family for ServoConfig {
     }
 }
 
-/// Reports the progress of a fit from any thread, and records whether the observer asked it to end.
-struct Watch<'a> {
-    observer: Mutex<(&'a mut dyn Observer, String, f64)>,
-    ended: AtomicBool,
-}
+/// The observer of a fit on any thread, with its present stage and the part of it that is done.
+type Watch<'a> = SharedObserver<'a, (String, f64)>;
 
 impl Watch<'_> {
     /// Begins a stage.
     fn stage(&self, what: &str, share: f64) {
-        if let Ok(mut held) = self.observer.lock() {
-            (held.1, held.2) = (what.into(), share);
-        }
-        self.should_continue();
+        self.tell(|observer, present| {
+            *present = (what.into(), share);
+            observer.stage(what, share)
+        });
     }
 
     /// Asks the observer whether the fit continues.
     fn should_continue(&self) -> bool {
-        if let Ok(mut held) = self.observer.lock() {
-            let (observer, what, share) = &mut *held;
-            if observer.stage(what, *share).is_break() {
-                self.ended.store(true, Ordering::Relaxed);
-            }
-        }
-        !self.ended.load(Ordering::Relaxed)
+        self.tell(|observer, (what, share)| observer.stage(what, *share))
     }
 }
 
@@ -143,10 +131,7 @@ impl ServoConfig {
         if all.is_empty() {
             return Err(Error::too_short("the longest recording", 0, SHORTEST));
         }
-        let watch = Watch {
-            observer: Mutex::new((observer, String::new(), 0.0)),
-            ended: AtomicBool::new(false),
-        };
+        let watch = Watch::new(observer, (String::new(), 0.0));
         let chosen = self.choose(&motions, n, &watch);
         let layout = self.layout(n, chosen.friction);
         let fitted = |motions: &[&Recorded]| {
