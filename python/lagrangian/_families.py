@@ -39,7 +39,6 @@ CLASSES = {
     "neural-ode": "NeuralOde",
     "rigid": "Rigid",
     "chain": "Chain",
-    "features": "Features",
     "servo": "Servo",
 }
 

@@ -32,8 +32,8 @@ class Layer:
     ``(…, 2 n)``; ``scalar``: L(q, q̇) or H(q, p), ``(…)``. v are the velocities q̇, or the momenta p of a Hamiltonian network.
 
     Args:
-        model: A fitted model or estimator whose equations can be written down: lnn, delan, vin, hnn, mlp, neural-ode, features,
-            rigid or chain, without directional and quadratic friction. ``Layer.fresh`` makes one with random weights.
+        model: A fitted model or estimator whose equations can be written down: lnn, delan, vin, hnn, mlp, neural-ode, rigid
+            or chain, without directional and quadratic friction. ``Layer.fresh`` makes one with random weights.
 
     >>> import lagrangian as lg
     >>> layer = lg.Layer.fresh(lg.Delan(width=16, forces=("viscous",)), n=2, angles="all")

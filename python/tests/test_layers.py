@@ -161,15 +161,14 @@ def test_hamiltonians_move_as_in_the_library(name: str) -> None:
     assert_equal(dynamics(layer, "scalar")(parameters, q, p), model.energy(q, qd), 1e-10)
 
 
-def test_fitted_models_of_solved_families_are_layers_too(swings: lg.Trajectories, driven: lg.Trajectories) -> None:
-    robot = lg.Rigid(urdf="two_link_arm")
+def test_fitted_models_of_solved_families_are_layers_too() -> None:
     arm = lg.simulate(lg.robot("two_link_arm"), trajectories=6, duration=2.0, step=0.02, drive=3.0, seed=1)
-    for model in (lg.Features().fit(swings), robot.fit(arm)):
-        layer = lg.Layer(model)
-        q, qd, u = states(6, layer.n)
-        assert_equal(dynamics(layer)(layer.parameters, q, qd, u), model.forward_dynamics(q, qd, u), 1e-10)
+    model = lg.Rigid(urdf="two_link_arm").fit(arm)
+    layer = lg.Layer(model)
+    q, qd, u = states(6, layer.n)
+    assert_equal(dynamics(layer)(layer.parameters, q, qd, u), model.forward_dynamics(q, qd, u), 1e-10)
     with pytest.raises(lg.errors.InvalidInput, match="solved"):
-        lg.Layer.fresh(lg.Features(), n=1)
+        lg.Layer.fresh(lg.Chain(), n=1)
 
 
 def test_a_fresh_layer_is_a_model_and_a_fitted_model_a_layer(lnn: lg.Estimator) -> None:

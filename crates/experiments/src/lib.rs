@@ -15,6 +15,7 @@ mod chart;
 mod data;
 mod ensembles;
 mod families;
+mod features;
 pub mod field;
 mod hamiltonian;
 mod harness;

@@ -101,6 +101,7 @@ const EXPERIMENTS: &[Experiment] = &[
     crate::action::EXPERIMENT,
     crate::is_lagrangian::EXPERIMENT,
     crate::table::EXPERIMENT,
+    crate::features::EXPERIMENT,
 ];
 
 /// Runs the command line.

@@ -23,11 +23,11 @@ fn a_flag_that_changes_nothing_is_refused_with_what_it_needs() {
             "--speed-limit",
         ),
         (
-            "fit swing.csv --model features --batch 9 --out x".into(),
+            "fit swing.csv --model chain --batch 9 --out x".into(),
             "solved for at once",
         ),
         (
-            "fit swing.csv --model features --loss acceleration --out x".into(),
+            "fit swing.csv --model chain --loss acceleration --out x".into(),
             "solved for at once",
         ),
         ("fit swing.csv --forward 1 --out x".into(), "--loss torque"),

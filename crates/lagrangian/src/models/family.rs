@@ -301,8 +301,14 @@ impl Entry {
     /// The family of this name.
     ///
     /// # Errors
-    /// [`Error::UnknownName`], with the known names.
+    /// [`Error::UnknownName`], with the known names; [`Error::Setting`] for one that is an experiment now.
     pub fn by_name(name: &str) -> Result<&'static Self> {
+        if name == "features" {
+            return Err(Error::setting(
+                "random features are no longer a `family`, but an experiment",
+                "run `cargo run --release -p experiments -- features` in the sources, or take `family` lnn",
+            ));
+        }
         let found = FAMILIES.iter().find(|entry| entry.name == name);
         found.ok_or_else(|| Error::UnknownName {
             kind: "family",

@@ -10,7 +10,6 @@ pub(crate) mod chain;
 pub(crate) mod correlation;
 pub(crate) mod delan;
 mod family;
-pub(crate) mod features;
 pub(crate) mod hnn;
 mod learned;
 pub(crate) mod lnn;
@@ -35,7 +34,6 @@ pub use family::{
     Abilities, Candidate, Configuration, Entry, Family, Plan, Solution, Solve, Training,
 };
 pub(crate) use family::{Residuals, Trainable};
-pub use features::{FeatureLagrangian, FeaturesConfig};
 pub use hnn::{Hnn, HnnConfig, HnnStructure};
 pub use learned::{Description, FittedModel, Learned, LearnedLagrangian, Stored};
 pub use lnn::{Form, Lnn, LnnConfig};
@@ -59,6 +57,5 @@ pub const FAMILIES: &[Entry] = &[
     neural_ode::family::ENTRY,
     rigid::ENTRY,
     chain::family::ENTRY,
-    features::family::ENTRY,
     servo::family::ENTRY,
 ];

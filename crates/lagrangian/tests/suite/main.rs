@@ -9,7 +9,6 @@ mod dry_friction;
 mod edited_urdf;
 mod ensembles;
 mod excitation;
-mod features;
 mod filtered;
 mod hamiltonian;
 mod identification;

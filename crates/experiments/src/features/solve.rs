@@ -19,14 +19,10 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use super::{FeatureLagrangian, FeaturesConfig, KINETIC};
-use crate::dataset::Dataset;
-use crate::models::Solution;
-use lagrangian_mechanics::dynamics::Mechanical;
-use lagrangian_mechanics::lagrangian::Scaling;
-use lagrangian_mechanics::lagrangian::scaled::Features;
-use lagrangian_motion::Samples;
-use lagrangian_motion::{Coordinates, Error, Result};
+use super::{FeaturesConfig, KINETIC, Lnn, Solution};
+use lagrangian::mechanics::{Mechanical, Scaling};
+use lagrangian::trajectory::Samples;
+use lagrangian::{Coordinates, Dataset, Error, Result};
 
 /// The candidate ridges, relative to the norm of each column.
 const RIDGES: [f64; 8] = [1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-6, 1e-4, 1e-2];
@@ -76,7 +72,7 @@ pub(super) fn solve(dataset: &Dataset, config: &FeaturesConfig, seed: u64) -> Re
     let parameters = [problem.hidden, weights].concat();
     let coordinates = dataset.coordinates.clone();
     let lagrangian =
-        FeatureLagrangian::new(coordinates, config.clone(), problem.scaling, parameters)?;
+        Lnn::with_parameters(coordinates, config.network(), problem.scaling, parameters)?;
     Ok(Solution {
         model: Mechanical::conservative(lagrangian).into(),
         loss,
@@ -234,10 +230,17 @@ impl State {
         self.slopes.clear();
         self.owners.clear();
         for (i, &q) in q.iter().enumerate() {
-            let x = Features::new(problem.coordinates, &problem.scaling, i, q);
-            self.inputs.extend(&x.values[..x.count]);
-            self.slopes.extend(&x.slopes[..x.count]);
-            self.owners.extend(std::iter::repeat_n(i, x.count));
+            if problem.coordinates.is_circle(i) {
+                let (sin, cos) = q.sin_cos();
+                self.inputs.extend([cos, sin]);
+                self.slopes.extend([-sin, cos]);
+                self.owners.extend([i, i]);
+            } else {
+                let (centre, scale) = (problem.scaling.q_center[i], problem.scaling.q_scale[i]);
+                self.inputs.push((q - centre) / scale);
+                self.slopes.push(1.0 / scale);
+                self.owners.push(i);
+            }
         }
         let speeds = qd.iter().zip(&problem.scaling.qd_scale);
         self.inputs.extend(speeds.map(|(v, s)| v / s));
@@ -310,9 +313,9 @@ fn squared_distance(sums: &Mat<f64>, weights: &[f64]) -> f64 {
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
-    use crate::dataset::random_states;
-    use lagrangian_mechanics::analytic::by_name;
-    use lagrangian_mechanics::dynamics::Model;
+    use lagrangian::Model;
+    use lagrangian::analytic::by_name;
+    use lagrangian::dataset::random_states;
 
     #[test]
     fn the_columns_are_the_inverse_dynamics_of_the_network_that_has_these_weights() {
@@ -329,7 +332,7 @@ mod tests {
         let parameters = [problem.hidden.clone(), weights.clone()].concat();
         let coordinates = dataset.coordinates.clone();
         let scaling = problem.scaling.clone();
-        let model = FeatureLagrangian::new(coordinates, config.clone(), scaling, parameters);
+        let model = Lnn::with_parameters(coordinates, config.network(), scaling, parameters);
         let model = Mechanical::conservative(model.unwrap());
         let Samples { signals: s, .. } = &dataset.train;
         let mut tau = vec![0.0; s.tau.len()];
