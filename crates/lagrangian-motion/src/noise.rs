@@ -14,13 +14,6 @@ impl Trajectory {
         }
         (self.qdd, self.pd) = (Vec::new(), Vec::new());
     }
-
-    /// Adds Gaussian noise of these standard deviations, `[n]`, to the forces, if they are known.
-    pub fn add_force_noise(&mut self, sigma: &[f64], rng: &mut dyn Rng) {
-        for (x, sigma) in self.tau.iter_mut().zip(sigma.iter().cycle()) {
-            *x += sigma * normal(rng);
-        }
-    }
 }
 
 /// A standard normal deviate (Box, Muller 1958).

@@ -35,12 +35,6 @@ pub struct Derivatives<V> {
 }
 
 impl Activation {
-    /// Whether the activation is convex and nondecreasing, as a convex network needs.
-    #[must_use]
-    pub fn is_convex_nondecreasing(self) -> bool {
-        matches!(self, Self::Softplus | Self::Exp)
-    }
-
     /// σ over a generic scalar: the oracle of the kernels.
     pub fn evaluate<D: DualNum<Primitive = f64> + Copy>(self, x: D) -> D {
         match self {

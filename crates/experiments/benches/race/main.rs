@@ -5,6 +5,8 @@ mod calls;
 #[path = "../../../lagrangian/benches/meter/data.rs"]
 mod data;
 mod log;
+#[path = "../../../lagrangian/benches/meter/peak.rs"]
+mod peak;
 mod protocol;
 mod training;
 
@@ -12,7 +14,7 @@ use std::fs;
 use std::path::Path;
 use std::process::ExitCode;
 
-use nets::simd::fma_peak;
+use peak::fma_peak;
 use protocol::{Request, Talk, Task};
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;

@@ -3,6 +3,7 @@
 
 use anyhow::Result;
 use lagrangian::Dataset;
+use lagrangian::analytic::normal;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
@@ -71,7 +72,9 @@ fn noisy(letters: &Letters, variances: &[f64], seed: u64) -> Result<Dataset> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut motions = letters.chosen(usize::MAX, seed);
     for motion in &mut motions {
-        motion.add_force_noise(&sigma, &mut rng);
+        for (x, sigma) in motion.tau.iter_mut().zip(sigma.iter().cycle()) {
+            *x += sigma * normal(&mut rng);
+        }
     }
     let held = motions.split_off(motions.len().saturating_sub(HELD).max(1));
     Ok(Dataset::new(letters.coordinates.clone(), &motions, &held)?)

@@ -14,7 +14,6 @@
 )]
 
 mod activate;
-mod bandwidth;
 mod buffer;
 mod circle;
 mod combine;
@@ -23,7 +22,6 @@ mod factors;
 mod gates;
 mod gemm;
 mod level;
-mod peak;
 mod planes;
 mod rows;
 mod sensitivity;
@@ -34,7 +32,6 @@ mod update;
 mod vector;
 
 pub(crate) use activate::{PointForward, PointSecond, PointTangent};
-pub use bandwidth::read_rate;
 pub use buffer::Buffer;
 pub use circle::{LARGEST_ANGLE, sin_cos};
 pub(crate) use combine::Combine;
@@ -43,7 +40,6 @@ pub(crate) use factors::{GramTile, RowDots, WeighRows};
 pub(crate) use gates::{GateForward, GateReverse, Gates};
 pub(crate) use gemm::{Gemm, Init};
 pub use level::{Level, level, levels, set_level};
-pub use peak::fma_peak;
 pub(crate) use planes::{FromPlanes, ToPlanes};
 pub use planes::{Planes, set_vector, vector};
 pub(crate) use rows::{Rows, Weights, collect, contract, product, pull};

@@ -3,10 +3,12 @@
 use std::fs;
 
 use lagrangian::train::Precision;
-use nets::simd::{fma_peak, level, levels, read_rate};
+use nets::simd::{level, levels};
 use serde_json::{Value, json};
 
 use super::Case;
+use super::bandwidth::read_rate;
+use super::peak::fma_peak;
 use super::row::COLUMNS;
 
 /// A cache, or the memory behind all of them.

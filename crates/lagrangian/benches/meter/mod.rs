@@ -5,10 +5,12 @@
 //! each row to a file.
 #![allow(dead_code, reason = "no bench uses all of it")]
 
+mod bandwidth;
 pub(crate) mod data;
 mod limits;
 pub(crate) mod networks;
 mod options;
+mod peak;
 mod row;
 
 use std::time::Instant;

@@ -1,7 +1,7 @@
 //! The arithmetic peak of this CPU in multiply–adds: one of the two limits that benches are compared with.
 
-use super::{Arithmetic, Isa, Memory, Real, Task, Vector, dispatch};
-use crate::Instant;
+use nets::Instant;
+use nets::simd::{Arithmetic, Isa, Memory, Real, Task, Vector, dispatch};
 
 /// Number of multiply–adds of one chain of dependent operations.
 const CHAIN: usize = 1 << 16;
@@ -42,7 +42,7 @@ impl<T: Real> Task for Peak<'_, T> {
 
 /// Floating-point operations per second of one core, in fused multiply–adds of `T`, measured for `seconds`.
 #[must_use]
-pub fn fma_peak<T: Real>(seconds: f64) -> f64 {
+pub(crate) fn fma_peak<T: Real>(seconds: f64) -> f64 {
     let (mut rate, mut sink) = (0.0, T::default());
     dispatch(Peak {
         seconds,
