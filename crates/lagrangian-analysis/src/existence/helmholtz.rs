@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::field::{Field, FieldScale, Q, QD, States, states};
 use super::verdict::TIMES_CHANCE;
-use lagrangian::integrate::Method;
+use lagrangian::integrate::{Method, Rk4};
 use lagrangian::rollout::{free, times};
 use lagrangian::{Model, Result, RolloutOptions, rollout};
 use lagrangian_motion::statistics::upper_median;
@@ -114,12 +114,13 @@ fn transported(field: &mut Field, motion: &States) -> Option<Vec<Mat<f64>>> {
     let mut all = Vec::new();
     for k in (0..b.len()).step_by(2) {
         if k > 0 {
-            let slope = |k: usize, psi: Mat<f64>| &b[k] * psi * Scale(0.5);
-            let k1 = slope(k - 2, psi.clone());
-            let k2 = slope(k - 1, &psi + &k1 * Scale(0.5 * step));
-            let k3 = slope(k - 1, &psi + &k2 * Scale(0.5 * step));
-            let k4 = slope(k, &psi + &k3 * Scale(step));
-            psi += (k1 + (k2 + k3) * Scale(2.0) + k4) * Scale(step / 6.0);
+            let start = psi.clone();
+            let mut slope = Mat::<f64>::zeros(unit.len(), unit.len());
+            for (node, weight) in Rk4::STAGES {
+                let stage = &start + slope * Scale(node * step);
+                slope = &b[k - 2 + (2.0 * node) as usize] * stage * Scale(0.5);
+                psi += &slope * Scale(weight * step / 6.0);
+            }
         }
         let p = psi.partial_piv_lu().solve(&phi[k] * &psi);
         all.push(Mat::from_fn(unit.len(), unit.len(), |i, j| {

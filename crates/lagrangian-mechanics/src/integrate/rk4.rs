@@ -11,6 +11,10 @@ pub struct Rk4 {
 }
 
 impl Rk4 {
+    /// The node of each stage, which is also the distance along the slope of the stage before it, and the weight of its slope in
+    /// sixths (theory.md, equation 97).
+    pub const STAGES: [(f64, f64); 4] = [(0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)];
+
     /// The method for states of `n` components.
     #[must_use]
     pub fn new(n: usize) -> Self {
@@ -34,13 +38,8 @@ impl Rk4 {
     ) -> Result<(), Failure> {
         self.stage.copy_from_slice(x);
         self.sum.copy_from_slice(x);
-        // Node of this stage, weight of its slope, and the distance along it of the next stage.
-        for (node, weight, next) in [
-            (0.0, 1.0, 0.5),
-            (0.5, 2.0, 0.5),
-            (0.5, 2.0, 1.0),
-            (1.0, 1.0, 0.0),
-        ] {
+        for (stage, (node, weight)) in Self::STAGES.into_iter().enumerate() {
+            let next = Self::STAGES.get(stage + 1).map_or(0.0, |(node, _)| *node);
             f(t + node * h, &self.stage, &mut self.slope);
             for (i, k) in self.slope.iter().enumerate() {
                 self.sum[i] += h * weight / 6.0 * k;

@@ -3,19 +3,12 @@
 use super::flow::Point;
 use super::linear::add_transposed;
 use super::step::{MAX_STATE, StepContext};
-
-/// The position of each stage in the step, and its weight (equation 97).
-pub(crate) const STAGES: [(f64, f64); 4] = [
-    (0.0, 1.0 / 6.0),
-    (0.5, 1.0 / 3.0),
-    (0.5, 1.0 / 3.0),
-    (1.0, 1.0 / 6.0),
-];
+use lagrangian_mechanics::integrate::Rk4;
 
 /// x ← x + h Σ b f(stage).
 pub(crate) fn step(mut moving: StepContext<'_>) {
     let d = moving.flow.sizes.state();
-    for (stage, (a, _)) in STAGES.iter().enumerate() {
+    for (stage, (a, _)) in Rk4::STAGES.iter().enumerate() {
         let (before, rest) = moving.points.split_at_mut(stage);
         let point = &mut rest[0];
         point.x.copy_from_slice(moving.x);
@@ -26,7 +19,8 @@ pub(crate) fn step(mut moving: StepContext<'_>) {
         }
         moving.linearise(stage);
     }
-    for ((_, b), point) in STAGES.iter().zip(&*moving.points) {
+    for ((_, sixths), point) in Rk4::STAGES.iter().zip(&*moving.points) {
+        let b = sixths / 6.0;
         for (at, (x, rate)) in moving.x.iter_mut().zip(&point.rate).enumerate() {
             *x += moving.span.h[at / d] * b * rate;
         }
@@ -40,9 +34,10 @@ pub(crate) fn back(points: &[Point], s: usize, h: f64, lambda: &mut [f64], direc
     let mut sum = [0.0; MAX_STATE];
     for stage in (0..4).rev() {
         let mu = &mut direct[stage * d..][..d];
-        let later = STAGES.get(stage + 1).map_or(0.0, |(a, _)| a * h);
+        let b = Rk4::STAGES[stage].1 / 6.0;
+        let later = Rk4::STAGES.get(stage + 1).map_or(0.0, |(a, _)| a * h);
         for (c, mu) in mu.iter_mut().enumerate() {
-            *mu = h * STAGES[stage].1 * lambda[c] + later * eta[c];
+            *mu = h * b * lambda[c] + later * eta[c];
         }
         eta[..d].fill(0.0);
         add_transposed(
