@@ -1,11 +1,11 @@
 //! Online learning: a model that is trained while the robot moves.
 //!
 //! ```text
-//! control loop ──(q, q̇, τ)──► [`ring`] ──► [`Differentiator`] ──► [`Replay`] ──► steps ──► guard ──► [`slot`] ──► control loop
+//! control loop ──(q, q̇, τ)──► rows ──► [`Differentiator`] ──► [`Replay`] ──► steps ──► guard ──► newest ──► control loop
 //! ```
 //!
-//! The loop neither waits nor locks: it writes into a ring that drops the oldest sample, and takes new models from a
-//! slot. [`OnlineLearner`] does the rest: on a separate thread ([`spawn`]), or in lock step with the motion, with a
+//! The loop neither waits nor locks: it writes into a queue that drops the oldest row, and takes the newest
+//! model. [`OnlineLearner`] does the rest: on a separate thread ([`spawn`]), or in lock step with the motion, with a
 //! fixed number of steps a second, if a run must be repeatable (theory.md, equations 50 to 59).
 
 mod config;
@@ -14,8 +14,7 @@ mod guard;
 mod learner;
 mod record;
 mod replay;
-pub mod ring;
-pub mod slot;
+mod rows;
 mod thread;
 mod tracking;
 

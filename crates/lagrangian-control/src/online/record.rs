@@ -37,7 +37,7 @@ pub struct Record {
     pub samples: u64,
     /// Number of rows that were dropped because they were not finite.
     pub not_finite: u64,
-    /// Number of rows that the ring dropped because the learner was too slow.
+    /// Number of rows that the queue dropped because the learner was too slow.
     pub lost: u64,
     /// Number of training steps.
     pub steps: usize,

@@ -5,17 +5,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use super::ring::{Reader, Writer, ring};
-use super::slot::{Publisher, Subscriber, slot};
+use crossbeam_queue::ArrayQueue;
+
+use super::rows::Rows;
 use super::{Differentiator, OnlineLearner, Record};
 use lagrangian::{Error, Learned, Result};
 
-/// A learner on its thread, and the two ends for the control loop.
+/// A learner on its thread, as the control loop sees it: no call waits.
 pub struct OnlineThread {
-    /// Receives the rows (t, q, q̇, τ) of the loop.
-    pub rows: Writer,
-    /// Delivers the models.
-    pub models: Subscriber<Learned>,
+    rows: Arc<Rows>,
+    /// The newest model, until it is taken.
+    newest: Arc<ArrayQueue<Arc<Learned>>>,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<Result<Record>>>,
 }
@@ -30,15 +30,16 @@ const IDLE: Duration = Duration::from_millis(2);
 /// Starts a thread for a learner.
 ///
 /// # Errors
-/// As [`ring`]; [`Error::Io`] if the system cannot start a thread.
+/// [`Error::Io`] if the system cannot start a thread.
 pub fn spawn(mut learner: OnlineLearner) -> Result<OnlineThread> {
-    let (rows, mut reader) = ring(ROWS, Differentiator::width(learner.dof()))?;
-    let (mut publisher, models) = slot();
+    let rows = Arc::new(Rows::new(ROWS, Differentiator::width(learner.dof())));
+    let newest = Arc::new(ArrayQueue::new(1));
+    let (reader, publisher) = (rows.clone(), newest.clone());
     let stop = Arc::new(AtomicBool::new(false));
     let signal = stop.clone();
     let work = move || -> Result<Record> {
         while !signal.load(Ordering::Relaxed) {
-            turn(&mut learner, &mut reader, &mut publisher)?;
+            turn(&mut learner, &reader, &publisher)?;
         }
         Ok(learner.record())
     };
@@ -47,23 +48,18 @@ pub fn spawn(mut learner: OnlineLearner) -> Result<OnlineThread> {
         .spawn(work)?;
     Ok(OnlineThread {
         rows,
-        models,
+        newest,
         stop,
         thread: Some(thread),
     })
 }
 
 /// Processes the new rows, trains, and hands a model over.
-fn turn(
-    learner: &mut OnlineLearner,
-    reader: &mut Reader,
-    publisher: &mut Publisher<Learned>,
-) -> Result<()> {
-    let mut row = vec![0.0; Differentiator::width(learner.dof())];
-    while let Some(row) = reader.pop(&mut row) {
-        learner.observe(row)?;
+fn turn(learner: &mut OnlineLearner, rows: &Rows, newest: &ArrayQueue<Arc<Learned>>) -> Result<()> {
+    while let Some(observed) = rows.read(|row| learner.observe(row)) {
+        observed?;
     }
-    learner.set_lost(reader.lost());
+    learner.set_lost(rows.lost());
     let before = learner.record().steps;
     learner.train(STEPS)?;
     if learner.record().steps == before {
@@ -71,12 +67,29 @@ fn turn(
         return Ok(());
     }
     if let Some(model) = learner.hand_over() {
-        publisher.publish(Arc::new(model));
+        newest.force_push(Arc::new(model));
     }
     Ok(())
 }
 
 impl OnlineThread {
+    /// Adds a row (t, q, q̇, τ) of the loop; the oldest one is dropped if the learner is too slow.
+    pub fn push(&self, row: &[f64]) {
+        self.rows.push(row);
+    }
+
+    /// Whether a model was handed over since the last was taken.
+    #[must_use]
+    pub fn has_new(&self) -> bool {
+        !self.newest.is_empty()
+    }
+
+    /// The newest model, unless it was taken before.
+    #[must_use]
+    pub fn take(&self) -> Option<Arc<Learned>> {
+        self.newest.pop()
+    }
+
     /// Whether the learner still runs. A learner ends at its first error; the loop then keeps its last model.
     #[must_use]
     pub fn is_alive(&self) -> bool {

@@ -269,23 +269,23 @@ impl<'a> Run<'a> {
 
     /// Runs the learner on its thread and the loop in real time.
     fn beside(&mut self, learner: OnlineLearner) -> Result<Record> {
-        let mut thread = spawn(learner)?;
+        let thread = spawn(learner)?;
         let (period, clock) = (self.config.control.period(), Instant::now());
         let mut model: Option<Arc<Learned>> = None;
         let mut ticks = 0u32;
         while !self.is_over() {
             let mut after = |row: &[f64]| {
-                thread.rows.push(row);
+                thread.push(row);
                 ticks += 1;
                 let due = Duration::from_secs_f64(f64::from(ticks) * period);
                 std::thread::sleep(due.saturating_sub(clock.elapsed()));
-                thread.models.has_new()
+                thread.has_new()
             };
             self.drive(
                 model.as_deref().map(|model| model as &dyn Model),
                 &mut after,
             )?;
-            model = thread.models.take().or(model);
+            model = thread.take().or(model);
         }
         thread.finish()
     }
