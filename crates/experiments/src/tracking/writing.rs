@@ -12,8 +12,8 @@ use lagrangian::{
     Dataset, Error, FitConfig, Learned, Loss, Model, Result, Signals, TrainingTask, Trajectory, fit,
 };
 use lagrangian_control::online::{
-    Differentiator, FeedForwardSource, OnlineConfig, OnlineLearner, PayloadSource, Record,
-    RobotChange, TrackingConfig, track,
+    ChangeConfig, Differentiator, FeedForwardSource, OnlineConfig, OnlineLearner, PayloadSource,
+    Record, RobotChange, TrackingConfig, track,
 };
 use lagrangian_control::payload::PayloadConfig;
 use lagrangian_control::{
@@ -539,10 +539,13 @@ impl Run {
         let online = OnlineConfig {
             family,
             seed: self.seed,
-            change_factor: if arm.forgets {
-                usual.change_factor
-            } else {
-                f64::MAX
+            change: ChangeConfig {
+                factor: if arm.forgets {
+                    usual.change.factor
+                } else {
+                    f64::MAX
+                },
+                ..usual.change
             },
             ..usual
         };

@@ -17,36 +17,55 @@ pub struct OnlineConfig {
     pub forces: ForceTerms,
     /// Number of samples of a step.
     pub batch: usize,
-    /// Learning rate of the first step, and of the first step after old samples were discarded.
-    pub rate: f64,
-    /// Factor of the learning rate from step to step.
-    pub rate_decay: f64,
-    /// Minimum learning rate: a slow learner averages out noise.
-    pub rate_last: f64,
-    /// Damping of the first step.
-    pub damping_first: f64,
-    /// Factor of the damping from step to step.
-    pub damping_decay: f64,
-    /// Minimum damping.
-    pub damping_last: f64,
+    /// Learning rate, which begins again after old samples were discarded; a slow learner averages out noise.
+    pub rate: Falling,
+    /// Damping.
+    pub damping: Falling,
     /// Number of samples before the first step, which set the scales.
     pub warm_up: usize,
     /// Length of the window over which accelerations are estimated, ticks.
     pub window: usize,
     /// Memory of samples.
     pub replay: ReplayConfig,
-    /// Old samples are discarded when the loss of the newest samples exceeds its usual value by this factor.
-    pub change_factor: f64,
-    /// They are discarded only if that loss also exceeds this, in units of the mean square of the first torques: a new
-    /// region is learned in addition to the old ones, while a new load contradicts them.
-    pub change_threshold: f64,
-    /// Number of newest samples whose loss is compared, and which are kept.
-    pub change_samples: usize,
+    /// The changes of the robot after which old samples are discarded.
+    pub change: ChangeConfig,
     /// The first model is handed over once its loss on new samples is below this, in units of the mean square of the
     /// first torques: a wrong feed-forward is worse than no feed-forward. After that, every model that passes the guard is handed over.
     pub first_model_loss: f64,
     /// Seed of weights and batches.
     pub seed: u64,
+}
+
+/// A setting that falls from step to step.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Falling {
+    /// Value of the first step.
+    pub first: f64,
+    /// Factor from step to step.
+    pub decay: f64,
+    /// Minimum value.
+    pub last: f64,
+}
+
+impl Falling {
+    /// The value after this one.
+    pub(crate) fn after(&self, value: f64) -> f64 {
+        (value * self.decay).max(self.last)
+    }
+}
+
+/// Detection of changes of the robot, which contradict old samples.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ChangeConfig {
+    /// Old samples are discarded when the loss of the newest samples exceeds its usual value by this factor.
+    pub factor: f64,
+    /// They are discarded only if that loss also exceeds this, in units of the mean square of the first torques: a new
+    /// region is learned in addition to the old ones, while a new load contradicts them.
+    pub threshold: f64,
+    /// Number of newest samples whose loss is compared, and which are kept.
+    pub samples: usize,
 }
 
 impl Default for OnlineConfig {
@@ -58,18 +77,24 @@ impl Default for OnlineConfig {
             }),
             forces: ForceTerms::default(),
             batch: 64,
-            rate: 0.2,
-            rate_decay: 0.999,
-            rate_last: 0.05,
-            damping_first: 1e-1,
-            damping_decay: 0.99,
-            damping_last: 1e-3,
+            rate: Falling {
+                first: 0.2,
+                decay: 0.999,
+                last: 0.05,
+            },
+            damping: Falling {
+                first: 1e-1,
+                decay: 0.99,
+                last: 1e-3,
+            },
             warm_up: 500,
             window: 40,
             replay: ReplayConfig::default(),
-            change_factor: 300.0,
-            change_threshold: 0.03,
-            change_samples: 32,
+            change: ChangeConfig {
+                factor: 300.0,
+                threshold: 0.03,
+                samples: 32,
+            },
             first_model_loss: 0.1,
             seed: 0,
         }
@@ -83,35 +108,39 @@ impl OnlineConfig {
     /// # Errors
     /// [`Error::Argument`] for the first setting outside its domain.
     pub fn validate(&self) -> Result<()> {
-        let argument = |name, value: String, must| Err(Error::Argument { name, value, must });
         let positive = [
-            ("rate", self.rate),
-            ("rate_last", self.rate_last),
-            ("damping_first", self.damping_first),
-            ("damping_last", self.damping_last),
-            ("change_factor", self.change_factor),
-            ("change_threshold", self.change_threshold),
+            ("rate.first", self.rate.first),
+            ("rate.last", self.rate.last),
+            ("damping.first", self.damping.first),
+            ("damping.last", self.damping.last),
+            ("change.factor", self.change.factor),
+            ("change.threshold", self.change.threshold),
             ("first_model_loss", self.first_model_loss),
         ];
         if let Some((name, x)) = positive.iter().find(|(_, x)| !(x.is_finite() && *x > 0.0)) {
-            return argument(name, x.to_string(), "finite and above 0");
+            return Err(Error::argument(name, x, "finite and above 0"));
         }
-        if !(self.damping_decay > 0.0 && self.damping_decay <= 1.0) {
-            return argument(
-                "damping_decay",
-                self.damping_decay.to_string(),
-                "above 0, at most 1",
-            );
+        for (name, Falling { decay, .. }) in
+            [("rate.decay", self.rate), ("damping.decay", self.damping)]
+        {
+            if !(decay > 0.0 && decay <= 1.0) {
+                return Err(Error::argument(name, decay, "above 0, at most 1"));
+            }
         }
         if !(1..=1 << 20).contains(&self.warm_up) {
-            return argument("warm_up", self.warm_up.to_string(), "between 1 and 1048576");
+            return Err(Error::argument(
+                "warm_up",
+                self.warm_up,
+                "between 1 and 1048576",
+            ));
         }
-        if self.change_samples == 0 || self.change_samples > self.batch {
-            return argument(
-                "change_samples",
-                self.change_samples.to_string(),
+        let samples = self.change.samples;
+        if samples == 0 || samples > self.batch {
+            return Err(Error::argument(
+                "change.samples",
+                samples,
                 "at least 1, at most a batch",
-            );
+            ));
         }
         Ok(())
     }

@@ -95,7 +95,7 @@ impl OnlineLearner {
         }
     }
 
-    /// Sets the number of rows that a ring has dropped.
+    /// Sets the number of rows that the queue has dropped.
     pub(crate) fn set_lost(&mut self, lost: u64) {
         self.record.lost = lost;
     }
@@ -145,8 +145,8 @@ impl OnlineLearner {
             good: stepper.parameters().to_vec(),
             stepper,
             guard,
-            damping: self.config.damping_first,
-            rate: self.config.rate,
+            damping: self.config.damping.first,
+            rate: self.config.rate.first,
             first_loss: None,
             usual: None,
             newest: None,
@@ -167,9 +167,9 @@ impl OnlineLearner {
             return Ok(());
         };
         if training.contradicted(&self.config, &self.replay)? {
-            self.replay.keep_last(self.config.change_samples);
-            training.damping = self.config.damping_first.min(RETURN * training.damping);
-            training.rate = self.config.rate;
+            self.replay.keep_last(self.config.change.samples);
+            training.damping = self.config.damping.first.min(RETURN * training.damping);
+            training.rate = self.config.rate.first;
             training.stepper.forget_momentum();
             self.record.note(self.now, EventKind::DiscardedSamples);
         }
@@ -188,14 +188,13 @@ impl OnlineLearner {
             let first = *training.first_loss.get_or_insert(found.loss);
             let finite = training.stepper.parameters().iter().all(|x| x.is_finite());
             if finite && found.loss < DIVERGED * first.max(1.0) {
-                let damping = training.damping * self.config.damping_decay;
-                training.damping = damping.max(self.config.damping_last);
-                training.rate = (training.rate * self.config.rate_decay).max(self.config.rate_last);
+                training.damping = self.config.damping.after(training.damping);
+                training.rate = self.config.rate.after(training.rate);
             } else {
                 let good = std::mem::take(&mut training.good);
                 training.stepper.set_parameters(&good)?;
                 training.good = good;
-                training.damping = self.config.damping_first.min(RETURN * training.damping);
+                training.damping = self.config.damping.first.min(RETURN * training.damping);
                 self.record.rollbacks += 1;
                 self.record.note(self.now, EventKind::RolledBack);
             }
@@ -251,11 +250,11 @@ const RETURN: f64 = 100.0;
 impl Training {
     /// Whether the loss of the newest samples is far above its usual value.
     fn contradicted(&mut self, config: &OnlineConfig, replay: &Replay) -> Result<bool> {
-        if self.fresh < config.change_samples || self.stepper.steps() == 0 {
+        if self.fresh < config.change.samples || self.stepper.steps() == 0 {
             return Ok(false);
         }
         self.fresh = 0;
-        replay.newest(config.change_samples, &mut self.indices);
+        replay.newest(config.change.samples, &mut self.indices);
         let found = self.stepper.loss(Batch {
             samples: replay.samples(),
             indices: &self.indices,
@@ -265,7 +264,7 @@ impl Training {
             self.usual = Some(found);
             return Ok(false);
         };
-        let contradicted = found > (config.change_factor * usual).max(config.change_threshold);
+        let contradicted = found > (config.change.factor * usual).max(config.change.threshold);
         if contradicted && self.discarded < MOST_DISCARDS {
             self.discarded += 1;
             return Ok(true);

@@ -18,7 +18,7 @@ mod rows;
 mod thread;
 mod tracking;
 
-pub use config::OnlineConfig;
+pub use config::{ChangeConfig, Falling, OnlineConfig};
 pub use differentiator::{Differentiator, Sample};
 pub use guard::Guard;
 pub use learner::OnlineLearner;

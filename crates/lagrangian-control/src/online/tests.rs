@@ -266,29 +266,16 @@ fn a_reservoir_holds_a_fair_choice_and_forgetting_keeps_the_newest() {
 
 #[test]
 fn settings_outside_their_domain_are_refused() {
-    let bad = [
-        OnlineConfig {
-            rate: 0.0,
-            ..OnlineConfig::default()
-        },
-        OnlineConfig {
-            change_samples: 0,
-            ..OnlineConfig::default()
-        },
-        OnlineConfig {
-            window: 0,
-            ..OnlineConfig::default()
-        },
-        OnlineConfig {
-            warm_up: 0,
-            ..OnlineConfig::default()
-        },
-        OnlineConfig {
-            damping_decay: 1.5,
-            ..OnlineConfig::default()
-        },
+    let bad: [fn(&mut OnlineConfig); 5] = [
+        |config| config.rate.first = 0.0,
+        |config| config.change.samples = 0,
+        |config| config.window = 0,
+        |config| config.warm_up = 0,
+        |config| config.damping.decay = 1.5,
     ];
-    for config in bad {
+    for spoil in bad {
+        let mut config = OnlineConfig::default();
+        spoil(&mut config);
         assert!(OnlineLearner::new(Coordinates::angles(2), config).is_err());
     }
 }

@@ -39,19 +39,23 @@ pub struct PayloadEstimator<'a> {
     prior: LoadPrior,
     filtered: Filtered,
     sums: LoadSums,
-    /// Sum Σ rᵀ W r, with the forgetting of the other sums.
-    squares: f64,
     estimate: LoadParameters,
     carried: bool,
-    /// Mean squares of the noise and of the residual without the load, for each joint.
-    noise: Vec<Mean>,
-    usual: Vec<Mean>,
+    /// Mean squares for each joint.
+    joints: Vec<Joint>,
     /// Time since the last change, s.
     since: f64,
     changes: u64,
     torque: Vec<f64>,
     /// Torque that acts until the next tick of a controller; NaN before the first.
     acting: Vec<f64>,
+}
+
+/// Mean squares of the noise of a joint, and of its residual without the load.
+#[derive(Debug, Clone, Copy, Default)]
+struct Joint {
+    noise: Mean,
+    usual: Mean,
 }
 
 /// Mean of squares over the last second.
@@ -90,13 +94,11 @@ impl<'a> PayloadEstimator<'a> {
             load: LinkLoad::new(robot, link)?,
             filtered: Filtered::new(n, config.low_pass),
             sums: LoadSums::default(),
-            squares: 0.0,
             estimate: prior.start(),
             prior,
             config,
             carried: false,
-            noise: vec![Mean::default(); n],
-            usual: vec![Mean::default(); n],
+            joints: vec![Joint::default(); n],
             since: 0.0,
             changes: 0,
             torque: vec![0.0; n],
@@ -190,22 +192,20 @@ impl<'a> PayloadEstimator<'a> {
 
     /// Mean over the joints of the squared residual without the load, relative to the usual one.
     fn surprise(&self) -> f64 {
-        if self.usual.iter().any(|usual| usual.seconds < WARM_UP) {
+        if self.joints.iter().any(|own| own.usual.seconds < WARM_UP) {
             return 0.0;
         }
-        let joints = self.filtered.joints().iter();
-        let usual = self.usual.iter().zip(&self.noise);
-        let parts = joints.zip(usual).map(|(joint, (usual, noise))| {
+        let joints = self.filtered.joints().iter().zip(&self.joints);
+        let parts = joints.map(|(joint, Joint { noise, usual })| {
             let slight = (SLIGHT * joint.residual.powi(2)).max(SMALLEST_NOISE);
             let square = usual.square.max(noise.square).max(slight);
             joint.left_by(self.load()).powi(2) / square
         });
-        parts.sum::<f64>() / self.usual.len() as f64
+        parts.sum::<f64>() / self.joints.len() as f64
     }
 
     fn begin_again(&mut self) {
         self.sums = LoadSums::default();
-        self.squares = 0.0;
         self.filtered.restart();
         self.since = 0.0;
         self.changes += 1;
@@ -213,25 +213,22 @@ impl<'a> PayloadEstimator<'a> {
 
     fn average(&mut self, h: f64) {
         let load = self.carried.then_some(&self.estimate);
-        let means = self.noise.iter_mut().zip(&mut self.usual);
-        for (joint, (noise, usual)) in self.filtered.joints().iter().zip(means) {
-            noise.add(joint.noise(), h);
-            usual.add(joint.left_by(load).powi(2), h);
+        for (joint, own) in self.filtered.joints().iter().zip(&mut self.joints) {
+            own.noise.add(joint.noise(), h);
+            own.usual.add(joint.left_by(load).powi(2), h);
         }
     }
 
     fn learn(&mut self, h: f64) {
         let keep = (-h / self.config.memory).exp();
         self.sums.forget(keep);
-        self.squares *= keep;
         let part = h / (CORRELATED * self.config.low_pass);
-        for (joint, noise) in self.filtered.joints().iter().zip(&self.noise) {
-            let weight = part / noise.square.max(SMALLEST_NOISE);
+        for (joint, own) in self.filtered.joints().iter().zip(&self.joints) {
+            let weight = part / own.noise.square.max(SMALLEST_NOISE);
             self.sums.add(&joint.row, joint.residual, weight);
-            self.squares += weight * joint.residual * joint.residual;
         }
         self.solve();
-        let needed = self.config.explained * self.squares;
+        let needed = self.config.explained * self.sums.square;
         let factor = if self.carried { HYSTERESIS } else { 1.0 };
         self.carried = self.sums.explained(&self.estimate) > factor * needed;
     }
@@ -244,7 +241,6 @@ impl<'a> PayloadEstimator<'a> {
             }
             if step.is_infinite() {
                 self.sums = LoadSums::default();
-                self.squares = 0.0;
                 self.estimate = self.prior.start();
             }
         }

@@ -20,13 +20,15 @@ use super::regressor::PER_BODY;
 /// lead so near to the border that rounding holds them there.
 const LARGEST: f64 = 0.8;
 
-/// Information of torques about a load: A and b.
+/// Information of torques about a load: A and b, and the squares that it may explain.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LoadSums {
     /// A, of which only the lower triangle is used; 1/kg² and so on.
     pub information: [[f64; PER_BODY]; PER_BODY],
     /// Right-hand side b.
     pub right: LoadParameters,
+    /// Sum of the squared torques in units of their noise.
+    pub square: f64,
 }
 
 impl LoadSums {
@@ -36,12 +38,14 @@ impl LoadSums {
             .iter_mut()
             .flatten()
             .chain(&mut self.right)
+            .chain([&mut self.square])
             .for_each(|x| *x *= factor);
     }
 
     /// Adds one torque: a row y of the regressor, the torque that y·π explains, and its weight, 1 / variance
     /// of its noise.
     pub fn add(&mut self, row: &LoadParameters, torque: f64, weight: f64) {
+        self.square += weight * torque * torque;
         for (k, y) in row.iter().enumerate() {
             let weighted = weight * y;
             self.right[k] += weighted * torque;
