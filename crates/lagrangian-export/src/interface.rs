@@ -143,6 +143,22 @@ struct Row {
     about: &'static str,
 }
 
+impl Row {
+    const fn new(
+        name: &'static str,
+        arguments: &'static [Quantity],
+        results: &'static [Quantity],
+        about: &'static str,
+    ) -> Self {
+        Self {
+            name,
+            arguments,
+            results,
+            about,
+        }
+    }
+}
+
 const fn quantity(name: &'static str, shape: Shape) -> Quantity {
     Quantity { name, shape }
 }
@@ -230,12 +246,7 @@ impl Call {
     }
 
     fn row(self) -> Row {
-        let row = |name, arguments, results, about| Row {
-            name,
-            arguments,
-            results,
-            about,
-        };
+        let row = Row::new;
         match self {
             Self::InverseDynamics => {
                 row("inverse_dynamics", MOTION, &[TAU], "the forces of a motion")

@@ -15,7 +15,7 @@ use std::cell::RefCell;
 use serde::{Deserialize, Serialize};
 
 use crate::dynamics::{Balance, EulerLagrange, Evaluation, Evaluator, Model, Slopes};
-use crate::integrate::{Control, Ending, Failure, Method};
+use crate::integrate::{Control, Ending, Failure, Method, Solution};
 use lagrangian_motion::Signals;
 use lagrangian_motion::{Error, Result, Stop, Trajectory};
 
@@ -358,11 +358,23 @@ impl<'a> RolloutState<'a> {
         }
         let mut control = self.options.control();
         control.max_steps -= self.rollout.steps + self.rollout.rejected;
-        if self.options.method == Method::Moreau {
-            let solution = self.step_through(times, tau, &control, first);
-            self.rollout.steps += solution.steps;
-            return solution.ending;
-        }
+        let solution = match self.options.method {
+            Method::Moreau => self.step_through(times, tau, &control, first),
+            _ => self.solve(times, tau, &control, first),
+        };
+        self.rollout.steps += solution.steps;
+        self.rollout.rejected += solution.rejected;
+        solution.ending
+    }
+
+    /// Solution by a method without dry friction as a set of forces.
+    fn solve(
+        &mut self,
+        times: &[f64],
+        tau: &Force<'_>,
+        control: &Control,
+        first: bool,
+    ) -> Solution {
         let Self {
             evaluator,
             mechanics,
@@ -388,14 +400,14 @@ impl<'a> RolloutState<'a> {
                 known.borrow_mut().sampled(state);
             }
         };
-        let solution = match (options.method.rule(), mechanics) {
+        match (options.method.rule(), mechanics) {
             (Some(rule), Some(mechanics)) => {
                 let mut slopes = |t: f64, q: &[f64], qd: &[f64], slopes: &mut Slopes| {
                     tau(t, q, qd, force);
                     mechanics.slopes(q, qd, force, slopes);
                     *evaluations += 1;
                 };
-                rule.solve(&mut slopes, &x0, times, &control, &mut sample)
+                rule.solve(&mut slopes, &x0, times, control, &mut sample)
             }
             _ => match evaluator.phase_flow() {
                 None => {
@@ -407,7 +419,7 @@ impl<'a> RolloutState<'a> {
                         known.borrow_mut().evaluated(q, qd, force, qdd);
                     };
                     let method = options.method;
-                    method.solve(&mut acceleration, &x0, times, &control, &mut sample)
+                    method.solve(&mut acceleration, &x0, times, control, &mut sample)
                 }
                 Some(phase) => {
                     let mut flow =
@@ -418,13 +430,10 @@ impl<'a> RolloutState<'a> {
                             *evaluations += 1;
                         };
                     let method = options.method;
-                    method.solve_flow(&mut flow, &x0, times, &control, &mut sample)
+                    method.solve_flow(&mut flow, &x0, times, control, &mut sample)
                 }
             },
-        };
-        rollout.steps += solution.steps;
-        rollout.rejected += solution.rejected;
-        solution.ending
+        }
     }
 
     fn finish(mut self, ending: Ending, tau: &Force<'_>) -> Rollout {

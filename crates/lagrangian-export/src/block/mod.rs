@@ -215,10 +215,8 @@ impl Printer<'_> {
             Operation::Sum(of) => {
                 let (many, value) = (graph.length(of), self.number(plan, of, "i"));
                 writeln!(text, "{indent}real v{id} = C(0);")?;
-                writeln!(
-                    text,
-                    "{indent}for (int i = 0; i < {many}; ++i) v{id} += {value};"
-                )
+                let each = format!("for (int i = 0; i < {many}; ++i) v{id} += {value};");
+                writeln!(text, "{indent}{each}")
             }
             Operation::Matrix {
                 matrix,
@@ -226,32 +224,22 @@ impl Printer<'_> {
                 of,
             } => {
                 let (rows, columns, table) = self.tables.matrix(graph, matrix);
-                let call = if transposed {
-                    "multiply_transposed"
-                } else {
-                    "multiply"
-                };
-                let x = self.address(plan, of);
-                let place = plan.place[&id];
-                writeln!(
-                    text,
-                    "{indent}{call}({table}, {x}, w + {place}, {rows}, {columns});"
-                )
+                let call = ["multiply", "multiply_transposed"][usize::from(transposed)];
+                let (x, place) = (self.address(plan, of), plan.place[&id]);
+                let arguments = format!("{table}, {x}, w + {place}, {rows}, {columns}");
+                writeln!(text, "{indent}{call}({arguments});")
             }
             Operation::Join(parts) => {
                 let mut at = plan.place[&id];
                 for part in parts.iter() {
                     let many = graph.length(*part);
-                    let value = |printer: &mut Self, i: &str| printer.number(plan, *part, i);
                     if many == 1 {
-                        let value = value(self, "0");
+                        let value = self.number(plan, *part, "0");
                         writeln!(text, "{indent}w[{at}] = {value};")?;
                     } else {
-                        let (to, value) = (shifted(at), value(self, "i"));
-                        writeln!(
-                            text,
-                            "{indent}for (int i = 0; i < {many}; ++i) w[{to}] = {value};"
-                        )?;
+                        let (to, value) = (shifted(at), self.number(plan, *part, "i"));
+                        let each = format!("for (int i = 0; i < {many}; ++i) w[{to}] = {value};");
+                        writeln!(text, "{indent}{each}")?;
                     }
                     at += many;
                 }

@@ -52,12 +52,8 @@ fn place(reference: usize) -> usize {
     reference + 1
 }
 
-/// All variables. The generated adapter uses the same order of references.
-fn variables(interface: &Interface) -> Vec<Variable> {
-    let n = interface.joints.len();
-    let q = 1 + interface.inputs();
-    let qd = q + n;
-    let joints = || interface.joints.iter().enumerate();
+/// The time and the inputs.
+fn inputs(interface: &Interface) -> Vec<Variable> {
     let mut all = vec![Variable {
         name: "time".into(),
         unit: "s",
@@ -65,7 +61,8 @@ fn variables(interface: &Interface) -> Vec<Variable> {
         causality: "independent",
         ..Variable::default()
     }];
-    all.extend(joints().take(interface.inputs()).map(|(i, joint)| {
+    let joints = interface.joints.iter().enumerate();
+    all.extend(joints.take(interface.inputs()).map(|(i, joint)| {
         let (unit, about) = match interface.drive {
             Drive::Forces => (joint.unit.force(), format!("force on {}", joint.name)),
             Drive::Inputs(_) => (
@@ -83,6 +80,16 @@ fn variables(interface: &Interface) -> Vec<Variable> {
             ..Variable::default()
         }
     }));
+    all
+}
+
+/// All variables. The generated adapter uses the same order of references.
+fn variables(interface: &Interface) -> Vec<Variable> {
+    let n = interface.joints.len();
+    let q = 1 + interface.inputs();
+    let qd = q + n;
+    let joints = || interface.joints.iter().enumerate();
+    let mut all = inputs(interface);
     for (k, (name, what)) in [("q", "position"), ("qd", "velocity")]
         .into_iter()
         .enumerate()

@@ -74,16 +74,6 @@ pub trait Scalar:
             _ => self,
         }
     }
-
-    /// sgn(x) max(|x| − threshold, 0), the soft threshold.
-    #[must_use]
-    fn beyond(self, threshold: Self) -> Self {
-        match self.value() {
-            x if x > threshold.value() => self - threshold,
-            x if x < -threshold.value() => self + threshold,
-            _ => Self::of(0.0),
-        }
-    }
 }
 
 impl Scalar for f64 {
@@ -205,8 +195,7 @@ mod tests {
 
     fn sample<S: Scalar>(x: S, y: S) -> S {
         (x * y - S::of(0.5)).sin() / ((y.exp() + x.abs()).sqrt().cos() + S::of(2.0))
-            + (x - y).limited_to(S::of(0.3)) * x
-            - (x + y).beyond(S::of(0.2)).times(1.5)
+            + (x - y).limited_to(S::of(0.3)) * x.times(1.5)
     }
 
     #[test]

@@ -13,6 +13,8 @@ pub use seen::SpeedChart;
 pub use seen::VelocityTransform;
 pub use sum::Sum;
 
+use std::ops::Deref;
+
 use crate::dynamics::Evaluator;
 use crate::expression::{Expressed, Moving};
 use lagrangian_motion::Coordinates;
@@ -134,25 +136,8 @@ pub trait Jets: Send {
     }
 }
 
-impl<L: Lagrangian + ?Sized> Lagrangian for &L {
-    fn coordinates(&self) -> &Coordinates {
-        (**self).coordinates()
-    }
-
-    fn jets(&self) -> Box<dyn Jets + '_> {
-        (**self).jets()
-    }
-
-    fn recursions(&self) -> Option<Box<dyn Evaluator + '_>> {
-        (**self).recursions()
-    }
-
-    fn expressed<'g>(&self, at: &Moving<'g>) -> Option<Expressed<'g>> {
-        (**self).expressed(at)
-    }
-}
-
-impl<L: Lagrangian + ?Sized> Lagrangian for Box<L> {
+/// A reference to a Lagrangian, or one on the heap.
+impl<P: Deref<Target: Lagrangian> + Send + Sync> Lagrangian for P {
     fn coordinates(&self) -> &Coordinates {
         (**self).coordinates()
     }

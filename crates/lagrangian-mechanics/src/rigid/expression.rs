@@ -146,19 +146,15 @@ impl Body {
     }
 }
 
-impl RigidBodies {
-    /// L, p and M q̈ + c by one outward and one inward sweep.
-    pub(crate) fn terms_of<'g>(&self, at: &Moving<'g>) -> Expressed<'g> {
-        let graph = at.q.graph();
-        let number = |x: f64| graph.number(x);
-        let zero = number(0.0);
+impl<'g> State<'g> {
+    /// The base, which is accelerated against this gravity.
+    fn of_base(gravity: Space<'g>) -> Self {
+        let zero = gravity[0].graph().number(0.0);
         let still = Pair {
             angular: [zero; 3],
             linear: [zero; 3],
         };
-        let space = |v: Vec3| v.map(number);
-        let gravity = space(self.gravity());
-        let base = State {
+        Self {
             twist: still,
             acceleration: Pair {
                 linear: gravity.map(|g| -g),
@@ -166,7 +162,17 @@ impl RigidBodies {
             },
             gravity,
             height: zero,
-        };
+        }
+    }
+}
+
+impl RigidBodies {
+    /// L, p and M q̈ + c by one outward and one inward sweep.
+    pub(crate) fn terms_of<'g>(&self, at: &Moving<'g>) -> Expressed<'g> {
+        let graph = at.q.graph();
+        let number = |x: f64| graph.number(x);
+        let space = |v: Vec3| v.map(number);
+        let base = State::of_base(space(self.gravity()));
         let (q, qd, qdd) = (at.q.each(), at.qd.each(), at.qdd.each());
         let mut potential = (graph.constant(self.offset()) * at.q).sum();
         let mut kinetic = (graph.constant(self.rotor()) * at.qd).dot(at.qd);

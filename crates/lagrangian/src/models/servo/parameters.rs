@@ -6,7 +6,7 @@ use super::machine::Machine;
 use lagrangian_mechanics::forces::{Drive, GearFriction, Scalar, Sensitive};
 
 /// The terms of the friction of gears, by the numbers of Duclusaud et al. 2025.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Friction {
     /// Coulomb and viscous.
@@ -30,14 +30,7 @@ impl Friction {
     /// The name.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::M1 => "m1",
-            Self::M2 => "m2",
-            Self::M3 => "m3",
-            Self::M4 => "m4",
-            Self::M5 => "m5",
-            Self::M6 => "m6",
-        }
+        ["m1", "m2", "m3", "m4", "m5", "m6"][self as usize]
     }
 
     fn is_stribeck(self) -> bool {
@@ -50,12 +43,6 @@ impl Friction {
 
     fn is_directional(self) -> bool {
         self >= Self::M5
-    }
-}
-
-impl PartialOrd for Friction {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some((*self as u8).cmp(&(*other as u8)))
     }
 }
 
