@@ -24,7 +24,7 @@ impl Rows {
         }
     }
 
-    /// Adds a row.
+    /// Adds a row; values beyond its width are omitted.
     pub(super) fn push(&self, row: &[f64]) {
         // The memory of the oldest row, where the reader holds the last that is free.
         let memory = self.empty.pop().or_else(|| {
@@ -32,7 +32,8 @@ impl Rows {
             self.full.pop()
         });
         let Some(mut memory) = memory else { return };
-        memory.copy_from_slice(row);
+        let pairs = memory.iter_mut().zip(row);
+        pairs.for_each(|(to, from)| *to = *from);
         if let Some(oldest) = self.full.force_push(memory) {
             self.lost.fetch_add(1, Ordering::Relaxed);
             let _ = self.empty.push(oldest);
