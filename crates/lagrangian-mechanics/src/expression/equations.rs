@@ -354,7 +354,7 @@ fn hold<'g>(coordinates: &Coordinates, value: Value<'g>) -> Value<'g> {
 pub fn without(what: &str) -> Error {
     Error::setting(
         format!("{what} has no equations that could be written down"),
-        "take a model of the families lnn, delan, vin, hnn, features, rigid, chain, mlp or neural-ode, without directional and quadratic friction",
+        "take a model of the families lnn, delan, vin, hnn, rigid, chain, mlp or neural-ode, without directional and quadratic friction",
     )
 }
 
