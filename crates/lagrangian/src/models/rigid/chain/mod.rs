@@ -127,23 +127,22 @@ pub fn identify(dataset: &Dataset, config: &RigidConfig, dissipation: bool) -> R
         let problem = Problem::new(dataset, config, angles, dissipation)?;
         let mut own: Option<(f64, Identified)> = None;
         for terms in Terms::ALL {
-            let Some((error, found)) = problem.best(terms)? else {
-                continue;
-            };
-            if own.as_ref().is_none_or(|(least, _)| error < WORTH * least) {
-                own = Some((error, found));
-            }
+            let most = own.as_ref().map_or(f64::INFINITY, |(loss, _)| WORTH * loss);
+            own = problem
+                .best(terms)?
+                .filter(|(loss, _)| *loss < most)
+                .or(own);
         }
-        if let Some((error, found)) = own
-            && best.as_ref().is_none_or(|(least, _)| error < *least)
-        {
-            best = Some((error, found));
-        }
+        best = least([best, own].into_iter().flatten());
     }
-    match best {
-        Some((_, found)) => Ok(found),
-        None => Err(Error::not_finite("the sums of squares of the samples", 0)),
-    }
+    let (_, found) =
+        best.ok_or_else(|| Error::not_finite("the sums of squares of the samples", 0))?;
+    Ok(found)
+}
+
+/// The first candidate of the least loss.
+fn least(candidates: impl Iterator<Item = (f64, Identified)>) -> Option<(f64, Identified)> {
+    candidates.min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 /// Terms beyond those of a chain that hangs at 0. Each is used only where it lowers the loss much: small angles hardly
@@ -222,17 +221,10 @@ impl<'a> Problem<'a> {
 
     /// The best candidate with these terms, and its loss.
     fn best(&self, terms: Terms) -> Result<Option<(f64, Identified)>> {
-        let mut best: Option<(f64, Identified)> = None;
-        for candidate in 0..self.columns.speeds.len() {
-            let Some(found) = self.solve(candidate, terms)? else {
-                continue;
-            };
-            let error = self.pooled(&found);
-            if best.as_ref().is_none_or(|(least, _)| error < *least) {
-                best = Some((error, found));
-            }
-        }
-        Ok(best)
+        let all = (0..self.columns.speeds.len()).map(|candidate| self.solve(candidate, terms));
+        let found: Vec<Option<Identified>> = all.collect::<Result<_>>()?;
+        let found = found.into_iter().flatten();
+        Ok(least(found.map(|found| (self.pooled(&found), found))))
     }
 
     /// The chain of this candidate; `None` where the sums are not finite.
