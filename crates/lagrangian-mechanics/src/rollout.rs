@@ -15,7 +15,7 @@ use std::cell::RefCell;
 use serde::{Deserialize, Serialize};
 
 use crate::dynamics::{Balance, EulerLagrange, Evaluation, Evaluator, Model, Slopes};
-use crate::integrate::{Control, Ending, Failure, Method, Solution};
+use crate::integrate::{Control, Ending, Failure, Method, Solution, Span, moreau};
 use lagrangian_motion::Signals;
 use lagrangian_motion::{Error, Result, Stop, Trajectory};
 
@@ -358,16 +358,12 @@ impl<'a> RolloutState<'a> {
         }
         let mut control = self.options.control();
         control.max_steps -= self.rollout.steps + self.rollout.rejected;
-        let solution = match self.options.method {
-            Method::Moreau => self.step_through(times, tau, &control, first),
-            _ => self.solve(times, tau, &control, first),
-        };
+        let solution = self.solve(times, tau, &control, first);
         self.rollout.steps += solution.steps;
         self.rollout.rejected += solution.rejected;
         solution.ending
     }
 
-    /// Solution by a method without dry friction as a set of forces.
     fn solve(
         &mut self,
         times: &[f64],
@@ -375,65 +371,53 @@ impl<'a> RolloutState<'a> {
         control: &Control,
         first: bool,
     ) -> Solution {
-        let Self {
-            evaluator,
-            mechanics,
-            options,
-            x,
-            qd: velocity,
-            force,
-            rollout,
-            known,
-            ..
-        } = self;
-        let Rollout {
-            trajectory,
-            evaluations,
-            singular,
-            ..
-        } = rollout;
-        let x0 = x.clone();
+        let (x0, method) = (self.x.clone(), self.options.method);
+        let span = Span {
+            x0: &x0,
+            times,
+            control,
+        };
         let mut sample = |k: usize, state: &[f64]| {
-            x.copy_from_slice(state);
+            self.x.copy_from_slice(state);
             if k > 0 || first {
-                record(trajectory, times[k], state);
-                known.borrow_mut().sampled(state);
+                record(&mut self.rollout.trajectory, times[k], state);
+                self.known.borrow_mut().sampled(state);
             }
         };
-        match (options.method.rule(), mechanics) {
-            (Some(rule), Some(mechanics)) => {
-                let mut slopes = |t: f64, q: &[f64], qd: &[f64], slopes: &mut Slopes| {
-                    tau(t, q, qd, force);
-                    mechanics.slopes(q, qd, force, slopes);
-                    *evaluations += 1;
-                };
-                rule.solve(&mut slopes, &x0, times, control, &mut sample)
-            }
-            _ => match evaluator.phase_flow() {
-                None => {
-                    let mut acceleration = |t: f64, q: &[f64], qd: &[f64], qdd: &mut [f64]| {
-                        tau(t, q, qd, force);
-                        let outcome = evaluator.forward_dynamics(q, qd, force, qdd);
-                        *singular += outcome.singular() as u64;
-                        *evaluations += 1;
-                        known.borrow_mut().evaluated(q, qd, force, qdd);
-                    };
-                    let method = options.method;
-                    method.solve(&mut acceleration, &x0, times, control, &mut sample)
-                }
-                Some(phase) => {
-                    let mut flow =
-                        |t: f64, q: &[f64], z: &[f64], dq: &mut [f64], dz: &mut [f64]| {
-                            let _ = phase.velocity(q, z, velocity);
-                            tau(t, q, velocity, force);
-                            *singular += phase.flow(q, z, force, dq, dz).singular() as u64;
-                            *evaluations += 1;
-                        };
-                    let method = options.method;
-                    method.solve_flow(&mut flow, &x0, times, control, &mut sample)
-                }
-            },
+        if method == Method::Moreau {
+            let mut balance = |t: f64, q: &[f64], qd: &[f64], balance: &mut Balance| {
+                tau(t, q, qd, &mut self.force);
+                self.rollout.evaluations += 1;
+                // The method checks that it is finite.
+                let _ = self.evaluator.balance(q, qd, &self.force, balance);
+            };
+            return moreau::solve(&mut balance, span, &mut sample);
         }
+        if let (Some(rule), Some(mechanics)) = (method.rule(), &mut self.mechanics) {
+            let mut slopes = |t: f64, q: &[f64], qd: &[f64], slopes: &mut Slopes| {
+                tau(t, q, qd, &mut self.force);
+                mechanics.slopes(q, qd, &self.force, slopes);
+                self.rollout.evaluations += 1;
+            };
+            return rule.solve(&mut slopes, span, &mut sample);
+        }
+        if let Some(phase) = self.evaluator.phase_flow() {
+            let mut flow = |t: f64, q: &[f64], z: &[f64], dq: &mut [f64], dz: &mut [f64]| {
+                let _ = phase.velocity(q, z, &mut self.qd);
+                tau(t, q, &self.qd, &mut self.force);
+                self.rollout.singular += phase.flow(q, z, &self.force, dq, dz).singular() as u64;
+                self.rollout.evaluations += 1;
+            };
+            return method.solve_flow(&mut flow, span, &mut sample);
+        }
+        let mut acceleration = |t: f64, q: &[f64], qd: &[f64], qdd: &mut [f64]| {
+            tau(t, q, qd, &mut self.force);
+            let outcome = self.evaluator.forward_dynamics(q, qd, &self.force, qdd);
+            self.rollout.singular += outcome.singular() as u64;
+            self.rollout.evaluations += 1;
+            self.known.borrow_mut().evaluated(q, qd, &self.force, qdd);
+        };
+        method.solve(&mut acceleration, span, &mut sample)
     }
 
     fn finish(mut self, ending: Ending, tau: &Force<'_>) -> Rollout {

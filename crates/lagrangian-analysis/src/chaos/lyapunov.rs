@@ -1,6 +1,6 @@
 //! The largest Lyapunov exponent of a motion.
 
-use lagrangian::integrate::{Control, Dop853, Ending, adaptive};
+use lagrangian::integrate::{Control, Dop853, Ending, Span, adaptive};
 use lagrangian::rollout::free;
 use lagrangian::{Error, Evaluator, Model, Result, RolloutOptions, State, rollout};
 
@@ -112,8 +112,12 @@ impl<'a> Pair<'a> {
                 x.copy_from_slice(state);
             }
         };
-        let times = [0.0, interval];
-        let solution = adaptive::solve::<Dop853>(&mut f, &x0, &times, &control, &mut sink);
+        let span = Span {
+            x0: &x0,
+            times: &[0.0, interval],
+            control: &control,
+        };
+        let solution = adaptive::solve::<Dop853>(&mut f, span, &mut sink);
         // The step limit is that of the whole run.
         self.control.max_steps -= solution.steps + solution.rejected;
         let distance = self

@@ -5,7 +5,7 @@
 
 use std::marker::PhantomData;
 
-use super::{Control, Ending, Failure, FirstOrder, Sink, Solution, combine};
+use super::{Control, Ending, Failure, FirstOrder, Sink, Solution, Span, combine};
 
 /// Safety factor on the step that the error estimate allows.
 const SAFETY: f64 = 0.9;
@@ -54,16 +54,14 @@ pub trait EmbeddedPair {
     fn prepare(k: &[f64], h: f64, x: &[f64], x_new: &[f64], terms: &mut [f64]);
 }
 
-/// Solves x' = f(t, x) from x₀ at `times[0]` and passes the state at every one of the `times` (increasing) to
+/// Solves x' = f(t, x) and passes the state at every one of the times to
 /// `sink`; between steps by dense output, so that sampling does not change the steps.
 pub fn solve<P: EmbeddedPair>(
     f: &mut FirstOrder<'_>,
-    x0: &[f64],
-    times: &[f64],
-    control: &Control,
+    span: Span<'_>,
     sink: &mut Sink<'_>,
 ) -> Solution {
-    let mut stepper = Stepper::<P>::new(x0, times, *control, sink);
+    let mut stepper = Stepper::<P>::new(span.x0, span.times, *span.control, sink);
     while let Some((t, x, slope)) = stepper.request() {
         f(t, x, slope);
         stepper.proceed(sink);
@@ -469,7 +467,12 @@ mod tests {
         let mut f = |_: f64, x: &[f64], dx: &mut [f64]| dx.copy_from_slice(&[x[1], -x[0].sin()]);
         let mut truth = [0.0; 2];
         let mut sink = |_: usize, x: &[f64]| truth.copy_from_slice(x);
-        solve::<Dop853>(&mut f, &[1.0, 0.0], &[0.0, 2.0], &control, &mut sink);
+        let span = Span {
+            x0: &[1.0, 0.0],
+            times: &[0.0, 2.0],
+            control: &control,
+        };
+        solve::<Dop853>(&mut f, span, &mut sink);
         let (mut x, mut stage, h) = ([1.0, 0.0], [0.0; 2], 2.0 / f64::from(parts));
         let mut k = vec![0.0; 2 * P::A.len()];
         for _ in 0..parts {

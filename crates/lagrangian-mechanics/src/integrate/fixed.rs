@@ -1,16 +1,14 @@
 //! Drives the methods that have a fixed step through the sample times.
 
-use super::{Control, Ending, Failure, Sink, Solution};
+use super::{Ending, Failure, Sink, Solution, Span, Stepped};
 
-/// Solves from x₀ at `times[0]` and passes the state at every one of the `times` to `sink`; `step` makes one step of size h
+/// Passes the state at every one of the times to `sink`; `step` makes one step of size h
 /// from time t, (t, h, x), in place, or returns the reason of a failure.
 ///
 /// Each interval between sample times is cut into equal steps of at most [`Control::step`].
 pub fn solve(
-    mut step: impl FnMut(f64, f64, &mut [f64]) -> Result<(), Failure>,
-    x0: &[f64],
-    times: &[f64],
-    control: &Control,
+    mut step: impl FnMut(f64, f64, &mut [f64]) -> Stepped,
+    Span { x0, times, control }: Span<'_>,
     sink: &mut Sink<'_>,
 ) -> Solution {
     let mut x = x0.to_vec();

@@ -1,6 +1,6 @@
 //! The fixed-point iteration that solves implicit steps, and its criterion of convergence.
 
-use super::Failure;
+use super::{Failure, Stepped};
 
 /// Maximum number of iterations.
 pub(super) const MAX_ITERATIONS: usize = 100;
@@ -37,7 +37,7 @@ pub(super) fn solve(
     x: &mut [f64],
     next: &mut [f64],
     mut g: impl FnMut(&[f64], &mut [f64]),
-) -> Result<(), Failure> {
+) -> Stepped {
     let mut convergence = Convergence::new();
     for _ in 0..MAX_ITERATIONS {
         g(x, next);

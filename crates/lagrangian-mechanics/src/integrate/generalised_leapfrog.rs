@@ -1,6 +1,6 @@
 //! The leapfrog method for any Hamiltonian.
 
-use super::{Failure, Flow, fixed_point};
+use super::{Flow, Stepped, fixed_point};
 
 /// The method of Störmer and Verlet as a partitioned Runge–Kutta method, order 2, time-reversible, fixed step, of
 /// q' = f(t, q, z), z' = g(t, q, z):
@@ -38,15 +38,9 @@ impl GeneralisedLeapfrog {
     /// One step of size h of x = (q, z), in place.
     ///
     /// # Errors
-    /// [`Failure::NotConverged`] where an implicit line was not solved, [`Failure::NotFinite`] where the flow is not
+    /// [`super::Failure::NotConverged`] where an implicit line was not solved, [`super::Failure::NotFinite`] where the flow is not
     /// finite.
-    pub fn step(
-        &mut self,
-        flow: &mut Flow<'_>,
-        t: f64,
-        h: f64,
-        x: &mut [f64],
-    ) -> Result<(), Failure> {
+    pub fn step(&mut self, flow: &mut Flow<'_>, t: f64, h: f64, x: &mut [f64]) -> Stepped {
         let (q, z) = x.split_at_mut(self.dz.len());
         let Self {
             half,

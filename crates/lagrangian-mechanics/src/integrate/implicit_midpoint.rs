@@ -1,7 +1,7 @@
 //! The implicit midpoint rule.
 
 use super::fixed_point::{Convergence, MAX_ITERATIONS};
-use super::{Failure, SecondOrder};
+use super::{Failure, SecondOrder, Stepped};
 
 /// The implicit midpoint rule, order 2, time-reversible, A-stable, fixed step:
 ///
@@ -32,13 +32,7 @@ impl ImplicitMidpoint {
     ///
     /// # Errors
     /// [`Failure::NotConverged`] where the step was not solved, [`Failure::NotFinite`] where f is not finite.
-    pub fn step(
-        &mut self,
-        f: &mut SecondOrder<'_>,
-        t: f64,
-        h: f64,
-        x: &mut [f64],
-    ) -> Result<(), Failure> {
+    pub fn step(&mut self, f: &mut SecondOrder<'_>, t: f64, h: f64, x: &mut [f64]) -> Stepped {
         let n = self.acceleration.len();
         self.solve_midpoint(f, t, h, x)?;
         for i in 0..n {
@@ -49,13 +43,7 @@ impl ImplicitMidpoint {
     }
 
     /// a = f at the midpoint that a leads to; the last step's a is the first guess.
-    fn solve_midpoint(
-        &mut self,
-        f: &mut SecondOrder<'_>,
-        t: f64,
-        h: f64,
-        x: &[f64],
-    ) -> Result<(), Failure> {
+    fn solve_midpoint(&mut self, f: &mut SecondOrder<'_>, t: f64, h: f64, x: &[f64]) -> Stepped {
         let n = self.acceleration.len();
         let mut convergence = Convergence::new();
         for _ in 0..MAX_ITERATIONS {

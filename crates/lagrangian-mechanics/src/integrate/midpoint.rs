@@ -1,6 +1,6 @@
 //! The implicit midpoint rule for any flow.
 
-use super::{Failure, FirstOrder, fixed_point};
+use super::{FirstOrder, Stepped, fixed_point};
 
 /// The implicit midpoint rule, order 2, time-reversible, A-stable, fixed step, of x' = f(t, x):
 ///
@@ -31,14 +31,8 @@ impl Midpoint {
     /// One step of size h, in place; the last step's slope is the first guess.
     ///
     /// # Errors
-    /// [`Failure::NotConverged`] where the step was not solved, [`Failure::NotFinite`] where f is not finite.
-    pub fn step(
-        &mut self,
-        f: &mut FirstOrder<'_>,
-        t: f64,
-        h: f64,
-        x: &mut [f64],
-    ) -> Result<(), Failure> {
+    /// [`super::Failure::NotConverged`] where the step was not solved, [`super::Failure::NotFinite`] where f is not finite.
+    pub fn step(&mut self, f: &mut FirstOrder<'_>, t: f64, h: f64, x: &mut [f64]) -> Stepped {
         let Self {
             slope,
             middle,

@@ -51,6 +51,20 @@ pub type Flow<'a> = dyn FnMut(f64, &[f64], &[f64], &mut [f64], &mut [f64]) + 'a;
 /// Receives the solution: (index of the sample time, state at that time).
 pub type Sink<'a> = dyn FnMut(usize, &[f64]) + 'a;
 
+/// The outcome of a step; an error is the reason why the solution cannot be continued.
+pub type Stepped = std::result::Result<(), Failure>;
+
+/// A solution to be computed: the initial state, the times and the accuracy.
+#[derive(Debug, Clone, Copy)]
+pub struct Span<'a> {
+    /// The state at the first of the times.
+    pub x0: &'a [f64],
+    /// The times of the samples, increasing.
+    pub times: &'a [f64],
+    /// Accuracy and maximum cost.
+    pub control: &'a Control,
+}
+
 /// An integration method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -156,18 +170,10 @@ impl Method {
         }
     }
 
-    /// Solves q'' = f(t, q, q') from the state x₀ = (q, q') at `times[0]` and passes (q, q') at every one of the
-    /// `times` (increasing) to `sink`. A variational method, which needs a Lagrangian, and [`Moreau`], which needs a
+    /// Solves q'' = f(t, q, q') from x₀ = (q, q') and passes (q, q') at every one of the times to `sink`. A variational method, which needs a Lagrangian, and [`Moreau`], which needs a
     /// mass matrix, fail at the first step.
-    pub fn solve(
-        self,
-        f: &mut SecondOrder<'_>,
-        x0: &[f64],
-        times: &[f64],
-        control: &Control,
-        sink: &mut Sink<'_>,
-    ) -> Solution {
-        let n = x0.len() / 2;
+    pub fn solve(self, f: &mut SecondOrder<'_>, span: Span<'_>, sink: &mut Sink<'_>) -> Solution {
+        let n = span.x0.len() / 2;
         let mut first_order = |t: f64, x: &[f64], dx: &mut [f64]| {
             let ((q, qd), (dq, dqd)) = (x.split_at(n), dx.split_at_mut(n));
             dq.copy_from_slice(qd);
@@ -176,27 +182,19 @@ impl Method {
         match self {
             Self::StormerVerlet => {
                 let mut method = StormerVerlet::new(n);
-                fixed::solve(|t, h, x| method.step(f, t, h, x), x0, times, control, sink)
+                fixed::solve(|t, h, x| method.step(f, t, h, x), span, sink)
             }
             Self::ImplicitMidpoint => {
                 let mut method = ImplicitMidpoint::new(n);
-                fixed::solve(|t, h, x| method.step(f, t, h, x), x0, times, control, sink)
+                fixed::solve(|t, h, x| method.step(f, t, h, x), span, sink)
             }
-            _ => self.solve_first_order(&mut first_order, x0, times, control, sink),
+            _ => self.solve_first_order(&mut first_order, span, sink),
         }
     }
 
-    /// Solves (q, z)' = f(t, q, z) from the state x₀ = (q, z) at `times[0]` and passes (q, z) at every one of the
-    /// `times` (increasing) to `sink`; [`Method::solve`] is faster where q' = z. A variational method fails at the first step.
-    pub fn solve_flow(
-        self,
-        f: &mut Flow<'_>,
-        x0: &[f64],
-        times: &[f64],
-        control: &Control,
-        sink: &mut Sink<'_>,
-    ) -> Solution {
-        let n = x0.len() / 2;
+    /// Solves (q, z)' = f(t, q, z) from x₀ = (q, z) and passes (q, z) at every one of the times to `sink`; [`Method::solve`] is faster where q' = z. A variational method fails at the first step.
+    pub fn solve_flow(self, f: &mut Flow<'_>, span: Span<'_>, sink: &mut Sink<'_>) -> Solution {
+        let n = span.x0.len() / 2;
         let mut first_order = |t: f64, x: &[f64], dx: &mut [f64]| {
             let ((q, z), (dq, dz)) = (x.split_at(n), dx.split_at_mut(n));
             f(t, q, z, dq, dz);
@@ -204,9 +202,9 @@ impl Method {
         match self {
             Self::StormerVerlet => {
                 let mut method = GeneralisedLeapfrog::new(n);
-                fixed::solve(|t, h, x| method.step(f, t, h, x), x0, times, control, sink)
+                fixed::solve(|t, h, x| method.step(f, t, h, x), span, sink)
             }
-            _ => self.solve_first_order(&mut first_order, x0, times, control, sink),
+            _ => self.solve_first_order(&mut first_order, span, sink),
         }
     }
 
@@ -214,46 +212,37 @@ impl Method {
     fn solve_first_order(
         self,
         f: &mut FirstOrder<'_>,
-        x0: &[f64],
-        times: &[f64],
-        control: &Control,
+        span: Span<'_>,
         sink: &mut Sink<'_>,
     ) -> Solution {
         match self {
-            Self::Dopri5 => adaptive::solve::<Dopri5>(f, x0, times, control, sink),
-            Self::Dop853 => adaptive::solve::<Dop853>(f, x0, times, control, sink),
+            Self::Dopri5 => adaptive::solve::<Dopri5>(f, span, sink),
+            Self::Dop853 => adaptive::solve::<Dop853>(f, span, sink),
             Self::Rk4 => {
-                let mut method = Rk4::new(x0.len());
-                fixed::solve(|t, h, x| method.step(f, t, h, x), x0, times, control, sink)
+                let mut method = Rk4::new(span.x0.len());
+                fixed::solve(|t, h, x| method.step(f, t, h, x), span, sink)
             }
             Self::ImplicitMidpoint => {
-                let mut method = Midpoint::new(x0.len());
-                fixed::solve(|t, h, x| method.step(f, t, h, x), x0, times, control, sink)
+                let mut method = Midpoint::new(span.x0.len());
+                fixed::solve(|t, h, x| method.step(f, t, h, x), span, sink)
             }
             Self::StormerVerlet
             | Self::VariationalMidpoint
             | Self::VariationalTrapezoidal
             | Self::Moreau => {
                 let fail = |_, _, _: &mut [f64]| Err(Failure::NotConverged);
-                fixed::solve(fail, x0, times, control, sink)
+                fixed::solve(fail, span, sink)
             }
         }
     }
 }
 
 impl Rule {
-    /// Solves the discrete Euler–Lagrange equation of `f` from the state x₀ = (q, q') at `times[0]` and passes (q, q') at
-    /// every one of the `times` (increasing) to `sink`.
-    pub fn solve(
-        self,
-        f: &mut Mechanics<'_>,
-        x0: &[f64],
-        times: &[f64],
-        control: &Control,
-        sink: &mut Sink<'_>,
-    ) -> Solution {
-        let mut method = Variational::new(x0.len() / 2, self);
-        fixed::solve(|t, h, x| method.step(f, t, h, x), x0, times, control, sink)
+    /// Solves the discrete Euler–Lagrange equation of `f` from x₀ = (q, q') and passes (q, q') at every one of the times to
+    /// `sink`.
+    pub fn solve(self, f: &mut Mechanics<'_>, span: Span<'_>, sink: &mut Sink<'_>) -> Solution {
+        let mut method = Variational::new(span.x0.len() / 2, self);
+        fixed::solve(|t, h, x| method.step(f, t, h, x), span, sink)
     }
 }
 

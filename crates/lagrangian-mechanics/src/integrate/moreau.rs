@@ -1,6 +1,6 @@
 //! Moreau's time stepping: dry friction as a set of forces, so that joints stick.
 
-use super::{Control, Failure, Sink, Solution, fixed};
+use super::{Failure, Sink, Solution, Span, Stepped, fixed};
 use crate::dynamics::Balance;
 use crate::forces::DrySolver;
 
@@ -64,13 +64,7 @@ impl Moreau {
     ///
     /// # Errors
     /// [`Failure::NotFinite`] where the balance is not finite, [`Failure::NotDefinite`] where M is not positive definite.
-    pub fn step(
-        &mut self,
-        f: &mut Frictional<'_>,
-        t: f64,
-        h: f64,
-        x: &mut [f64],
-    ) -> Result<(), Failure> {
+    pub fn step(&mut self, f: &mut Frictional<'_>, t: f64, h: f64, x: &mut [f64]) -> Stepped {
         let n = self.next.len();
         let (mut from, mut pieces) = (0.0, 0);
         loop {
@@ -107,7 +101,7 @@ impl Moreau {
         t: f64,
         [q, v]: [&[f64]; 2],
         qdd: &mut [f64],
-    ) -> Result<(), Failure> {
+    ) -> Stepped {
         f(t, q, v, &mut self.balance);
         let Balance {
             mass_matrix,
@@ -126,7 +120,7 @@ impl Moreau {
     }
 
     /// v⁺ of a piece of h seconds from x.
-    fn solve(&mut self, f: &mut Frictional<'_>, t: f64, h: f64, x: &[f64]) -> Result<(), Failure> {
+    fn solve(&mut self, f: &mut Frictional<'_>, t: f64, h: f64, x: &[f64]) -> Stepped {
         let n = self.next.len();
         let (q, v) = x.split_at(n);
         for i in 0..n {
@@ -178,7 +172,7 @@ impl Moreau {
     }
 
     /// Solves the problem that is set up, from these velocities.
-    fn solution(&mut self, v: &mut [f64]) -> Result<(), Failure> {
+    fn solution(&mut self, v: &mut [f64]) -> Stepped {
         if !self.balance.is_finite() {
             return Err(Failure::NotFinite);
         }
@@ -230,15 +224,8 @@ impl Moreau {
     }
 }
 
-/// Solves the balance `f` from the state x₀ = (q, q') at `times[0]` and passes (q, q') at every one of the `times` (increasing) to
-/// `sink`.
-pub fn solve(
-    f: &mut Frictional<'_>,
-    x0: &[f64],
-    times: &[f64],
-    control: &Control,
-    sink: &mut Sink<'_>,
-) -> Solution {
-    let mut method = Moreau::new(x0.len() / 2);
-    fixed::solve(|t, h, x| method.step(f, t, h, x), x0, times, control, sink)
+/// Solves the balance `f` from x₀ = (q, q') and passes (q, q') at every one of the times to `sink`.
+pub fn solve(f: &mut Frictional<'_>, span: Span<'_>, sink: &mut Sink<'_>) -> Solution {
+    let mut method = Moreau::new(span.x0.len() / 2);
+    fixed::solve(|t, h, x| method.step(f, t, h, x), span, sink)
 }

@@ -1,6 +1,6 @@
 //! The classical Runge–Kutta method.
 
-use super::{Failure, FirstOrder};
+use super::{FirstOrder, Stepped};
 
 /// The classical Runge–Kutta method of order 4 (Kutta 1901): four evaluations a step, fixed step.
 #[derive(Debug, Clone)]
@@ -29,13 +29,7 @@ impl Rk4 {
     ///
     /// # Errors
     /// Never; a state that is not finite is written to `x`.
-    pub fn step(
-        &mut self,
-        f: &mut FirstOrder<'_>,
-        t: f64,
-        h: f64,
-        x: &mut [f64],
-    ) -> Result<(), Failure> {
+    pub fn step(&mut self, f: &mut FirstOrder<'_>, t: f64, h: f64, x: &mut [f64]) -> Stepped {
         self.stage.copy_from_slice(x);
         self.sum.copy_from_slice(x);
         for (stage, (node, weight)) in Self::STAGES.into_iter().enumerate() {

@@ -1,6 +1,6 @@
 //! The leapfrog method.
 
-use super::{Failure, SecondOrder, fixed_point};
+use super::{SecondOrder, Stepped, fixed_point};
 
 /// The method of Störmer (1907) and Verlet (1967), order 2, time-reversible, fixed step:
 ///
@@ -32,14 +32,8 @@ impl StormerVerlet {
     /// One step of size h of x = (q, v), in place.
     ///
     /// # Errors
-    /// [`Failure::NotConverged`] where the implicit half-step was not solved.
-    pub fn step(
-        &mut self,
-        f: &mut SecondOrder<'_>,
-        t: f64,
-        h: f64,
-        x: &mut [f64],
-    ) -> Result<(), Failure> {
+    /// [`super::Failure::NotConverged`] where the implicit half-step was not solved.
+    pub fn step(&mut self, f: &mut SecondOrder<'_>, t: f64, h: f64, x: &mut [f64]) -> Stepped {
         let (q, v) = x.split_at_mut(self.force.len());
         self.solve_half_step(f, t, h, q, v)?;
         q.iter_mut().zip(&self.half).for_each(|(q, v)| *q += h * v);
@@ -58,7 +52,7 @@ impl StormerVerlet {
         h: f64,
         q: &[f64],
         v: &[f64],
-    ) -> Result<(), Failure> {
+    ) -> Stepped {
         let Self { force, half, next } = self;
         half.copy_from_slice(v);
         fixed_point::solve(half, next, |half, next| {

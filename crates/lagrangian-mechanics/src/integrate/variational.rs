@@ -1,7 +1,7 @@
 //! Variational integrators: methods that discretise the action, not the equation of motion.
 
-use super::Failure;
 use super::fixed_point::Convergence;
+use super::{Failure, Stepped};
 use crate::dynamics::Slopes;
 use lagrangian_motion::solve::{Regularity, SymmetricSolver};
 
@@ -114,13 +114,7 @@ impl Variational {
     ///
     /// # Errors
     /// [`Failure::NotConverged`] where the step was not solved, [`Failure::NotFinite`] where L is not finite.
-    pub fn step(
-        &mut self,
-        f: &mut Mechanics<'_>,
-        t: f64,
-        h: f64,
-        x: &mut [f64],
-    ) -> Result<(), Failure> {
+    pub fn step(&mut self, f: &mut Mechanics<'_>, t: f64, h: f64, x: &mut [f64]) -> Stepped {
         let (q, v) = x.split_at_mut(self.v.len());
         f(t, q, v, &mut self.first);
         let mut p = std::mem::take(&mut self.p);
@@ -143,7 +137,7 @@ impl Variational {
         q: &mut [f64],
         p: &mut [f64],
         v: &mut [f64],
-    ) -> Result<(), Failure> {
+    ) -> Stepped {
         self.v.copy_from_slice(v);
         let mut convergence = Convergence::new();
         for iteration in 0..MAX_ITERATIONS {
@@ -265,7 +259,7 @@ impl Variational {
         q: &[f64],
         p: &[f64],
         v: &mut [f64],
-    ) -> Result<(), Failure> {
+    ) -> Stepped {
         let mut convergence = Convergence::new();
         for _ in 0..MAX_ITERATIONS {
             f(t, q, v, &mut self.first);

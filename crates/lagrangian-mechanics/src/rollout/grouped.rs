@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use super::round::Round;
 use super::{Force, Rollout, RolloutOptions, SampledAccelerations, initial_phase, record};
 use crate::dynamics::Model;
-use crate::integrate::{Ending, Rk4, fixed};
+use crate::integrate::{Ending, Rk4, Span, fixed};
 use lagrangian_motion::State;
 
 /// Rolls a group out together by the Runge–Kutta method of order 4. `None` where a rollout did not begin or reach its last
@@ -57,7 +57,12 @@ pub(super) fn run(
             known.sampled(x);
         }
     };
-    let solution = fixed::solve(&mut step, &x0, times, &options.control(), &mut sample);
+    let span = Span {
+        x0: &x0,
+        times,
+        control: &options.control(),
+    };
+    let solution = fixed::solve(&mut step, span, &mut sample);
     if solution.ending != Ending::Finished {
         return None;
     }

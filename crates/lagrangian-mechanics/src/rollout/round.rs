@@ -65,26 +65,16 @@ impl<'a> Round<'a> {
             let (q, qd) = (&self.q[row * n..][..n], &self.qd[row * n..][..n]);
             tau(time(row), q, qd, force);
         }
-        let Self {
-            evaluator,
-            q,
-            z,
-            force,
-            dq,
-            dz,
-            alone: [dq_alone, dz_alone],
-            singular,
-            ..
-        } = self;
-        singular.clear();
-        singular.resize(q.len() / n, 0);
-        if rates(&mut **evaluator, [q, z, force], dq, dz).singular() > 0 {
+        self.singular.clear();
+        self.singular.resize(self.q.len() / n, 0);
+        let evaluator = &mut *self.evaluator;
+        let states = [&self.q[..], &self.z, &self.force];
+        if rates(evaluator, states, &mut self.dq, &mut self.dz).singular() > 0 {
+            let [dq, dz] = &mut self.alone;
             // Rare enough to evaluate each row again to find the singular ones.
-            for (row, singular) in singular.iter_mut().enumerate() {
-                let row = row * n..(row + 1) * n;
-                let (q, z, force) = (&q[row.clone()], &z[row.clone()], &force[row]);
-                let outcome = rates(&mut **evaluator, [q, z, force], dq_alone, dz_alone);
-                *singular = outcome.singular() as u64;
+            for (row, singular) in self.singular.iter_mut().enumerate() {
+                let state = states.map(|signal| &signal[row * n..][..n]);
+                *singular = rates(evaluator, state, dq, dz).singular() as u64;
             }
         }
     }

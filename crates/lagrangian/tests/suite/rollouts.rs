@@ -3,7 +3,9 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use lagrangian::analytic::by_name;
-use lagrangian::integrate::{Control, Dop853, Dopri5, EmbeddedPair, Failure, Method, adaptive};
+use lagrangian::integrate::{
+    Control, Dop853, Dopri5, EmbeddedPair, Failure, Method, Span, adaptive,
+};
 use lagrangian::mechanics::{Dissipation, Mechanical, Outcome, Scaling};
 use lagrangian::models::Lnn;
 use lagrangian::rollout::{Hold, free, recorded, rollout_many, rollout_recorded, times};
@@ -118,7 +120,12 @@ fn dense_error<P: EmbeddedPair>(rtol: f64) -> (f64, u64) {
             .max((x[0] - samples[k].cos()).abs())
             .max((x[1] + samples[k].sin()).abs());
     };
-    adaptive::solve::<P>(&mut f, &[1.0, 0.0], &samples, &control, &mut sink);
+    let span = Span {
+        x0: &[1.0, 0.0],
+        times: &samples,
+        control: &control,
+    };
+    adaptive::solve::<P>(&mut f, span, &mut sink);
     (error, evaluations)
 }
 

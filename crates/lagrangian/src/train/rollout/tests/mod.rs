@@ -288,6 +288,11 @@ fn a_rollout_in_training_is_that_of_the_model() {
                 max_steps: 100,
                 stop: lagrangian_motion::Stop::default(),
             };
+            let span = lagrangian_mechanics::integrate::Span {
+                x0: &x0,
+                times: &times,
+                control: &control,
+            };
             let mut end = Vec::new();
             let mut sink = |_: usize, x: &[f64]| end = x.to_vec();
             let force = &tau[8..10];
@@ -296,13 +301,13 @@ fn a_rollout_in_training_is_that_of_the_model() {
                     let mut f = |_: f64, q: &[f64], v: &[f64], a: &mut [f64]| {
                         let _ = evaluator.forward_dynamics(q, v, force, a);
                     };
-                    method.solve(&mut f, &x0, &times, &control, &mut sink)
+                    method.solve(&mut f, span, &mut sink)
                 }
                 Some(phase) => {
                     let mut f = |_: f64, q: &[f64], z: &[f64], dq: &mut [f64], dz: &mut [f64]| {
                         let _ = phase.flow(q, z, force, dq, dz);
                     };
-                    method.solve_flow(&mut f, &x0, &times, &control, &mut sink)
+                    method.solve_flow(&mut f, span, &mut sink)
                 }
             };
             for (a, b) in state.iter().zip(&end) {
