@@ -143,22 +143,6 @@ struct Row {
     about: &'static str,
 }
 
-impl Row {
-    const fn new(
-        name: &'static str,
-        arguments: &'static [Quantity],
-        results: &'static [Quantity],
-        about: &'static str,
-    ) -> Self {
-        Self {
-            name,
-            arguments,
-            results,
-            about,
-        }
-    }
-}
-
 const fn quantity(name: &'static str, shape: Shape) -> Quantity {
     Quantity { name, shape }
 }
@@ -173,6 +157,7 @@ const STATE: &[Quantity] = &[Q, QD];
 const MOTION: &[Quantity] = &[Q, QD, QDD];
 const FORCED: &[Quantity] = &[Q, QD, TAU];
 const TAU_N: Shape = Shape::Matrix(Axis::Inputs, Axis::Joints);
+const T: &[Quantity] = &[TAU];
 const M: &[Quantity] = &[quantity("m", NN)];
 const C: &[Quantity] = &[quantity("c", N)];
 const G: &[Quantity] = &[quantity("g", N)];
@@ -246,11 +231,14 @@ impl Call {
     }
 
     fn row(self) -> Row {
-        let row = Row::new;
+        let row = |name, arguments, results, about| Row {
+            name,
+            arguments,
+            results,
+            about,
+        };
         match self {
-            Self::InverseDynamics => {
-                row("inverse_dynamics", MOTION, &[TAU], "the forces of a motion")
-            }
+            Self::InverseDynamics => row("inverse_dynamics", MOTION, T, "the forces of a motion"),
             Self::ForwardDynamics => row(
                 "forward_dynamics",
                 FORCED,
