@@ -372,11 +372,7 @@ impl<'a> RolloutState<'a> {
         first: bool,
     ) -> Solution {
         let (x0, method) = (self.x.clone(), self.options.method);
-        let span = Span {
-            x0: &x0,
-            times,
-            control,
-        };
+        let span = Span::new(&x0, times, control);
         let mut sample = |k: usize, state: &[f64]| {
             self.x.copy_from_slice(state);
             if k > 0 || first {

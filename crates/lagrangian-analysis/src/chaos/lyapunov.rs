@@ -112,11 +112,8 @@ impl<'a> Pair<'a> {
                 x.copy_from_slice(state);
             }
         };
-        let span = Span {
-            x0: &x0,
-            times: &[0.0, interval],
-            control: &control,
-        };
+        let times = [0.0, interval];
+        let span = Span::new(&x0, &times, &control);
         let solution = adaptive::solve::<Dop853>(&mut f, span, &mut sink);
         // The step limit is that of the whole run.
         self.control.max_steps -= solution.steps + solution.rejected;

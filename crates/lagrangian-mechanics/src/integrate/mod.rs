@@ -65,6 +65,14 @@ pub struct Span<'a> {
     pub control: &'a Control,
 }
 
+impl<'a> Span<'a> {
+    /// The span of these.
+    #[must_use]
+    pub fn new(x0: &'a [f64], times: &'a [f64], control: &'a Control) -> Self {
+        Self { x0, times, control }
+    }
+}
+
 /// An integration method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

@@ -34,10 +34,8 @@ pub(super) fn run(
     }
     let mut singular = vec![0; starts.len()];
     let mut evaluations = 0;
-    let known: RefCell<Vec<SampledAccelerations>> = RefCell::default();
-    known
-        .borrow_mut()
-        .resize_with(starts.len(), SampledAccelerations::default);
+    let unknown = starts.iter().map(|_| SampledAccelerations::default());
+    let known: RefCell<Vec<SampledAccelerations>> = RefCell::new(unknown.collect());
     let mut rates = |t: f64, x: &[f64], dx: &mut [f64]| {
         round.clear();
         x.chunks_exact(d).for_each(|x| round.add(x));
@@ -57,11 +55,8 @@ pub(super) fn run(
             known.sampled(x);
         }
     };
-    let span = Span {
-        x0: &x0,
-        times,
-        control: &options.control(),
-    };
+    let control = options.control();
+    let span = Span::new(&x0, times, &control);
     let solution = fixed::solve(&mut step, span, &mut sample);
     if solution.ending != Ending::Finished {
         return None;
