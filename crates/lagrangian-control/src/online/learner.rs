@@ -183,11 +183,11 @@ impl OnlineLearner {
                 samples: self.replay.samples(),
                 indices: &training.indices,
             };
-            let found = training.stepper.step(batch, size)?;
+            let loss = training.stepper.step(batch, size)?.mean();
             self.record.steps += 1;
-            let first = *training.first_loss.get_or_insert(found.loss);
+            let first = *training.first_loss.get_or_insert(loss);
             let finite = training.stepper.parameters().iter().all(|x| x.is_finite());
-            if finite && found.loss < DIVERGED * first.max(1.0) {
+            if finite && loss < DIVERGED * first.max(1.0) {
                 let damping = training.damping * self.config.damping_decay;
                 training.damping = damping.max(self.config.damping_last);
                 training.rate = (training.rate * self.config.rate_decay).max(self.config.rate_last);

@@ -152,7 +152,7 @@ impl<L: Lagrangian + ?Sized> Lagrangian for &L {
     }
 }
 
-impl<L: Lagrangian + ?Sized> Lagrangian for Box<L> {
+impl<L: Lagrangian + ?Sized> Lagrangian for std::sync::Arc<L> {
     fn coordinates(&self) -> &Coordinates {
         (**self).coordinates()
     }

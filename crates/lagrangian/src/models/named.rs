@@ -2,8 +2,7 @@
 
 use serde::Serialize;
 
-use crate::train::FittedForces;
-use lagrangian_mechanics::forces::{Actuation, Directional, Dissipation};
+use lagrangian_mechanics::forces::{Actuation, Applied, Directional, Dissipation};
 use lagrangian_motion::Coordinates;
 
 /// A parameter with a meaning: a coefficient of friction, an offset, a gain, an inertia.
@@ -72,7 +71,7 @@ impl<'a> Named<'a> {
     }
 
     /// Adds friction, offsets and the input matrix.
-    pub(crate) fn forces(mut self, forces: FittedForces<'_>) -> Self {
+    pub(crate) fn forces(mut self, forces: Applied<'_>) -> Self {
         if let Some(dissipation) = forces.dissipation {
             self.dissipation(dissipation);
         }

@@ -6,8 +6,6 @@
 mod fitted;
 mod geared;
 
-pub use fitted::FittedForces;
-
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 

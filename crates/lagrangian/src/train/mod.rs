@@ -24,10 +24,10 @@ pub(crate) mod task;
 #[cfg(test)]
 pub(crate) mod tests;
 
-pub use adam::AdamConfig;
+pub use adam::{AdamConfig, Precision};
 pub use checkpoint::Checkpoint;
 pub(crate) use forces::{FORCE_NAMES, Forces};
-pub use forces::{FittedForces, ForceTerms, Input};
+pub use forces::{ForceTerms, Input};
 pub use known::DataFacts;
 pub(crate) use learner::{At, Learner, LearnerShape, MAX_DOF, Work};
 pub use loss::{Loss, NamedLoss, Norm, Target, Weighting};
@@ -43,4 +43,4 @@ pub use schedule::cosine;
 pub use shape::{NetworkShape, Parts};
 pub(crate) use spec::LOSS;
 pub use spec::{AutoSetting, FitSpec};
-pub use task::{Budget, Optimizer, Precision, TrainingTask};
+pub use task::{Budget, Optimizer, TrainingTask};

@@ -95,10 +95,6 @@ impl LearnedLagrangian for FeatureLagrangian {
         let network = self.network();
         Stored::new(NAME, self.config(), network.scaling(), network.parameters())
     }
-
-    fn boxed(&self) -> Box<dyn LearnedLagrangian> {
-        Box::new(self.clone())
-    }
 }
 
 fn load(saved: &SavedModel) -> Result<Learned> {

@@ -294,8 +294,4 @@ impl FittedModel for Servo {
         })
         .collect()
     }
-
-    fn boxed(&self) -> Box<dyn FittedModel> {
-        Box::new(self.clone())
-    }
 }
