@@ -93,7 +93,7 @@ def test_what_a_model_does_not_have_is_said(swings: lg.Trajectories) -> None:
         (lambda: lg.simulate("pendulum", q0=[1.0]), "q0 and qd0"),
         (lambda: lg.simulate("pendulum", step=0.0), "sample interval"),
         (lambda: lg.simulate("pendulum", duration=1e9), "duration"),
-        (lambda: lg.simulate("pendulum", method="euler"), "method is 'euler'"),
+        (lambda: lg.simulate("pendulum", method="euler"), "no integration method 'euler'"),
         (lambda: lg.simulate("pendulum", length=-1.0), "length"),
         (lambda: lg.system("pendulum").rollout([0.0], [0.0]), "duration is not given"),
         (lambda: lg.system("pendulum").rollout([0.0], [0.0], times=[1, 0]), "increas"),

@@ -2,7 +2,8 @@
 //! optimiser of most.
 
 use lagrangian::models::{
-    Family, Form, HnnConfig, HnnStructure, MlpConfig, Momenta, NeuralOdeConfig, Order, RigidConfig,
+    Family, Form, HnnConfig, HnnStructure, Inertia, MlpConfig, Momenta, NeuralOdeConfig, Order,
+    RigidConfig,
 };
 use lagrangian::train::NaturalConfig;
 use lagrangian::{DelanConfig, LnnConfig, Optimizer};
@@ -16,7 +17,6 @@ macro_rules! family {
         Box::new($config { $($field $(: $value)?,)* ..$config::default() })
     };
 }
-pub(crate) use family;
 
 /// Units of a layer unless an experiment says otherwise.
 pub(crate) const WIDTH: usize = 64;
@@ -39,6 +39,13 @@ pub(crate) fn delan(width: usize) -> Box<dyn Family> {
 pub(crate) fn delan_with_vector_potential(width: usize) -> Box<dyn Family> {
     family!(DelanConfig {
         vector_potential: true,
+        width
+    })
+}
+
+pub(crate) fn vin(width: usize) -> Box<dyn Family> {
+    family!(DelanConfig {
+        inertia: Inertia::Constant,
         width
     })
 }

@@ -1,5 +1,7 @@
 //! Names and spaces of the generalised coordinates.
 
+use std::f64::consts::TAU;
+
 use serde::{Deserialize, Serialize};
 
 /// The space of one coordinate.
@@ -72,6 +74,16 @@ impl Coordinates {
     #[must_use]
     pub fn is_circle(&self, i: usize) -> bool {
         self.0[i].topology == Topology::Circle
+    }
+
+    /// a − b of coordinate `i`, the shorter way round for an angle.
+    #[must_use]
+    pub fn difference(&self, i: usize, a: f64, b: f64) -> f64 {
+        let difference = a - b;
+        match self.is_circle(i) {
+            true => difference - TAU * (difference / TAU).round(),
+            false => difference,
+        }
     }
 
     /// Whether coordinate `i` is a parameter, which never moves.

@@ -104,6 +104,16 @@ impl Trajectory {
         }
     }
 
+    /// Checks that a state has `n` coordinates.
+    ///
+    /// # Errors
+    /// [`Error::Shape`], which names the trajectory.
+    pub fn check_dof(&self, n: usize) -> Result<()> {
+        let what = format_args!("a state of trajectory '{}'", self.name);
+        let remedy = "give data of the coordinates that the model has";
+        Error::check_shape(what, self.dof(), n, remedy)
+    }
+
     /// Checks shapes, finiteness and that time increases.
     ///
     /// # Errors

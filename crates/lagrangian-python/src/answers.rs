@@ -21,14 +21,33 @@ pub(crate) const MATRIX: usize = 2;
 /// Arguments of a question: their names and values, the first of which is q; an absent one is 0.
 type Given<'a, 'py> = (&'static str, Option<&'a Bound<'py, PyAny>>);
 
+/// A quantity of a state (q, q̇): its name, its axes as in [`Asked`], and its evaluation at states.
+pub(crate) struct OfState(
+    pub(crate) &'static str,
+    pub(crate) usize,
+    pub(crate) fn(&mut dyn Evaluator, [&[f64]; 2], &mut [f64]) -> Evaluation,
+);
+
 impl Model {
+    /// A quantity at states, which are at rest where `qd` is absent.
+    pub(crate) fn of_state<'py>(
+        &self,
+        OfState(name, axes, ask): OfState,
+        q: &Bound<'py, PyAny>,
+        qd: Option<&Bound<'py, PyAny>>,
+        out: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let given = [("q", Some(q)), ("qd", qd)];
+        self.answer(q.py(), Asked(name, axes), given, out, ask)
+    }
+
     /// The answer at the states of the arguments, written to `out` or to a new array.
     pub(crate) fn answer<'py, const G: usize>(
         &self,
         py: Python<'py>,
         asked: Asked,
         given: [Given<'_, 'py>; G],
-        out: Option<&Bound<'py, PyAny>>,
+        out: Option<Bound<'py, PyAny>>,
         ask: impl Fn(&mut dyn Evaluator, [&[f64]; G], &mut [f64]) -> Evaluation + Sync,
     ) -> PyResult<Bound<'py, PyAny>> {
         let States { rows, batch } = States::of(py, given, self.n)?;
@@ -56,14 +75,14 @@ impl Model {
             self.check(py, asked, outcome, &rows)?;
             return Ok(array(py, values, &shape)?.into_any());
         };
-        let mut target = writable(out, &shape)?;
+        let mut target = writable(&out, &shape)?;
         let values = target
             .as_slice_mut()
             .map_err(|_| invalid(py, "out is not contiguous: give a contiguous array"))?;
         let outcome = self.evaluate(py, states, &ask, arguments, values);
         drop(target);
         self.check(py, asked, outcome, &rows)?;
-        Ok(out.clone())
+        Ok(out)
     }
 
     fn evaluate<const G: usize>(

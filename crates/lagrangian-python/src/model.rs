@@ -13,7 +13,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 use self_cell::self_cell;
 
-use crate::answers::{Asked, MATRIX, SCALAR, VECTOR};
+use crate::answers::{Asked, MATRIX, OfState, SCALAR, VECTOR};
 use crate::error::{OrRaise, raise};
 use crate::files::{json, value};
 use crate::number::OwnSystem;
@@ -100,6 +100,19 @@ impl Model {
 
 type Array<'py> = Bound<'py, PyAny>;
 
+/// An array that may be omitted, such as that which a result is written to.
+type Given<'py> = Option<Array<'py>>;
+
+type Answer<'py> = PyResult<Array<'py>>;
+
+const MASS_MATRIX: OfState = OfState("mass matrix", MATRIX, |m, [q, v], x| m.mass_matrix(q, v, x));
+const BIAS: OfState = OfState("bias", VECTOR, |m, [q, v], x| m.bias(q, v, x));
+/// The bias at rest.
+const GRAVITY: OfState = OfState("gravity", VECTOR, |m, [q, rest], x| m.bias(q, rest, x));
+const MOMENTUM: OfState = OfState("momentum", VECTOR, |m, [q, v], x| m.momentum(q, v, x));
+const ENERGY: OfState = OfState("energy", SCALAR, |m, [q, v], x| m.energy(q, v, x));
+const LAGRANGIAN: OfState = OfState("Lagrangian", SCALAR, |m, [q, v], x| m.lagrangian(q, v, x));
+
 #[pymethods]
 impl Model {
     /// The model, for a class that is derived from this one.
@@ -155,148 +168,78 @@ impl Model {
     #[pyo3(signature = (q, qd, tau=None, *, out=None))]
     fn forward_dynamics<'py>(
         &self,
-        py: Python<'py>,
         q: Array<'py>,
         qd: Array<'py>,
         tau: Option<Array<'py>>,
-        out: Option<Array<'py>>,
-    ) -> PyResult<Array<'py>> {
-        let asked = Asked("forward dynamics", VECTOR);
+        out: Given<'py>,
+    ) -> Answer<'py> {
         let given = [("q", Some(&q)), ("qd", Some(&qd)), ("tau", tau.as_ref())];
-        self.answer(
-            py,
-            asked,
-            given,
-            out.as_ref(),
-            |model, [q, qd, tau], qdd| model.forward_dynamics(q, qd, tau, qdd),
-        )
+        let asked = Asked("forward dynamics", VECTOR);
+        self.answer(q.py(), asked, given, out, |model, [q, qd, tau], qdd| {
+            model.forward_dynamics(q, qd, tau, qdd)
+        })
     }
 
     #[pyo3(signature = (q, qd, qdd, *, out=None))]
     fn inverse_dynamics<'py>(
         &self,
-        py: Python<'py>,
         q: Array<'py>,
         qd: Array<'py>,
         qdd: Array<'py>,
-        out: Option<Array<'py>>,
-    ) -> PyResult<Array<'py>> {
-        let asked = Asked("inverse dynamics", VECTOR);
+        out: Given<'py>,
+    ) -> Answer<'py> {
         let given = [("q", Some(&q)), ("qd", Some(&qd)), ("qdd", Some(&qdd))];
-        self.answer(
-            py,
-            asked,
-            given,
-            out.as_ref(),
-            |model, [q, qd, qdd], tau| model.inverse_dynamics(q, qd, qdd, tau),
-        )
+        let asked = Asked("inverse dynamics", VECTOR);
+        self.answer(q.py(), asked, given, out, |model, [q, qd, qdd], tau| {
+            model.inverse_dynamics(q, qd, qdd, tau)
+        })
     }
 
     #[pyo3(signature = (q, qd=None, *, out=None))]
-    fn mass_matrix<'py>(
-        &self,
-        py: Python<'py>,
-        q: Array<'py>,
-        qd: Option<Array<'py>>,
-        out: Option<Array<'py>>,
-    ) -> PyResult<Array<'py>> {
-        let asked = Asked("mass matrix", MATRIX);
-        let given = [("q", Some(&q)), ("qd", qd.as_ref())];
-        self.answer(py, asked, given, out.as_ref(), |model, [q, qd], mass| {
-            model.mass_matrix(q, qd, mass)
-        })
+    fn mass_matrix<'py>(&self, q: Array<'py>, qd: Given<'py>, out: Given<'py>) -> Answer<'py> {
+        self.of_state(MASS_MATRIX, &q, qd.as_ref(), out)
     }
 
     #[pyo3(signature = (q, qd, *, out=None))]
-    fn bias<'py>(
-        &self,
-        py: Python<'py>,
-        q: Array<'py>,
-        qd: Array<'py>,
-        out: Option<Array<'py>>,
-    ) -> PyResult<Array<'py>> {
-        let asked = Asked("bias", VECTOR);
-        let given = [("q", Some(&q)), ("qd", Some(&qd))];
-        self.answer(py, asked, given, out.as_ref(), |model, [q, qd], bias| {
-            model.bias(q, qd, bias)
-        })
+    fn bias<'py>(&self, q: Array<'py>, qd: Array<'py>, out: Given<'py>) -> Answer<'py> {
+        self.of_state(BIAS, &q, Some(&qd), out)
     }
 
     #[pyo3(signature = (q, *, out=None))]
-    fn gravity<'py>(
-        &self,
-        py: Python<'py>,
-        q: Array<'py>,
-        out: Option<Array<'py>>,
-    ) -> PyResult<Array<'py>> {
-        let asked = Asked("gravity", VECTOR);
-        let given = [("q", Some(&q)), ("qd", None)];
-        self.answer(py, asked, given, out.as_ref(), |model, [q, rest], g| {
-            model.bias(q, rest, g)
-        })
+    fn gravity<'py>(&self, q: Array<'py>, out: Given<'py>) -> Answer<'py> {
+        self.of_state(GRAVITY, &q, None, out)
     }
 
     #[pyo3(signature = (q, qd, *, out=None))]
-    fn momentum<'py>(
-        &self,
-        py: Python<'py>,
-        q: Array<'py>,
-        qd: Array<'py>,
-        out: Option<Array<'py>>,
-    ) -> PyResult<Array<'py>> {
-        let asked = Asked("momentum", VECTOR);
-        let given = [("q", Some(&q)), ("qd", Some(&qd))];
-        self.answer(py, asked, given, out.as_ref(), |model, [q, qd], p| {
-            model.momentum(q, qd, p)
-        })
+    fn momentum<'py>(&self, q: Array<'py>, qd: Array<'py>, out: Given<'py>) -> Answer<'py> {
+        self.of_state(MOMENTUM, &q, Some(&qd), out)
     }
 
     #[pyo3(signature = (q, qd, *, out=None))]
-    fn energy<'py>(
-        &self,
-        py: Python<'py>,
-        q: Array<'py>,
-        qd: Array<'py>,
-        out: Option<Array<'py>>,
-    ) -> PyResult<Array<'py>> {
-        let asked = Asked("energy", SCALAR);
-        let given = [("q", Some(&q)), ("qd", Some(&qd))];
-        self.answer(py, asked, given, out.as_ref(), |model, [q, qd], h| {
-            model.energy(q, qd, h)
-        })
+    fn energy<'py>(&self, q: Array<'py>, qd: Array<'py>, out: Given<'py>) -> Answer<'py> {
+        self.of_state(ENERGY, &q, Some(&qd), out)
     }
 
     #[pyo3(signature = (q, qd, *, out=None))]
-    fn lagrangian<'py>(
-        &self,
-        py: Python<'py>,
-        q: Array<'py>,
-        qd: Array<'py>,
-        out: Option<Array<'py>>,
-    ) -> PyResult<Array<'py>> {
-        let asked = Asked("Lagrangian", SCALAR);
-        let given = [("q", Some(&q)), ("qd", Some(&qd))];
-        self.answer(py, asked, given, out.as_ref(), |model, [q, qd], l| {
-            model.lagrangian(q, qd, l)
-        })
+    fn lagrangian<'py>(&self, q: Array<'py>, qd: Array<'py>, out: Given<'py>) -> Answer<'py> {
+        self.of_state(LAGRANGIAN, &q, Some(&qd), out)
     }
 
     #[pyo3(signature = (q, qd, *, out=None))]
     fn distance_from_data<'py>(
         &self,
-        py: Python<'py>,
         q: Array<'py>,
         qd: Array<'py>,
-        out: Option<Array<'py>>,
-    ) -> PyResult<Array<'py>> {
-        let model = self.body.model();
+        out: Given<'py>,
+    ) -> Answer<'py> {
+        let (py, model) = (q.py(), self.body.model());
         let Some(visited) = model.visited() else {
             let message = "the model does not know the states that it was fitted to: fit it again with this version";
             return Err(raise(py, "NotSupported", message));
         };
-        let asked = Asked("distance from the data", SCALAR);
         let given = [("q", Some(&q)), ("qd", Some(&qd))];
-        self.answer(py, asked, given, out.as_ref(), |_, [q, qd], distances| {
+        let asked = Asked("distance from the data", SCALAR);
+        self.answer(py, asked, given, out, |_, [q, qd], distances| {
             visited.distances(model.coordinates(), q, qd, distances);
             Evaluation::of(distances, 1, 0)
         })

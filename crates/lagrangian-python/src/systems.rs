@@ -73,20 +73,8 @@ pub(crate) struct Integration {
 
 impl Integration {
     pub(crate) fn options(&self, py: Python<'_>) -> PyResult<RolloutOptions> {
-        let known = Method::TABLE
-            .iter()
-            .find(|(_, named)| named.name == self.method);
-        let Some((method, _)) = known else {
-            let names: Vec<&str> = Method::TABLE.iter().map(|(_, named)| named.name).collect();
-            let message = format!(
-                "method is '{}': choose one of {}",
-                self.method,
-                names.join(", ")
-            );
-            return Err(invalid(py, message));
-        };
         Ok(RolloutOptions {
-            method: *method,
+            method: self.method.parse::<Method>().or_raise(py)?,
             step: self.step,
             rtol: self.rtol,
             atol: self.atol,

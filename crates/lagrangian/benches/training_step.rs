@@ -203,10 +203,12 @@ impl Sizes {
                     Kind::Delan => Loss::TORQUE,
                     _ => Loss::ACCELERATION,
                 },
-                optimizer: Optimizer::Adam(AdamConfig::default()),
+                optimizer: Optimizer::Adam(AdamConfig {
+                    precision: self.precision,
+                    ..AdamConfig::default()
+                }),
                 budget: Budget::Steps(usize::MAX),
                 batch: self.batch,
-                precision: self.precision,
                 validate_every: usize::MAX,
                 ..TrainingTask::default()
             },

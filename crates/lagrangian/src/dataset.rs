@@ -10,7 +10,7 @@ use lagrangian_motion::Samples;
 use lagrangian_motion::Signal;
 use lagrangian_motion::solve::quadratic::Quadratic;
 use lagrangian_motion::statistics::{column, deviation, mean, positive, root_mean_square, size};
-use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
+use lagrangian_motion::{Coordinates, Error, Result, Signals, Trajectory};
 
 pub use momenta::Momenta;
 pub use options::PrepareOptions;
@@ -359,21 +359,13 @@ pub fn shuffle<X>(items: &mut [X], rng: &mut impl rand::Rng) {
 }
 
 fn samples(n: usize, trajectories: &[Trajectory]) -> Result<Samples> {
-    let mut out = Samples {
-        n,
-        ..Samples::default()
-    };
+    let mut out = Samples::new(n, Signals::default());
     for trajectory in trajectories {
         trajectory.validate()?;
         if trajectory.is_empty() {
             continue;
         }
-        Error::check_shape(
-            format_args!("trajectory '{}'", trajectory.name),
-            trajectory.dof(),
-            n,
-            "give data of the coordinates that the model has",
-        )?;
+        trajectory.check_dof(n)?;
         if trajectory.qdd.is_empty() {
             return Err(Error::shape(
                 format!("qdd of trajectory '{}'", trajectory.name),
@@ -440,7 +432,6 @@ fn validate(n: usize, samples: &Samples) -> Result<()> {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
-    use lagrangian_motion::Signals;
 
     fn recording(name: &str, len: usize) -> Trajectory {
         Trajectory::new(

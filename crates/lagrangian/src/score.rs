@@ -11,7 +11,6 @@ mod restarts;
 mod speed;
 mod valid_time;
 
-use std::f64::consts::TAU;
 use std::ops::Range;
 use std::time::Duration;
 
@@ -256,7 +255,7 @@ pub fn time_for(samples: usize) -> Duration {
 pub fn score_samples(model: &dyn Model, samples: &Trajectory) -> Result<Score> {
     samples.validate()?;
     let (found, n) = (samples.dof(), model.coordinates().dof());
-    lagrangian_motion::Error::check_shape("a state", found, n, "give samples of the same system")?;
+    Error::check_shape("a state", found, n, "give samples of the same system")?;
     let accelerations = match model.moves() {
         true => accelerations(model, samples, Stop::default()),
         false => None,
@@ -302,13 +301,8 @@ fn one_step(
 /// As [`score`].
 pub fn predict(model: &dyn Model, truth: &Trajectory, options: &RolloutOptions) -> Result<Rollout> {
     truth.validate()?;
-    let (n, found) = (model.coordinates().dof(), truth.dof());
-    Error::check_shape(
-        format_args!("a state of trajectory '{}'", truth.name),
-        found,
-        n,
-        "give data of the coordinates that the model has",
-    )?;
+    let n = model.coordinates().dof();
+    truth.check_dof(n)?;
     if !truth.tau.is_empty() || model.driven().is_some() {
         return rollout_recorded(model, truth, Hold::Previous, options);
     }
@@ -349,12 +343,7 @@ fn mean_absolute(coordinates: &Coordinates, truth: &[f64], predicted: &[f64]) ->
     let n = coordinates.dof();
     let mut sums = vec![0.0; n];
     for (k, (x, y)) in truth.iter().zip(predicted).enumerate() {
-        let error = y - x;
-        let turns = match coordinates.is_circle(k % n) {
-            true => (error / TAU).round(),
-            false => 0.0,
-        };
-        sums[k % n] += (error - TAU * turns).abs();
+        sums[k % n] += coordinates.difference(k % n, *y, *x).abs();
     }
     let count = (predicted.len() / n.max(1)) as f64;
     sums.iter().map(|sum| sum / count).collect()

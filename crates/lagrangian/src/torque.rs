@@ -120,13 +120,7 @@ pub struct TorquePrediction {
 /// accelerations; [`Error::Argument`] for a model without inverse dynamics.
 pub fn predict_torque(model: &dyn Model, motion: &Trajectory) -> Result<TorquePrediction> {
     motion.validate()?;
-    let (n, found) = (model.coordinates().dof(), motion.dof());
-    Error::check_shape(
-        format_args!("a state of trajectory '{}'", motion.name),
-        found,
-        n,
-        "give data of the coordinates that the model has",
-    )?;
+    motion.check_dof(model.coordinates().dof())?;
     let Some(qdd) = motion.values(Signal::Qdd) else {
         return Err(Error::shape(
             format!("qdd of trajectory '{}'", motion.name),

@@ -78,7 +78,7 @@ fn learn(path: &Path, task: &Task) -> Outcome {
     drop((train, held));
     let mut config = lnn(task);
     config.loss = Loss::ACCELERATION_L1;
-    config.optimizer = adam();
+    config.optimizer = adam(task);
     config.budget = Budget::Steps(STEPS);
     fit(&data, &config, None, &mut ())?;
     Ok(())

@@ -25,7 +25,7 @@ const DAMPING: f64 = 1e-3;
 pub(crate) fn lnn_step(task: &Task, talk: &Talk) -> Outcome {
     let mut config = lnn(task);
     config.loss = Loss::ACCELERATION_L1;
-    config.optimizer = adam();
+    config.optimizer = adam(task);
     step(task, talk, Coordinates::lines(task.dof), &config)
 }
 
@@ -38,7 +38,7 @@ pub(crate) fn delan_step(task: &Task, talk: &Talk) -> Outcome {
         }),
         training: TrainingTask {
             loss: Loss::TORQUE,
-            optimizer: adam(),
+            optimizer: adam(task),
             ..lnn(task).training
         },
     };
@@ -68,10 +68,11 @@ fn step(task: &Task, talk: &Talk, coordinates: Coordinates, config: &FitConfig) 
     race(task, talk, &data, config, &scaling, &scales)
 }
 
-pub(crate) fn adam() -> Optimizer {
+pub(crate) fn adam(task: &Task) -> Optimizer {
     Optimizer::Adam(AdamConfig {
         rate: RATE,
         clip: f64::INFINITY,
+        precision: task.precision,
         ..AdamConfig::default()
     })
 }
@@ -85,7 +86,6 @@ pub(crate) fn lnn(task: &Task) -> FitConfig {
         training: TrainingTask {
             budget: Budget::Steps(usize::MAX),
             batch: task.batch,
-            precision: task.precision,
             validate_every: usize::MAX,
             ..TrainingTask::default()
         },

@@ -1,7 +1,7 @@
 //! The rows of the table.
 
 use lagrangian::integrate::Method;
-use lagrangian::models::{Angles, HnnStructure, Momenta, Order, RigidConfig, VinConfig};
+use lagrangian::models::{Angles, HnnStructure, Momenta, Order, RigidConfig};
 use lagrangian::{Loss, Model};
 
 use super::columns::{Column, PUBLISHED};
@@ -131,7 +131,7 @@ pub(super) static CONTESTANTS: [Contestant<Recipe>; 14] = contestants! {
         reads: Reads::Positions,
         loss: Loss::POSITIONS_TRAPEZOIDAL,
         method: Method::VariationalTrapezoidal,
-        ..free(|_| Box::new(VinConfig::default()))
+        ..free(|_| families::vin(families::WIDTH))
     };
     "delan-positions", "DeLaN, positions", Other(6), Recipe {
         reads: Reads::Positions,

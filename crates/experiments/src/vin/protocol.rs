@@ -7,7 +7,6 @@
 use lagrangian::analytic::{AnalyticModel, by_name};
 use lagrangian::integrate::{Method, Rule, Variational};
 use lagrangian::mechanics::Slopes;
-use lagrangian::models::{Family, VinConfig};
 use lagrangian::rollout::{energy_error, free, times};
 use lagrangian::{
     Budget, Coordinates, Dataset, Error, FitConfig, Learned, Loss, Model, Observer, Result,
@@ -17,7 +16,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::data::{estimated, shorter};
-use crate::families::{self, MakeFamily, family};
+use crate::families::{self, MakeFamily};
 use crate::harness::spread::upper_median;
 use crate::harness::{Contestant, contestants};
 
@@ -133,8 +132,8 @@ pub(crate) struct Recipe {
 
 /// The models that are compared.
 pub(crate) static CONTESTANTS: [Contestant<Recipe>; 6] = contestants! {
-    "vin-trapezoidal", "VIN, trapezoidal (VIN-SV)", Other(0), by(Loss::POSITIONS_TRAPEZOIDAL, vin);
-    "vin-midpoint", "VIN, midpoint", Lnn, by(Loss::POSITIONS, vin);
+    "vin-trapezoidal", "VIN, trapezoidal (VIN-SV)", Other(0), by(Loss::POSITIONS_TRAPEZOIDAL, families::vin);
+    "vin-midpoint", "VIN, midpoint", Lnn, by(Loss::POSITIONS, families::vin);
     "delan", "deep Lagrangian network", Other(1), by(Loss::POSITIONS, families::delan);
     "lnn", "Lagrangian network", Other(2), by(Loss::POSITIONS, families::lnn);
     "lnn-estimates", "Lagrangian network, estimated q̈", Other(3), by(Loss::ACCELERATION, families::lnn);
@@ -146,10 +145,6 @@ pub(crate) static VIN: &[Contestant<Recipe>] = CONTESTANTS.split_at(2).0;
 
 const fn by(loss: Loss, family: MakeFamily) -> Recipe {
     Recipe { loss, family }
-}
-
-fn vin(width: usize) -> Box<dyn Family> {
-    family!(VinConfig { width })
 }
 
 impl Recipe {

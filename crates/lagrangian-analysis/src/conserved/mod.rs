@@ -173,9 +173,7 @@ fn validate(
     for motion in motions {
         motion.validate()?;
         if !motion.is_empty() {
-            let what = format!("a state of '{}'", motion.name);
-            let remedy = "give motions of the model's coordinates";
-            Error::check_shape(what, motion.dof(), n, remedy)?;
+            motion.check_dof(n)?;
         }
     }
     symmetries.iter().try_for_each(|s| s.validate(n))

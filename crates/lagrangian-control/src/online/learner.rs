@@ -183,11 +183,11 @@ impl OnlineLearner {
                 samples: self.replay.samples(),
                 indices: &training.indices,
             };
-            let found = training.stepper.step(batch, size)?;
+            let loss = training.stepper.step(batch, size)?.mean();
             self.record.steps += 1;
-            let first = *training.first_loss.get_or_insert(found.loss);
+            let first = *training.first_loss.get_or_insert(loss);
             let finite = training.stepper.parameters().iter().all(|x| x.is_finite());
-            if finite && found.loss < DIVERGED * first.max(1.0) {
+            if finite && loss < DIVERGED * first.max(1.0) {
                 training.damping = self.config.damping.after(training.damping);
                 training.rate = self.config.rate.after(training.rate);
             } else {

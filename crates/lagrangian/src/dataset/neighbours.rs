@@ -1,7 +1,7 @@
 //! Triples of neighbouring positions: samples without velocities (theory.md, equation 104).
 
 use lagrangian_motion::Samples;
-use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
+use lagrangian_motion::{Coordinates, Error, Result, Signals, Trajectory};
 use lagrangian_recordings::local_polynomial::median_step;
 
 /// A step longer than this multiple of the median one is a gap: no sample crosses it.
@@ -22,19 +22,11 @@ pub(super) fn all(
         ));
     }
     let n = coordinates.dof();
-    let mut samples = Samples {
-        n,
-        ..Samples::default()
-    };
+    let mut samples = Samples::new(n, Signals::default());
     for trajectory in trajectories {
         trajectory.validate()?;
-        if !trajectory.is_empty() && trajectory.dof() != n {
-            return Err(Error::shape(
-                format!("trajectory '{}'", trajectory.name),
-                trajectory.dof(),
-                n,
-                "give data of the coordinates that the model has",
-            ));
+        if !trajectory.is_empty() {
+            trajectory.check_dof(n)?;
         }
         add(coordinates, trajectory, baseline, &mut samples);
     }
@@ -64,25 +56,14 @@ fn add(coordinates: &Coordinates, trajectory: &Trajectory, baseline: usize, samp
         let mean = 0.5 * (before + after);
         for i in 0..n {
             let q = |k: usize| trajectory.q[k * n + i];
-            let past = difference(coordinates, i, q(k), q(around.start)) / before;
-            let next = difference(coordinates, i, q(around.end - 1), q(k)) / after;
+            let past = coordinates.difference(i, q(k), q(around.start)) / before;
+            let next = coordinates.difference(i, q(around.end - 1), q(k)) / after;
             samples.q.push(q(k));
             samples.qd.push(past);
             samples.qdd.push((next - past) / mean);
             samples.tau.push(mean_force(trajectory, i, around.clone()));
         }
         samples.steps.extend([before, after]);
-    }
-}
-
-/// a − b, an angle by the shorter way.
-fn difference(coordinates: &Coordinates, i: usize, a: f64, b: f64) -> f64 {
-    let turn = std::f64::consts::TAU;
-    let difference = a - b;
-    if coordinates.is_circle(i) {
-        difference - turn * (difference / turn).round()
-    } else {
-        difference
     }
 }
 
@@ -104,7 +85,6 @@ fn mean_force(trajectory: &Trajectory, i: usize, range: std::ops::Range<usize>) 
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
-    use lagrangian_motion::Signals;
 
     fn motion(t: Vec<f64>, q: impl Fn(f64) -> f64) -> Trajectory {
         let signals = Signals {

@@ -47,10 +47,7 @@ impl Bags {
 
     /// The data that a member is fitted to.
     pub(super) fn dataset(&self, all: &Dataset, member: usize) -> Dataset {
-        let mut train = Samples {
-            n: all.train.n,
-            ..Samples::default()
-        };
+        let mut train = Samples::new(all.train.n, Signals::default());
         let mut times = Timeline::default();
         for block in self.drawn[member].iter().map(|&b| self.blocks[b].clone()) {
             if !all.train_times.t.is_empty() {
@@ -114,10 +111,7 @@ fn append(all: &Samples, block: Range<usize>, to: &mut Samples) {
 
 /// A block as a motion; without times where the samples have none.
 pub(super) fn motion(dataset: &Dataset, block: Range<usize>) -> Trajectory {
-    let mut samples = Samples {
-        n: dataset.train.n,
-        ..Samples::default()
-    };
+    let mut samples = Samples::new(dataset.train.n, Signals::default());
     append(&dataset.train, block.clone(), &mut samples);
     let times = &dataset.train_times.t;
     let t = times.get(block).map(<[f64]>::to_vec).unwrap_or_default();

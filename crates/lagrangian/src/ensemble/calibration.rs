@@ -1,7 +1,5 @@
 //! The errors of an ensemble on samples that its members have not seen.
 
-use std::f64::consts::TAU;
-
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -21,17 +19,23 @@ const SECONDS: f64 = 1.0;
 /// The largest number of such motions of a recording.
 const MOTIONS: usize = 4;
 
-/// The scales of the bands of an ensemble; `None` for a signal that its data or its models do not have.
+/// Facts about each predicted signal of an ensemble; `None` for one that the data or the models do not have.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Calibration {
-    /// The scale for accelerations.
-    pub acceleration: Option<Scale>,
-    /// The scale for torques.
-    pub torque: Option<Scale>,
-    /// The scale for positions in the first second of a motion.
-    pub position: Option<Scale>,
+pub struct EachSignal<T> {
+    /// The fact about accelerations.
+    pub acceleration: Option<T>,
+    /// The fact about torques.
+    pub torque: Option<T>,
+    /// The fact about positions in the first second of a motion.
+    pub position: Option<T>,
 }
+
+/// The scales of the bands of an ensemble.
+pub type Calibration = EachSignal<Scale>;
+
+/// The part of the samples that lies in the bands of an ensemble.
+pub type Coverage = EachSignal<Covered>;
 
 impl Calibration {
     /// Refuses scales that are not for `n` coordinates.
@@ -42,7 +46,7 @@ impl Calibration {
 }
 
 /// The scale of the bands of one signal.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scale {
     /// The root mean square of the errors of each coordinate that no member could predict, `[n]`.
@@ -94,17 +98,6 @@ impl Scale {
             }),
         }
     }
-}
-
-/// The part of the samples that lies in the bands of an ensemble; `None` for a signal that cannot be compared.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Coverage {
-    /// The coverage of accelerations.
-    pub acceleration: Option<Covered>,
-    /// The coverage of torques.
-    pub torque: Option<Covered>,
-    /// The coverage of positions, in motions of one second.
-    pub position: Option<Covered>,
 }
 
 impl Coverage {
@@ -161,7 +154,7 @@ impl Errors {
         };
         let given = [&motion.q[..], &motion.qd[..], other];
         if let Some(spread) = asked(members, given, ask) {
-            self.add(truth, &spread, |error, _| error);
+            self.add(truth, &spread, |_, x, mean| x - mean);
         }
     }
 
@@ -188,23 +181,20 @@ impl Errors {
                 continue;
             };
             let each: Vec<&[f64]> = motions.iter().map(|m| &m.trajectory.q[n..length]).collect();
-            let shorter = |error: f64, i: usize| match coordinates.is_circle(i) {
-                true => error - TAU * (error / TAU).round(),
-                false => error,
-            };
             let spread = spread(&each);
             for (i, first) in self.first.iter_mut().enumerate() {
-                first.push(shorter(truth.q[n + i] - spread.mean[i], i));
+                first.push(coordinates.difference(i, truth.q[n + i], spread.mean[i]));
             }
-            self.add(&truth.q[n..length], &spread, shorter);
+            let difference = |i: usize, x: f64, mean: f64| coordinates.difference(i, x, mean);
+            self.add(&truth.q[n..length], &spread, difference);
         }
     }
 
-    fn add(&mut self, truth: &[f64], spread: &Spread, shorter: impl Fn(f64, usize) -> f64) {
+    fn add(&mut self, truth: &[f64], spread: &Spread, difference: impl Fn(usize, f64, f64) -> f64) {
         let n = self.of.len();
         let pairs = spread.mean.iter().zip(&spread.deviation);
         for (k, (truth, (mean, deviation))) in truth.iter().zip(pairs).enumerate() {
-            self.of[k % n].push((shorter(truth - mean, k % n), *deviation));
+            self.of[k % n].push((difference(k % n, *truth, *mean), *deviation));
         }
     }
 

@@ -24,7 +24,7 @@ mod bags;
 mod calibration;
 mod fitting;
 
-pub use calibration::{Calibration, Coverage, Covered, LEVELS, Scale};
+pub use calibration::{Calibration, Coverage, Covered, EachSignal, LEVELS, Scale};
 pub use fitting::fit_ensemble;
 
 use crate::models::Learned;

@@ -6,10 +6,11 @@ use super::settings::SETTINGS;
 use crate::dataset::Dataset;
 use crate::fit::FitConfig;
 use crate::models::{Abilities, Entry, Plan, Training};
+use crate::train::adam::{AdamConfig, Precision};
 use crate::train::forces::Input;
 use crate::train::loss::Loss;
 use crate::train::nominal;
-use crate::train::task::{Optimizer, Precision};
+use crate::train::task::Optimizer;
 use lagrangian_motion::settings::{Kind, Values};
 use lagrangian_motion::{Error, Result};
 
@@ -185,7 +186,8 @@ impl FitConfig {
             let must = "omitted, or fitted under the loss torque or acceleration";
             return refuse("nominal model", value, must);
         }
-        if rollout && self.precision == Precision::F32 {
+        let single = |adam: &AdamConfig| adam.precision == Precision::F32;
+        if rollout && matches!(&self.optimizer, Optimizer::Adam(adam) if single(adam)) {
             return refuse("precision", "f32", "f64 under the rollout loss");
         }
         if self.forces.rotor && !able.rotor {

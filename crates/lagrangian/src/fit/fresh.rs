@@ -31,17 +31,10 @@ fn unit(coordinates: Coordinates) -> Result<Dataset> {
         return Err(Error::argument("coordinates", "none", "at least one"));
     }
     let both = || [vec![-1.0; n], vec![1.0; n]].concat();
-    let samples = Samples {
-        n,
-        signals: Signals::default().map(|_, _: ()| both()),
-        steps: Vec::new(),
-    };
+    let samples = Samples::new(n, Signals::default().map(|_, _: ()| both()));
     Ok(Dataset {
         coordinates,
-        validation: Samples {
-            n,
-            ..Samples::default()
-        },
+        validation: Samples::new(n, Signals::default()),
         train: samples,
         forced: true,
         train_times: Default::default(),

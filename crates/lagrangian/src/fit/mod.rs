@@ -12,7 +12,7 @@ pub use choice::ResolvedConfig;
 pub use fresh::fresh;
 pub use selection::{Selection, select};
 pub use settings::{DampingName, OptimizerName, ROLLOUT_SETTINGS, SETTINGS, TrainingSettings};
-pub use stepper::{StepLoss, Stepper};
+pub use stepper::Stepper;
 
 use std::ops::{Deref, DerefMut};
 
@@ -24,14 +24,15 @@ use nets::Instant;
 
 use crate::dataset::Dataset;
 use crate::fit::forward::added_inertia;
-use crate::models::{Family, Learned, LnnConfig, Plan, Residuals, Solve, Trainable};
+use crate::models::{Family, Learned, LnnConfig, Plan, Residuals, Solve, Training};
 use crate::saved;
+use crate::train::adam::Precision;
 use crate::train::checkpoint::Checkpoint;
 use crate::train::loss::{Loss, Target};
 use crate::train::observer::{Ending, Observer, Progress};
 use crate::train::rollout::SegmentOrder;
 use crate::train::run::{Ended, Run};
-use crate::train::task::{Precision, TrainingTask};
+use crate::train::task::{Optimizer, TrainingTask};
 use lagrangian_mechanics::Actuation;
 use lagrangian_mechanics::Visited;
 
@@ -164,7 +165,7 @@ pub fn fit(
         Plan::Solve(solve) => solve_at_once(dataset, &*solve, observer),
         Plan::Train(model) => {
             // Once inside the pool, its threads need not be woken for every step.
-            rayon::scope(|_| descend(dataset, config, &*model.0, resume, observer))
+            rayon::scope(|_| descend(dataset, config, &model, resume, observer))
         }
     }?;
     if of_torques && config.forward > 0.0 {
@@ -185,7 +186,7 @@ pub fn fit(
 fn descend(
     dataset: &Dataset,
     config: &FitConfig,
-    model: &dyn Trainable,
+    model: &Training,
     resume: Option<&Checkpoint>,
     observer: &mut dyn Observer,
 ) -> lagrangian_motion::Result<Fit> {
@@ -197,13 +198,17 @@ fn descend(
     }
     let settings = saved::describe(config)?;
     let mut run = Run::new((dataset, momenta), config, settings, resume, fresh)?;
-    let Ended { ending, progress } = match config.precision {
+    let learner = || model.learner(Residuals::OfLoss);
+    let Ended { ending, progress } = match &config.optimizer {
         _ if config.loss == Loss::ROLLOUT => {
             let flow = model.learner(Residuals::OfRates);
-            run.in_rollouts(&*flow, &*model.learner(Residuals::OfLoss), observer)
+            run.in_rollouts(&*flow, &*learner(), observer)
         }
-        Precision::F32 => run.by_adam::<f32>(&*model.single(), observer),
-        Precision::F64 => run.in_double(&*model.learner(Residuals::OfLoss), observer),
+        Optimizer::Natural(natural) => run.by_natural(natural, &*learner(), observer),
+        Optimizer::Adam(adam) => match adam.precision {
+            Precision::F32 => run.by_adam(adam, &*model.single(), observer),
+            Precision::F64 => run.by_adam(adam, &*learner(), observer),
+        },
     }?;
     let state = run.state;
     Ok(Fit {

@@ -2,7 +2,7 @@
 
 use crate::dataset::Dataset;
 use crate::fit::FitConfig;
-use crate::models::{Learned, Residuals, Trainable};
+use crate::models::{Learned, Residuals, Training};
 use crate::train::natural::{Natural, NaturalConfig, Part, StepSize};
 use crate::train::network::NetworkMemory;
 use crate::train::problem::{Batch, LeastSquares, LossValue};
@@ -13,31 +13,13 @@ use lagrangian_motion::{Error, Result};
 ///
 /// The scales are those of the dataset at its construction; the samples of the steps may be others.
 pub struct Stepper {
-    model: Box<dyn Trainable>,
+    model: Training,
     config: FitConfig,
     settings: NaturalConfig,
     natural: Natural,
     memory: NetworkMemory,
     parameters: Vec<f64>,
     steps: usize,
-}
-
-/// The loss of a batch before a step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StepLoss {
-    /// The mean loss of the batch.
-    pub loss: f64,
-    /// The number of samples that were omitted for a singular mass matrix.
-    pub singular: usize,
-}
-
-impl From<LossValue> for StepLoss {
-    fn from(value: LossValue) -> Self {
-        Self {
-            loss: value.mean(),
-            singular: value.singular,
-        }
-    }
 }
 
 impl Stepper {
@@ -53,7 +35,7 @@ impl Stepper {
                 "natural, where steps are taken one by one",
             ));
         };
-        let model = config.trainable(dataset)?.0;
+        let model = config.trainable(dataset)?;
         let parameters = model.initialise(config.seed);
         let memory = NetworkMemory::new(&*model.learner(Residuals::OfLoss), config.batch);
         Ok(Self {
@@ -67,11 +49,11 @@ impl Stepper {
         })
     }
 
-    /// Takes a step on a batch.
+    /// Takes a step on a batch, and returns its loss before the step.
     ///
     /// # Errors
     /// [`Error::Argument`] for an empty batch, a batch that is too large, or an index without a sample.
-    pub fn step(&mut self, batch: Batch<'_>, size: StepSize) -> Result<StepLoss> {
+    pub fn step(&mut self, batch: Batch<'_>, size: StepSize) -> Result<LossValue> {
         self.step_in_parts(batch, size, &mut |_| ())
     }
 
@@ -84,7 +66,7 @@ impl Stepper {
         batch: Batch<'_>,
         size: StepSize,
         done: &mut dyn FnMut(Part),
-    ) -> Result<StepLoss> {
+    ) -> Result<LossValue> {
         self.check(batch)?;
         let learner = self.model.learner(Residuals::OfLoss);
         let mut problem = self.memory.problem(&*learner, self.config.loss, batch);
@@ -93,7 +75,7 @@ impl Stepper {
             .natural
             .step_in_parts(&mut problem, settings, size, theta, done);
         self.steps += 1;
-        Ok(value.into())
+        Ok(value)
     }
 
     /// The mean loss on these samples, at most a batch of them; takes no step.

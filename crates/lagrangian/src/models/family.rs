@@ -147,82 +147,54 @@ pub(crate) enum Residuals {
     missing_debug_implementations,
     reason = "trait objects have nothing to show"
 )]
-pub struct Training(pub(crate) Box<dyn Trainable>);
+pub struct Training(Box<dyn Trainable>);
 
 impl Training {
+    /// Evaluates residuals in double precision.
+    pub(crate) fn learner(&self, residuals: Residuals) -> BoxedLearner<'_, f64> {
+        self.0.learner(residuals)
+    }
+
+    /// Evaluates the residuals of the loss, the network in single precision.
+    pub(crate) fn single(&self) -> BoxedLearner<'_, f32> {
+        self.0.single()
+    }
+
     /// The model with these parameters.
     ///
     /// # Errors
     /// [`Error::NotFinite`] where training has diverged; [`Error::Shape`] for another number of parameters.
     pub fn assemble(&self, parameters: &[f64]) -> Result<Learned> {
-        let (found, expected) = (parameters.len(), self.0.parameters());
-        Error::check_shape(
-            "parameters",
-            found,
-            expected,
-            "give those of a model of the same shape",
-        )?;
+        let remedy = "give those of a model of the same shape";
+        Error::check_shape("parameters", parameters.len(), self.parameters(), remedy)?;
         self.0.assemble(parameters)
     }
 
     /// The parameters that a fit with this seed begins with: random weights, and little friction.
     #[must_use]
     pub fn initialise(&self, seed: u64) -> Vec<f64> {
-        self.0.initialise(seed)
+        self.learner(Residuals::OfLoss).initialise(seed)
     }
 
     /// The number of all parameters.
     #[must_use]
     pub fn parameters(&self) -> usize {
-        self.0.parameters()
-    }
-}
-
-impl Training {
-    /// Training of a network by an optimiser.
-    pub(crate) fn of(network: impl Trained + 'static, setup: Setup) -> Self {
-        Self(Box::new(NetworkTraining { network, setup }))
+        self.learner(Residuals::OfLoss).parameters()
     }
 }
 
 impl Plan {
     /// Training of a network by an optimiser.
     pub(crate) fn train(network: impl Trained + 'static, setup: Setup) -> Self {
-        Self::Train(Training::of(network, setup))
+        Self::Train(Training(Box::new(NetworkTraining { network, setup })))
     }
 }
 
-/// A model in training, in either precision.
-pub(crate) trait Trainable: Send + Sync {
-    /// Evaluates residuals in double precision.
-    fn learner(&self, residuals: Residuals) -> Box<dyn Learner<f64> + '_>;
-
-    /// Evaluates the residuals of the loss, the network in single precision.
-    fn single(&self) -> Box<dyn Learner<f32> + '_>;
-
-    /// The model with these parameters.
-    ///
-    /// # Errors
-    /// [`Error::NotFinite`] where training has diverged.
+/// A model in training in either precision, see the methods of [`Training`].
+trait Trainable: Send + Sync {
+    fn learner(&self, residuals: Residuals) -> BoxedLearner<'_, f64>;
+    fn single(&self) -> BoxedLearner<'_, f32>;
     fn assemble(&self, parameters: &[f64]) -> Result<Learned>;
-
-    /// Random weights, with little initial friction.
-    fn initialise(&self, seed: u64) -> Vec<f64> {
-        self.learner(Residuals::OfLoss).initialise(seed)
-    }
-
-    /// Number of all parameters.
-    fn parameters(&self) -> usize {
-        self.learner(Residuals::OfLoss).parameters()
-    }
-}
-
-#[cfg(test)]
-impl dyn Trainable + '_ {
-    /// Passes the learner of the rates to `f`.
-    pub(crate) fn with_flow<R>(&self, f: impl FnOnce(&dyn Learner<f64>) -> R) -> R {
-        f(&*self.learner(Residuals::OfRates))
-    }
 }
 
 /// A learner of a training.
@@ -247,11 +219,11 @@ struct NetworkTraining<N> {
 }
 
 impl<N: Trained> Trainable for NetworkTraining<N> {
-    fn learner(&self, residuals: Residuals) -> Box<dyn Learner<f64> + '_> {
+    fn learner(&self, residuals: Residuals) -> BoxedLearner<'_, f64> {
         self.network.learner(&self.setup, residuals)
     }
 
-    fn single(&self) -> Box<dyn Learner<f32> + '_> {
+    fn single(&self) -> BoxedLearner<'_, f32> {
         self.network.learner(&self.setup, Residuals::OfLoss)
     }
 

@@ -2,6 +2,7 @@
 
 use std::any::Any;
 use std::fmt::Debug;
+use std::sync::Arc;
 
 use serde::Serialize;
 use serde_json::Value;
@@ -22,7 +23,7 @@ use lagrangian_motion::{Coordinates, Result};
 /// A fitted model of any family, with the states that its data visited.
 #[derive(Debug, Clone)]
 pub struct Learned {
-    model: Box<dyn FittedModel>,
+    model: Arc<dyn FittedModel>,
     visited: Option<Visited>,
 }
 
@@ -37,34 +38,20 @@ pub trait FittedModel: Model + Any + Debug {
     /// [`crate::Error::DamagedModel`] where its description cannot be written.
     fn stored(&self) -> Result<Stored>;
 
-    /// The Lagrangian of the model, where it has one.
-    fn lagrangian(&self) -> Option<&dyn Lagrangian> {
-        None
-    }
-
-    /// The forces of the model beside those of its Lagrangian.
-    fn forces(&self) -> Applied<'_> {
-        Applied::default()
-    }
-
-    /// The nominal model beneath it, where there is one.
-    fn nominal(&self) -> Option<&RigidBodies> {
-        None
-    }
-
-    /// The robot whose joints are the coordinates, where the model has one.
-    fn robot(&self) -> Option<&RigidBodies> {
-        FittedModel::nominal(self)
+    /// The parts of the model.
+    fn parts(&self) -> ModelParts<'_> {
+        ModelParts::default()
     }
 
     /// The parameters of the model that have a name and a unit.
     fn parameters(&self) -> Vec<Parameter> {
-        Named::of(self.coordinates()).forces(self.forces()).list()
+        let forces = self.parts().forces;
+        Named::of(self.coordinates()).forces(forces).list()
     }
 
-    /// The motion of the model with the Lagrangian on the heap, for the sum with a nominal model; `None` for a model that cannot
-    /// be combined with one.
-    fn boxed_motion(&self) -> Option<Mechanical<Box<dyn LearnedLagrangian>>> {
+    /// The motion of the model with a shared Lagrangian, for the sum with a nominal model; `None` for a model that cannot be
+    /// combined with one.
+    fn shared_motion(&self) -> Option<Mechanical<Arc<dyn LearnedLagrangian>>> {
         None
     }
 
@@ -74,39 +61,39 @@ pub trait FittedModel: Model + Any + Debug {
         None
     }
 
-    /// The model with a learned correction of a nominal model that fades beyond these states; `None` for one without.
-    fn limited_to(&self, visited: &Visited) -> Option<Box<dyn FittedModel>> {
-        let _ = visited;
-        None
-    }
-
-    /// The Hamiltonian of the model, where it moves by one in (q, p).
-    fn hamiltonian(&self) -> Option<&dyn Hamiltonian> {
-        None
-    }
-
     /// The equations of the model as expressions of a graph.
     ///
     /// # Errors
     /// [`crate::Error::Setting`] for a model whose equations cannot be written down.
     fn equations(&self, graph: Graph) -> Result<Equations> {
-        let lagrangian = self.lagrangian().ok_or_else(|| {
+        let parts = self.parts();
+        let lagrangian = parts.lagrangian.ok_or_else(|| {
             expression::without(&format!(
                 "a model of the family {}",
                 self.description().family
             ))
         })?;
-        expression::of(graph, lagrangian, &self.forces())
+        expression::of(graph, lagrangian, &parts.forces)
     }
-
-    /// A copy on the heap.
-    fn boxed(&self) -> Box<dyn FittedModel>;
 }
 
-impl Clone for Box<dyn FittedModel> {
-    fn clone(&self) -> Self {
-        (**self).boxed()
-    }
+/// The parts of a fitted model; `None` for those that it does not have.
+#[derive(Clone, Copy, Default)]
+#[allow(
+    missing_debug_implementations,
+    reason = "trait objects have nothing to show"
+)]
+pub struct ModelParts<'a> {
+    /// The Lagrangian.
+    pub lagrangian: Option<&'a dyn Lagrangian>,
+    /// The Hamiltonian, where the model moves by one in (q, p).
+    pub hamiltonian: Option<&'a dyn Hamiltonian>,
+    /// The forces beside those of the Lagrangian.
+    pub forces: Applied<'a>,
+    /// The nominal model beneath it.
+    pub nominal: Option<&'a RigidBodies>,
+    /// The robot that was identified, whose joints are the coordinates.
+    pub robot: Option<&'a RigidBodies>,
 }
 
 /// The description of a fitted model.
@@ -211,15 +198,6 @@ pub trait LearnedLagrangian: Lagrangian + Any + Debug {
         let _ = added;
         None
     }
-
-    /// A copy on the heap.
-    fn boxed(&self) -> Box<dyn LearnedLagrangian>;
-}
-
-impl Clone for Box<dyn LearnedLagrangian> {
-    fn clone(&self) -> Self {
-        (**self).boxed()
-    }
 }
 
 impl<L: LearnedLagrangian + Clone> FittedModel for Mechanical<L> {
@@ -231,12 +209,12 @@ impl<L: LearnedLagrangian + Clone> FittedModel for Mechanical<L> {
         self.lagrangian.stored()
     }
 
-    fn lagrangian(&self) -> Option<&dyn Lagrangian> {
-        Some(&self.lagrangian)
-    }
-
-    fn forces(&self) -> Applied<'_> {
-        self.applied()
+    fn parts(&self) -> ModelParts<'_> {
+        ModelParts {
+            lagrangian: Some(&self.lagrangian),
+            forces: self.applied(),
+            ..ModelParts::default()
+        }
     }
 
     fn parameters(&self) -> Vec<Parameter> {
@@ -249,18 +227,14 @@ impl<L: LearnedLagrangian + Clone> FittedModel for Mechanical<L> {
         Some(self.clone().with(|_| Ok(lagrangian)).ok()?.into())
     }
 
-    fn boxed_motion(&self) -> Option<Mechanical<Box<dyn LearnedLagrangian>>> {
-        let heap = |lagrangian: L| Ok(LearnedLagrangian::boxed(&lagrangian));
-        self.clone().with(heap).ok()
-    }
-
-    fn boxed(&self) -> Box<dyn FittedModel> {
-        Box::new(self.clone())
+    fn shared_motion(&self) -> Option<Mechanical<Arc<dyn LearnedLagrangian>>> {
+        let shared = |lagrangian: L| Ok(Arc::new(lagrangian) as Arc<dyn LearnedLagrangian>);
+        self.clone().with(shared).ok()
     }
 }
 
 /// The sum of a nominal model and of a network that learned the forces that it omits.
-type WithNominal = Sum<RigidBodies, Box<dyn LearnedLagrangian>>;
+type WithNominal = Sum<RigidBodies, Arc<dyn LearnedLagrangian>>;
 
 /// The prefix of the family of a network with a nominal model.
 const NOMINAL: &str = "nominal+";
@@ -281,32 +255,20 @@ impl FittedModel for Mechanical<WithNominal> {
         Ok(stored)
     }
 
-    fn lagrangian(&self) -> Option<&dyn Lagrangian> {
-        Some(&self.lagrangian)
-    }
-
-    fn forces(&self) -> Applied<'_> {
-        self.applied()
-    }
-
-    fn nominal(&self) -> Option<&RigidBodies> {
-        Some(self.lagrangian.known())
-    }
-
-    fn limited_to(&self, visited: &Visited) -> Option<Box<dyn FittedModel>> {
-        let limited = |sum: WithNominal| Ok(sum.limited_to(visited.clone()));
-        Some(Box::new(self.clone().with(limited).ok()?))
-    }
-
-    fn boxed(&self) -> Box<dyn FittedModel> {
-        Box::new(self.clone())
+    fn parts(&self) -> ModelParts<'_> {
+        ModelParts {
+            lagrangian: Some(&self.lagrangian),
+            forces: self.applied(),
+            nominal: Some(self.lagrangian.known()),
+            ..ModelParts::default()
+        }
     }
 }
 
 impl<M: FittedModel> From<M> for Learned {
     fn from(model: M) -> Self {
         Self {
-            model: Box::new(model),
+            model: Arc::new(model),
             visited: None,
         }
     }
@@ -322,7 +284,8 @@ impl Model for Learned {
     }
 
     fn nominal(&self) -> Option<&dyn Model> {
-        FittedModel::nominal(&*self.model).map(|robot| robot as &dyn Model)
+        let robot = self.model.parts().nominal;
+        robot.map(|robot| robot as &dyn Model)
     }
 
     fn evaluator(&self) -> Box<dyn Evaluator + '_> {
@@ -354,9 +317,11 @@ impl Learned {
 
     /// The model with the states that its data visited, beyond which a correction of a nominal model fades.
     pub(crate) fn with_visited(self, visited: Option<Visited>) -> Self {
-        let limited = visited
-            .as_ref()
-            .and_then(|visited| self.model.limited_to(visited));
+        let corrected = self.downcast_ref::<Mechanical<WithNominal>>();
+        let limited = corrected.zip(visited.clone()).and_then(|(own, visited)| {
+            let sum = own.clone().with(|sum| Ok(sum.limited_to(visited)));
+            Some(Arc::new(sum.ok()?) as Arc<dyn FittedModel>)
+        });
         Self {
             model: limited.unwrap_or(self.model),
             visited,
@@ -391,7 +356,7 @@ impl Learned {
     /// The Lagrangian, where the model has one.
     #[must_use]
     pub fn lagrangian(&self) -> Option<&dyn Lagrangian> {
-        self.model.lagrangian()
+        self.model.parts().lagrangian
     }
 
     /// The equations of the model as expressions of a graph, for code generators.
@@ -405,31 +370,32 @@ impl Learned {
     /// The Hamiltonian, where the model moves by one in (q, p).
     #[must_use]
     pub fn hamiltonian(&self) -> Option<&dyn Hamiltonian> {
-        self.model.hamiltonian()
+        self.model.parts().hamiltonian
     }
 
     /// The friction, where it exists.
     #[must_use]
     pub fn dissipation(&self) -> Option<&Dissipation> {
-        self.model.forces().dissipation
+        self.model.parts().forces.dissipation
     }
 
     /// The map from inputs to forces, where inputs are not the forces themselves.
     #[must_use]
     pub fn actuation(&self) -> Option<&Actuation> {
-        self.model.forces().actuation
+        self.model.parts().forces.actuation
     }
 
     /// The nominal model beneath it, where there is one.
     #[must_use]
     pub fn nominal(&self) -> Option<&RigidBodies> {
-        FittedModel::nominal(&*self.model)
+        self.model.parts().nominal
     }
 
     /// The robot whose joints are the coordinates, where the model has one: identified, or nominal.
     #[must_use]
     pub fn robot(&self) -> Option<&RigidBodies> {
-        self.model.robot()
+        let parts = self.model.parts();
+        parts.robot.or(parts.nominal)
     }
 
     /// The parameters that have a name and a unit: friction, offsets, gains, rotor inertias, or all of an identified robot. The
@@ -446,7 +412,7 @@ impl Learned {
     /// The sum of a nominal model and of a network that learned the forces that it omits.
     pub(crate) fn with_nominal(
         nominal: RigidBodies,
-        rest: Mechanical<Box<dyn LearnedLagrangian>>,
+        rest: Mechanical<Arc<dyn LearnedLagrangian>>,
     ) -> Result<Self> {
         Ok(rest.with(|rest| Sum::new(nominal, rest))?.into())
     }
@@ -499,7 +465,7 @@ impl Learned {
         };
         let mut rest = saved.clone();
         rest.header.family = family.into();
-        let rest = load(&rest)?.model.boxed_motion().ok_or_else(|| {
+        let rest = load(&rest)?.model.shared_motion().ok_or_else(|| {
             saved::damaged(format!(
                 "'{family}' cannot be combined with a nominal model"
             ))

@@ -29,23 +29,22 @@ mod weights;
 
 pub use crate::dataset::Momenta;
 pub use chain::ChainConfig;
-pub use delan::{Delan, DelanConfig, Inertia, Structure, Terms, Trunks};
+pub use delan::{Delan, DelanConfig, Inertia, Trunks};
+pub(crate) use family::Residuals;
 pub use family::{
     Abilities, Candidate, Configuration, Entry, Family, Plan, Solution, Solve, Training,
 };
-pub(crate) use family::{Residuals, Trainable};
 pub use hnn::{Hnn, HnnConfig, HnnStructure};
-pub use learned::{Description, FittedModel, Learned, LearnedLagrangian, Stored};
+pub use learned::{Description, FittedModel, Learned, LearnedLagrangian, ModelParts, Stored};
 pub use lnn::{Form, Lnn, LnnConfig};
 pub use mlp::{Direction, Mlp, MlpConfig, MlpScaling};
 pub use named::Parameter;
 pub use network::{Network, NetworkShape, Parts};
-pub use neural_ode::{NeuralOde, NeuralOdeConfig, Order};
+pub use neural_ode::{NeuralOdeConfig, Order};
 pub use rigid::chain::{Identified, Rigid, identify};
 pub use rigid::robot::IdentifiedRobot;
 pub use rigid::{Angles, RigidChain, RigidConfig};
 pub use servo::{Friction, Servo, ServoConfig};
-pub use vin::VinConfig;
 
 /// All families, in the order in which they are offered.
 pub const FAMILIES: &[Entry] = &[
@@ -54,7 +53,7 @@ pub const FAMILIES: &[Entry] = &[
     vin::ENTRY,
     hnn::family::ENTRY,
     mlp::family::ENTRY,
-    neural_ode::family::ENTRY,
+    neural_ode::ENTRY,
     rigid::ENTRY,
     chain::family::ENTRY,
     servo::family::ENTRY,

@@ -1,12 +1,14 @@
 //! The part of a fit that all families share: the loss and its weights, the forces beside the model, and the nominal model.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use super::family::Residuals;
 use super::learned::{Learned, LearnedLagrangian};
 use crate::dataset::Dataset;
 use crate::train::{
-    CHORDS, ForceTerms, Forces, Loss, MAX_DOF, PositionsLearner, TrainingTask, remainder,
+    CHORDS, ForceTerms, Forces, LearnerShape, Loss, MAX_DOF, NetworkShape, PositionsLearner,
+    TrainingTask, remainder,
 };
 use lagrangian_mechanics::dynamics::Mechanical;
 use lagrangian_mechanics::lagrangian::Lagrangian;
@@ -58,11 +60,19 @@ impl Setup {
         Ok((setup, dataset))
     }
 
-    /// The loss for such residuals, and their weights.
-    pub(crate) fn target(&self, residuals: Residuals) -> (Loss, &[f64]) {
-        match residuals {
-            Residuals::OfLoss => (self.loss, &self.weights),
+    /// A learner of such residuals.
+    pub(crate) fn learner<'a, S>(&'a self, shape: &'a S, of: Residuals) -> NetworkLearner<'a, S> {
+        let (loss, weights) = match of {
+            Residuals::OfLoss => (self.loss, &self.weights[..]),
             Residuals::OfRates => (Loss::ACCELERATION, &self.ones[..self.weights.len()]),
+        };
+        NetworkLearner {
+            shape,
+            loss,
+            weights,
+            forces: self.forces.clone(),
+            nominal: self.nominal.as_ref(),
+            phase: of == Residuals::OfRates,
         }
     }
 
@@ -93,7 +103,7 @@ impl Setup {
         match &self.nominal {
             None => Ok(self.mechanical(lagrangian, extra)?.into()),
             Some(nominal) => {
-                let rest: Box<dyn LearnedLagrangian> = Box::new(lagrangian);
+                let rest: Arc<dyn LearnedLagrangian> = Arc::new(lagrangian);
                 Learned::with_nominal(nominal.clone(), self.mechanical(rest, extra)?)
             }
         }
@@ -105,6 +115,39 @@ impl Setup {
             self.forces.dissipation(extra),
             self.forces.actuation(self.terms, extra)?,
         )
+    }
+}
+
+/// A network of this shape in training; each family computes its residuals and their derivatives.
+#[derive(Debug)]
+pub(crate) struct NetworkLearner<'a, S> {
+    pub(crate) shape: &'a S,
+    pub(crate) loss: Loss,
+    /// The weight of each residual, `[m]`.
+    pub(crate) weights: &'a [f64],
+    pub(crate) forces: Forces,
+    /// The nominal model, where there is one.
+    pub(crate) nominal: Option<&'a RigidBodies>,
+    /// Whether states of a network in phase space are (q, p), as in a rollout, and not those of a recording.
+    pub(crate) phase: bool,
+}
+
+impl<S: NetworkShape> NetworkLearner<'_, S> {
+    /// The properties of a learner of this number of raw outputs, each along a direction of its own, and of residuals.
+    pub(crate) fn shape_of(&self, outputs: usize, residuals: usize) -> LearnerShape<'_> {
+        let dof = self.shape.dof();
+        LearnerShape {
+            net: self.shape.net(),
+            dof,
+            directions: outputs,
+            outputs,
+            residuals,
+            points: 1,
+            phase: false,
+            loss: self.loss,
+            weights: &self.weights[..dof],
+            forces: Some(&self.forces),
+        }
     }
 }
 

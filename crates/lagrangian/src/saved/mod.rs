@@ -25,6 +25,7 @@ use serde_json::Value;
 use crate::dataset::PrepareOptions;
 use lagrangian_mechanics::Visited;
 use lagrangian_mechanics::dynamics::Mechanical;
+use lagrangian_mechanics::forces::{Actuation, Dissipation};
 use lagrangian_mechanics::lagrangian::Lagrangian;
 use lagrangian_motion::error::{brief, shortened};
 use lagrangian_motion::{Coordinates, Error, Result};
@@ -286,10 +287,15 @@ impl SavedModel {
         Ok(weights)
     }
 
+    /// The forces of the header.
+    pub(crate) fn forces(&self) -> Result<(Option<Dissipation>, Option<Actuation>)> {
+        let dissipation = read("dissipation", &self.header.dissipation)?;
+        Ok((dissipation, read("actuation", &self.header.actuation)?))
+    }
+
     /// A Lagrangian with the forces of the header.
     pub(crate) fn moving<L: Lagrangian>(&self, lagrangian: L) -> Result<Mechanical<L>> {
-        let dissipation = read("dissipation", &self.header.dissipation)?;
-        let actuation = read("actuation", &self.header.actuation)?;
+        let (dissipation, actuation) = self.forces()?;
         Mechanical::with_forces(lagrangian, dissipation, actuation)
     }
 }

@@ -1,7 +1,5 @@
 //! Predictions over short times, one after another.
 
-use std::f64::consts::TAU;
-
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -143,11 +141,7 @@ impl Squares {
     fn add(&mut self, coordinates: &Coordinates, truth: &[f64], predicted: &[f64]) {
         let n = self.sums.len();
         for (k, (x, y)) in truth.iter().zip(predicted).enumerate() {
-            let mut error = y - x;
-            if coordinates.is_circle(k % n) {
-                error -= TAU * (error / TAU).round();
-            }
-            self.sums[k % n] += error * error;
+            self.sums[k % n] += coordinates.difference(k % n, *y, *x).powi(2);
         }
         self.count += truth.len() / n;
     }

@@ -1,7 +1,5 @@
 //! Accelerations that fall with the speed, as they do near a limit that is never reached.
 
-use std::f64::consts::TAU;
-
 use lagrangian_motion::Signal;
 use lagrangian_motion::statistics::upper_median;
 use lagrangian_motion::{Coordinates, Trajectory};
@@ -92,10 +90,7 @@ impl States {
     fn apart(&self, coordinates: &Coordinates, k: usize, j: usize) -> f64 {
         let n = coordinates.dof();
         let apart = |i: usize| {
-            let mut d = self.q[k * n + i] - self.q[j * n + i];
-            if coordinates.is_circle(i) {
-                d -= TAU * (d / TAU).round();
-            }
+            let d = coordinates.difference(i, self.q[k * n + i], self.q[j * n + i]);
             // Two equal parameters are no distance apart, whatever their deviation.
             if d == 0.0 {
                 0.0

@@ -108,10 +108,7 @@ impl<'a> NormalisedError<'a> {
         let n = self.sigma_q.len();
         let component = |i: usize| {
             let j = k * n + i;
-            let mut dq = prediction.q[j] - truth.q[j];
-            if self.coordinates.is_circle(i) {
-                dq -= std::f64::consts::TAU * (dq / std::f64::consts::TAU).round();
-            }
+            let dq = self.coordinates.difference(i, prediction.q[j], truth.q[j]);
             let dqd = prediction.qd[j] - truth.qd[j];
             (dq / self.sigma_q[i]).powi(2) + (dqd / self.sigma_qd[i]).powi(2)
         };

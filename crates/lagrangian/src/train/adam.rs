@@ -13,6 +13,17 @@ use serde::{Deserialize, Serialize};
 use super::problem::{Differentiable, GradientSize, LossValue, StepAt};
 use nets::simd::{AdamRule, AdamStep, dispatch};
 
+/// The precision in which a network is evaluated while it is trained with Adam; all else is in double precision.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Precision {
+    /// Single precision.
+    F32,
+    /// Double precision.
+    #[default]
+    F64,
+}
+
 /// The settings of Adam with decoupled weight decay.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -29,6 +40,8 @@ pub struct AdamConfig {
     pub decay: f64,
     /// The largest norm of a gradient; larger ones are scaled down to it.
     pub clip: f64,
+    /// The precision of the kernels.
+    pub precision: Precision,
 }
 
 impl Default for AdamConfig {
@@ -40,6 +53,7 @@ impl Default for AdamConfig {
             epsilon: 1e-8,
             decay: 0.0,
             clip: 1.0,
+            precision: Precision::default(),
         }
     }
 }

@@ -228,6 +228,18 @@ impl<T: Real> Work<T> {
         }
     }
 
+    /// Omits sample `s`, whose mass matrix is singular.
+    pub(crate) fn omit(&mut self, s: usize) {
+        self.linear.singular += usize::from(s < self.count);
+        let Linearisation {
+            residual, d, along, ..
+        } = &mut self.linear;
+        for values in [residual, d, along] {
+            let each = values.len() / self.samples;
+            values[s * each..][..each].fill(0.0);
+        }
+    }
+
     /// Holds the parameters among the coordinates of sample `s` (theory.md, equation 107); nothing acts on them.
     pub(crate) fn hold(&mut self, coordinates: &Coordinates, s: usize) {
         let n = coordinates.dof();

@@ -24,7 +24,7 @@ pub(crate) mod task;
 #[cfg(test)]
 pub(crate) mod tests;
 
-pub use adam::AdamConfig;
+pub use adam::{AdamConfig, Precision};
 pub use checkpoint::Checkpoint;
 pub(crate) use forces::{FORCE_NAMES, Forces};
 pub use forces::{ForceTerms, Input};
@@ -44,4 +44,4 @@ pub use schedule::cosine;
 pub use shape::{NetworkShape, Parts};
 pub(crate) use spec::LOSS;
 pub use spec::{AutoSetting, FitSpec};
-pub use task::{Budget, Optimizer, Precision, TrainingTask};
+pub use task::{Budget, Optimizer, TrainingTask};

@@ -2,6 +2,7 @@
 
 use serde_json::Value;
 
+use super::adam::AdamConfig;
 use super::checkpoint::Checkpoint;
 use super::clock::Clock;
 use super::engine::{AdamEngine, Engine, NaturalEngine, Schedules, Sequential, Stepped};
@@ -16,7 +17,7 @@ use super::rollout::{RolloutDescent, RolloutProblems, RolloutValidation, Segment
 use super::schedule::grown;
 use super::task::{Budget, Optimizer, TrainingTask};
 use crate::dataset::{Dataset, Momenta};
-use lagrangian_motion::{Error, Result};
+use lagrangian_motion::Result;
 use nets::simd::Real;
 
 /// The largest number of samples of a validation: enough to compare, few enough to cost little.
@@ -79,15 +80,13 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// Runs with the kernels in double precision, by either optimiser.
-    pub(crate) fn in_double(
+    /// Runs the natural gradient.
+    pub(crate) fn by_natural(
         &mut self,
+        natural: &NaturalConfig,
         learner: &dyn Learner<f64>,
         observer: &mut dyn Observer,
     ) -> Result<Ended> {
-        let Optimizer::Natural(natural) = &self.config.optimizer else {
-            return self.by_adam(learner, observer);
-        };
         let problems = NetworkProblems::new(learner, self.config.loss, self.batch());
         let engine = NaturalEngine::new(problems, natural);
         self.descend(self.validation_loss(learner), observer, engine)
@@ -96,16 +95,10 @@ impl<'a> Run<'a> {
     /// Runs Adam, in the precision of the learner.
     pub(crate) fn by_adam<T: Real>(
         &mut self,
+        config: &AdamConfig,
         learner: &dyn Learner<T>,
         observer: &mut dyn Observer,
     ) -> Result<Ended> {
-        let Optimizer::Adam(config) = &self.config.optimizer else {
-            return Err(Error::argument(
-                "precision",
-                "f32",
-                "f64 under the natural gradient",
-            ));
-        };
         let problem = NetworkDescent::new(learner, self.config.loss, self.batch());
         let engine = AdamEngine { problem, config };
         self.descend(self.validation_loss(learner), observer, engine)

@@ -40,17 +40,6 @@ pub enum Budget {
     Seconds(f64),
 }
 
-/// The precision in which a network is evaluated while it is trained with Adam; all else is in double precision.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Precision {
-    /// Single precision.
-    F32,
-    /// Double precision.
-    #[default]
-    F64,
-}
-
 /// The task of a fit beside its family of models: the loss, the optimiser, the length of the run, and the forces that are learned.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -81,8 +70,6 @@ pub struct TrainingTask {
     /// The weight λ of the accelerations after a fit of torques: inertia is added to the drives where it lowers
     /// Σ nMSE(τ) + λ Σ nMSE(q̈). 0 adds none.
     pub forward: f64,
-    /// The precision of the kernels under Adam.
-    pub precision: Precision,
     /// The number of steps between two validations.
     pub validate_every: usize,
     /// The number of validations without improvement after which the run stops; `None` for no such end.
@@ -102,7 +89,6 @@ impl Default for TrainingTask {
             forces: ForceTerms::default(),
             nominal: None,
             forward: FORWARD,
-            precision: Precision::default(),
             validate_every: 25,
             patience: None,
         }

@@ -130,6 +130,7 @@ fn the_gradient_of_a_deep_lagrangian_network_agrees_with_differences() {
                 let weights: Vec<f64> = (0..2 * n).map(|i| 0.8 + 0.1 * i as f64).collect();
                 let learner = DelanLearner {
                     nominal: None,
+                    phase: false,
                     shape: &shape,
                     loss,
                     weights: &weights,
@@ -233,6 +234,7 @@ fn a_natural_step_of_a_deep_lagrangian_network_shrinks_every_residual_by_its_rat
         let weights = [0.8, 1.2, 0.5, 0.6];
         let learner = DelanLearner {
             nominal: None,
+            phase: false,
             shape: &shape,
             loss,
             weights: &weights,
@@ -308,6 +310,7 @@ fn the_gradient_through_the_euler_lagrange_equation_agrees_with_differences() {
                 let weights = vec![0.8; n];
                 let learner = LnnLearner {
                     nominal: None,
+                    phase: false,
                     shape: &shape,
                     loss,
                     weights: &weights,
@@ -361,6 +364,7 @@ fn gradients_leave_a_parameter_out_and_agree_with_differences() {
                 weights: &weights[..2],
                 forces: terms.clone(),
                 nominal: None,
+                phase: false,
             };
             let error = gradient_error(&learner, loss, &held);
             assert!(error < 1e-7, "lnn {form:?} {loss:?}: {error:e}");
@@ -373,6 +377,7 @@ fn gradients_leave_a_parameter_out_and_agree_with_differences() {
             weights: &weights,
             forces: terms.clone(),
             nominal: None,
+            phase: false,
         };
         let error = gradient_error(&learner, loss, &held);
         assert!(error < 1e-7, "delan {loss:?}: {error:e}");
@@ -406,6 +411,7 @@ fn gradients_through_charts_of_the_speed_and_exponential_units_agree_with_differ
                 weights: &[0.8, 1.1],
                 forces: forces(ForceTerms::friction(), 2),
                 nominal: None,
+                phase: false,
             };
             let error = gradient_error(&learner, loss, &samples(2, 37));
             let what = format!("{form:?} {speed_limit:?} {speed_chart:?} {loss:?}");
@@ -432,6 +438,7 @@ fn the_gradients_of_networks_upon_a_robot_agree_with_differences() {
             weights: &weights,
             forces: forces(all_forces(Input::Gains), 2),
             nominal: Some(&robot),
+            phase: false,
         };
         let error = gradient_error(&learner, loss, &samples(2, 37));
         assert!(error < 1e-7, "delan {loss:?}: {error:e}");
@@ -448,6 +455,7 @@ fn the_gradients_of_networks_upon_a_robot_agree_with_differences() {
             weights: &weights[..2],
             forces: forces(ForceTerms::friction(), 2),
             nominal: Some(&robot),
+            phase: false,
         };
         let error = gradient_error(&learner, loss, &samples(2, 37));
         assert!(error < 1e-7, "lnn {form:?} {loss:?}: {error:e}");
@@ -472,6 +480,9 @@ fn the_gradient_of_a_plain_network_agrees_with_differences() {
         shape: &shape,
         loss: Loss::ACCELERATION,
         weights: &[0.8; 3],
+        forces: forces(ForceTerms::default(), 3),
+        nominal: None,
+        phase: false,
     };
     let error = gradient_error(&learner, Loss::ACCELERATION, &samples(3, 37));
     assert!(error < 1e-7, "{error:e}");
@@ -514,6 +525,7 @@ fn a_natural_step_shrinks_every_residual_by_its_rate() {
             let weights = [0.8, 1.2];
             let learner = LnnLearner {
                 nominal: None,
+                phase: false,
                 shape: &shape,
                 loss,
                 weights: &weights,
@@ -537,6 +549,9 @@ fn a_natural_step_shrinks_every_residual_by_its_rate() {
         shape: &shape,
         loss: Loss::ACCELERATION,
         weights: &[0.8; 3],
+        forces: forces(ForceTerms::default(), 3),
+        nominal: None,
+        phase: false,
     };
     assert_step_solves(&learner, Loss::ACCELERATION, &samples(3, 21));
 }
@@ -574,6 +589,7 @@ pub(crate) fn samples_without_an_acceleration_do_not_lower_the_loss() {
     let weights = [1.0];
     let learner = LnnLearner {
         nominal: None,
+        phase: false,
         shape: &shape,
         loss: Loss::ACCELERATION,
         weights: &weights,

@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use lagrangian::mechanics::{
-    Actuation, Directional, Dissipation, Jet, Lagrangian, Mechanical, Regularity, Scaling,
-    Stribeck, SymmetricSolver,
+    Actuation, Directional, Dissipation, Jet, Lagrangian, Mechanical, Quantities, Regularity,
+    Scaling, Stribeck, SymmetricSolver,
 };
 use lagrangian::models::{Delan, Trunks};
 use lagrangian::trajectory::Topology;
@@ -60,10 +60,10 @@ fn the_mass_matrix_is_symmetric_and_positive_definite_far_from_any_data() {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     for delan in networks() {
         let n = delan.coordinates().dof();
-        let (mut structure, mut solver) = (delan.structure(), SymmetricSolver::new(n));
+        let (model, mut solver) = (Mechanical::conservative(delan), SymmetricSolver::new(n));
         for size in [1.0, 3.0, 10.0] {
-            let (q, qd) = (random(&mut rng, n, size), random(&mut rng, n, 1.0));
-            let m = structure.at(&q, &qd).mass_matrix.clone();
+            let q = random(&mut rng, n, size);
+            let m = model.mass_matrix(&q).unwrap();
             for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
                 assert!(m[i * n + j].to_bits() == m[j * n + i].to_bits());
             }
@@ -77,57 +77,24 @@ fn the_mass_matrix_is_symmetric_and_positive_definite_far_from_any_data() {
 }
 
 #[test]
-fn inertia_coriolis_forces_and_gravity_add_up_to_the_inverse_dynamics() {
+fn inertia_and_bias_add_up_to_the_inverse_dynamics_and_the_energy_is_kinetic_beside_that_at_rest() {
     let mut rng = ChaCha8Rng::seed_from_u64(2);
     for delan in networks() {
         let n = delan.coordinates().dof();
-        let state = || (random(&mut rng, n, 3.0), random(&mut rng, n, 2.0));
-        let mut state = state;
-        let ((q, qd), (_, qdd)) = (state(), state());
-        let mut structure = delan.structure();
-        let terms = structure.at(&q, &qd).clone();
-        let model = Mechanical::conservative(delan.clone());
-        let mut tau = vec![0.0; n];
-        let _ = model.evaluator().inverse_dynamics(&q, &qd, &qdd, &mut tau);
-        let product = |m: &[f64], x: &[f64], i: usize| -> f64 {
+        let (q, qd) = (random(&mut rng, n, 3.0), random(&mut rng, n, 2.0));
+        let qdd = random(&mut rng, n, 2.0);
+        let model = Mechanical::conservative(delan);
+        let [m, c] = [model.mass_matrix(&q), model.bias(&q, &qd)].map(Result::unwrap);
+        let tau = model.inverse_dynamics(&q, &qd, &qdd).unwrap();
+        let product = |x: &[f64], i: usize| -> f64 {
             m[i * n..][..n].iter().zip(x).map(|(m, x)| m * x).sum()
         };
-        let parts = |i: usize| {
-            product(&terms.mass_matrix, &qdd, i)
-                + product(&terms.coriolis_matrix, &qd, i)
-                + terms.gravity[i]
-        };
         let scale = largest(tau.iter().copied());
-        assert!(largest((0..n).map(|i| tau[i] - parts(i))) < 1e-12 * scale);
+        assert!(largest((0..n).map(|i| tau[i] - product(&qdd, i) - c[i])) < 1e-12 * scale);
         // H = T + V, whatever the vector potential.
-        let mut energy = [0.0];
-        let _ = model.evaluator().energy(&q, &qd, &mut energy);
-        let sum = terms.kinetic_energy + terms.potential_energy;
-        assert!((energy[0] - sum).abs() < 1e-12 * (1.0 + sum.abs()));
-    }
-}
-
-#[test]
-fn the_rate_of_the_mass_matrix_minus_twice_the_coriolis_matrix_is_skew_symmetric() {
-    let mut rng = ChaCha8Rng::seed_from_u64(3);
-    for delan in networks() {
-        let n = delan.coordinates().dof();
-        let (q, qd) = (random(&mut rng, n, 3.0), random(&mut rng, n, 2.0));
-        let mut structure = delan.structure();
-        let terms = structure.at(&q, &qd).clone();
-        // Ṁ by differences of order 4 along the motion, so that C's own derivatives are not used.
-        let mut mass = |s: f64| {
-            let moved: Vec<f64> = q.iter().zip(&qd).map(|(q, v)| q + s * v).collect();
-            structure.at(&moved, &qd).mass_matrix.clone()
-        };
-        let h = 1e-3;
-        let [a, b, c, d] = [mass(h), mass(-h), mass(2.0 * h), mass(-2.0 * h)];
-        let rate = |k: usize| (8.0 * (a[k] - b[k]) - (c[k] - d[k])) / (12.0 * h);
-        let skew = |i: usize, j: usize| rate(i * n + j) - 2.0 * terms.coriolis_matrix[i * n + j];
-        let scale = 1.0 + largest(terms.coriolis_matrix.iter().copied());
-        for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
-            assert!((skew(i, j) + skew(j, i)).abs() < 1e-8 * scale, "n {n}");
-        }
+        let [moving, still] = [&qd, &vec![0.0; n]].map(|qd| model.energy(&q, qd).unwrap()[0]);
+        let kinetic: f64 = (0..n).map(|i| 0.5 * qd[i] * product(&qd, i)).sum();
+        assert!((moving - still - kinetic).abs() < 1e-12 * (1.0 + moving.abs()));
     }
 }
 

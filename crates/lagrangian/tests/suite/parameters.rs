@@ -1,6 +1,8 @@
 //! Coordinates that never move: a model with a parameter is a family of models without one.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+use std::sync::Arc;
+
 use lagrangian::analytic::{Analytic, AnalyticModel, Parameter, System, by_name};
 use lagrangian::mechanics::{Jet, Lagrangian, Mechanical, Scaling};
 use lagrangian::models::{Delan, Form, Lnn, Mlp, MlpConfig, MlpScaling};
@@ -102,7 +104,7 @@ fn coordinates() -> Coordinates {
     coordinates
 }
 
-fn networks() -> Vec<Box<dyn Lagrangian>> {
+fn networks() -> Vec<Arc<dyn Lagrangian>> {
     let scaling = Scaling::identity(3);
     let lnn = |form| {
         let config = LnnConfig {
@@ -119,9 +121,9 @@ fn networks() -> Vec<Box<dyn Lagrangian>> {
     };
     let delan = Delan::random(coordinates(), config, scaling.clone(), 4).unwrap();
     vec![
-        Box::new(lnn(Form::Free)),
-        Box::new(lnn(Form::Convex)),
-        Box::new(delan),
+        Arc::new(lnn(Form::Free)),
+        Arc::new(lnn(Form::Convex)),
+        Arc::new(delan),
     ]
 }
 

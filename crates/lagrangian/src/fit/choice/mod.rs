@@ -117,6 +117,7 @@ impl FitSpec {
         let loss = loss(&training, &mut choices)?;
         let family = (entry.read)(Value::Object(settings)).map_err(|e| setting_error(&e))?;
         let rollout = self.rollout(loss)?;
+        let nominal = self.nominal.as_deref().map(|text| self.robot(text));
         let mut training = TrainingChoices {
             asked: training,
             loss,
@@ -147,11 +148,7 @@ impl FitSpec {
                     forward: asked.forward.unwrap_or(FORWARD),
                     seed: self.seed,
                     forces,
-                    nominal: self
-                        .nominal
-                        .as_deref()
-                        .map(|text| self.robot(text))
-                        .transpose()?,
+                    nominal: nominal.transpose()?,
                     patience: asked.patience,
                     ..TrainingTask::default()
                 },

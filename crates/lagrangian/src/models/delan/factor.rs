@@ -161,19 +161,8 @@ impl<T: Real> Factor<T> {
     #[inline(always)]
     pub(crate) fn lagrangian<V: Vector<Elem = T>>(&self) -> V {
         let linear = product::<V>(&self.linear.value, &self.v, self.n);
-        self.kinetic::<V>().add(linear).sub(self.potential())
-    }
-
-    /// ½ |Gᵀv|².
-    #[inline(always)]
-    pub(crate) fn kinetic<V: Vector<Elem = T>>(&self) -> V {
-        V::of(0.5).mul(product(&self.u, &self.u, self.n))
-    }
-
-    /// V/E.
-    #[inline(always)]
-    pub(crate) fn potential<V: Vector<Elem = T>>(&self) -> V {
-        vector(&self.potential, 0)
+        let kinetic = V::of(0.5).mul(product(&self.u, &self.u, self.n));
+        kinetic.add(linear).sub(vector(&self.potential, 0))
     }
 
     /// πᵢ.
@@ -202,14 +191,6 @@ impl<T: Real> Factor<T> {
     pub(crate) fn mass<V: Vector<Elem = T>>(&self, i: usize, j: usize) -> V {
         let g = &self.g.value;
         product(row::<V>(g, i), row::<V>(g, j), i.min(j) + 1)
-    }
-
-    /// The change of (G Gᵀ)ᵢⱼ with G′.
-    #[inline(always)]
-    pub(crate) fn mass_rate<V: Vector<Elem = T>>(&self, i: usize, j: usize) -> V {
-        let (g, rate, m) = (&self.g.value, &self.g.rate, i.min(j) + 1);
-        let first = product::<V>(row::<V>(rate, i), row::<V>(g, j), m);
-        first.add(product(row::<V>(g, i), row::<V>(rate, j), m))
     }
 
     /// ∂(L/E)/∂o at fixed v, for every output.

@@ -1,6 +1,5 @@
 //! Deep Lagrangian networks as a family: their losses and data, their training, their saved form.
 
-use super::learner::DelanLearner;
 use super::{Delan, DelanConfig, DelanShape, Inertia};
 use crate::dataset::Dataset;
 use crate::models::NetworkShape;
@@ -14,8 +13,8 @@ use crate::models::vin;
 use crate::saved::WEIGHTS;
 use crate::saved::{self, SavedModel};
 use crate::train::{AutoSetting, DataFacts, FitSpec, LOSS, Loss, TrainingTask};
+use lagrangian_motion::Result;
 use lagrangian_motion::settings::{Kind, Setting, named};
-use lagrangian_motion::{Error, Result};
 use nets::simd::Real;
 
 /// The row of the table of families.
@@ -99,14 +98,18 @@ fn choose(known: &DataFacts, _: &FitSpec) -> Result<Vec<AutoSetting>> {
 
 impl Family for DelanConfig {
     fn name(&self) -> &'static str {
-        NAME
+        match self.inertia {
+            Inertia::Configuration => NAME,
+            Inertia::Constant => vin::NAME,
+        }
     }
 
     fn summary(&self) -> String {
-        format!(
-            "{:?} trunk, {} × {}, {:?}",
-            self.trunks, self.layers, self.width, self.activation
-        )
+        let layers = format!("{} × {}, {:?}", self.layers, self.width, self.activation);
+        match self.inertia {
+            Inertia::Configuration => format!("{:?} trunk, {layers}", self.trunks),
+            Inertia::Constant => layers,
+        }
     }
 
     fn abilities(&self) -> Abilities {
@@ -119,39 +122,20 @@ impl Family for DelanConfig {
     }
 
     fn prepare(&self, dataset: &Dataset, task: &TrainingTask) -> Result<Plan> {
-        if self.inertia == Inertia::Constant {
-            return Err(Error::argument(
-                "inertia",
-                "constant",
-                "that of the configuration: a constant mass matrix is the family vin",
-            ));
-        }
-        prepare(self, dataset, task)
+        let (setup, dataset) = Setup::new(dataset, task)?;
+        let coordinates = dataset.coordinates.clone();
+        let shape = DelanShape::new(coordinates, self.clone(), dataset.mass_scaling())?;
+        Ok(Plan::train(shape, setup))
     }
-}
-
-/// The training of a deep Lagrangian network, whatever its inertia depends on.
-pub(crate) fn prepare(delan: &DelanConfig, dataset: &Dataset, task: &TrainingTask) -> Result<Plan> {
-    let (setup, dataset) = Setup::new(dataset, task)?;
-    let coordinates = dataset.coordinates.clone();
-    let shape = DelanShape::new(coordinates, delan.clone(), dataset.mass_scaling())?;
-    Ok(Plan::train(shape, setup))
 }
 
 impl Trained for DelanShape {
     fn learner<'a, T: Real>(&'a self, setup: &'a Setup, of: Residuals) -> BoxedLearner<'a, T> {
         let constant = self.config.has_constant_momentum();
-        if let Some(learner) = setup.positions(self, constant) {
-            return Box::new(learner);
+        match setup.positions(self, constant) {
+            Some(learner) => Box::new(learner),
+            None => Box::new(setup.learner(self, of)),
         }
-        let (loss, weights) = setup.target(of);
-        Box::new(DelanLearner {
-            shape: self,
-            loss,
-            weights,
-            forces: setup.forces.clone(),
-            nominal: setup.nominal.as_ref(),
-        })
     }
 
     fn assemble(&self, setup: &Setup, parameters: &[f64]) -> Result<Learned> {
@@ -163,14 +147,11 @@ impl Trained for DelanShape {
 
 impl LearnedLagrangian for Delan {
     fn description(&self) -> Description {
-        match self.config().inertia {
-            Inertia::Configuration => {
-                Description::mechanical(NAME, "A Lagrangian with a mass matrix")
-            }
-            Inertia::Constant => {
-                Description::mechanical(vin::NAME, "A Lagrangian with a constant mass matrix")
-            }
-        }
+        let what = match self.config().inertia {
+            Inertia::Configuration => "A Lagrangian with a mass matrix",
+            Inertia::Constant => "A Lagrangian with a constant mass matrix",
+        };
+        Description::mechanical(self.config().name(), what)
     }
 
     fn stored(&self) -> Result<Stored> {
@@ -189,10 +170,6 @@ impl LearnedLagrangian for Delan {
             .chain(std::iter::repeat(0.0));
         let rotors = own.zip(added).map(|(a, b)| a + b).collect();
         self.clone().with_rotors(rotors).ok()
-    }
-
-    fn boxed(&self) -> Box<dyn LearnedLagrangian> {
-        Box::new(self.clone())
     }
 }
 

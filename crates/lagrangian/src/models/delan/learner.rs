@@ -3,8 +3,8 @@
 
 use super::{Block, DelanShape, Scratch};
 use crate::models::NetworkShape;
-use crate::train::{At, Forces, Learner, LearnerShape, Loss, Work};
-use lagrangian_mechanics::rigid::RigidBodies;
+use crate::models::setup::NetworkLearner;
+use crate::train::{At, Learner, LearnerShape, Loss, Work};
 use lagrangian_motion::solve::Regularity;
 use nets::simd::Real;
 use nets::{Gradient, Packed, Terms};
@@ -13,31 +13,11 @@ use nets::{Gradient, Packed, Terms};
 ///
 /// Directions of a pass: one for each raw output S, that is for each coordinate at each acceleration that the loss
 /// needs; for the pull-back, one for each acceleration.
-#[derive(Debug)]
-pub(crate) struct DelanLearner<'a> {
-    pub(crate) shape: &'a DelanShape,
-    pub(crate) loss: Loss,
-    /// Weight of each residual, `[m]`.
-    pub(crate) weights: &'a [f64],
-    pub(crate) forces: Forces,
-    /// The nominal model, where there is one.
-    pub(crate) nominal: Option<&'a RigidBodies>,
-}
+pub(crate) type DelanLearner<'a> = NetworkLearner<'a, DelanShape>;
 
 impl<T: Real> Learner<T> for DelanLearner<'_> {
     fn facts(&self) -> LearnerShape<'_> {
-        LearnerShape {
-            net: &self.shape.net,
-            dof: self.shape.dof(),
-            directions: self.outputs(),
-            outputs: self.outputs(),
-            residuals: self.loss.residuals(self.shape.dof()),
-            points: 1,
-            phase: false,
-            loss: self.loss,
-            weights: &self.weights[..self.shape.dof()],
-            forces: Some(&self.forces),
-        }
+        self.shape_of(self.outputs(), self.loss.residuals(self.shape.dof()))
     }
 
     fn terms(&self) -> Terms {
@@ -233,10 +213,7 @@ impl DelanLearner<'_> {
             // Rotors have the acceleration of the model.
             return work.force(&self.forces, extra, (s, At::Predicted(set)), energy);
         }
-        work.linear.singular += usize::from(s < work.count);
-        work.linear.residual[s * m..][..m].fill(0.0);
-        work.linear.along[s * k..][..k].fill(0.0);
-        work.linear.d[s * m * k..][..m * k].fill(0.0);
+        work.omit(s);
     }
 
     /// Fills the components of a pass that [`Learner::terms`] names, for `directions` scalars Σᵢ weight(s, d, i) Sᵢ;

@@ -11,7 +11,6 @@ pub(crate) mod learner;
 mod one;
 pub(crate) mod points;
 mod scratch;
-mod structure;
 #[cfg(test)]
 mod tests;
 
@@ -19,7 +18,6 @@ pub(crate) use block::Block;
 pub(crate) use factor::Factor;
 pub(crate) use factors::{Factors, Outputs};
 pub(crate) use scratch::Scratch;
-pub use structure::{Structure, Terms};
 
 use num_dual::DualNum;
 use serde::{Deserialize, Serialize};
@@ -50,7 +48,7 @@ pub enum Inertia {
     /// M(q) depends on the configuration.
     #[default]
     Configuration,
-    /// M is a learned constant, as in variational integrator networks (Saemundsson et al. 2020, arXiv
+    /// M is a learned constant: the family vin, variational integrator networks (Saemundsson et al. 2020, arXiv
     /// 1910.09349).
     Constant,
 }
@@ -149,13 +147,9 @@ impl DelanConfig {
 /// use lagrangian::models::Delan;
 ///
 /// let arm = Delan::random(Coordinates::angles(2), DelanConfig::default(), Scaling::identity(2), 1)?;
-/// let mut structure = arm.structure();
-/// let terms = structure.at(&[0.3, -1.2], &[0.5, 2.0]);
-/// let m = &terms.mass_matrix; // [2, 2]
+/// let arm = Mechanical::conservative(arm);
+/// let m = arm.mass_matrix(&[0.3, -1.2])?; // [2, 2]
 /// assert!(m[0] > 0.0 && m[0] * m[3] - m[1] * m[2] > 0.0);
-///
-/// let torque = Mechanical::conservative(arm).inverse_dynamics(&[0.3, -1.2], &[0.5, 2.0], &[0.0, 0.0])?;
-/// assert_eq!(torque.len(), 2);
 /// # Ok::<(), lagrangian::Error>(())
 /// ```
 pub type Delan = Network<DelanShape>;
@@ -197,12 +191,6 @@ impl Delan {
     #[must_use]
     pub fn rotors(&self) -> &[f64] {
         &self.shape.rotors
-    }
-
-    /// An evaluator of M, C, gravity and energies, with its own memory.
-    #[must_use]
-    pub fn structure(&self) -> Structure<'_> {
-        Structure::new(self)
     }
 
     /// L over any scalar: the slow, plain evaluation that the kernels are tested against. `q`, `qd` are `[n]`.

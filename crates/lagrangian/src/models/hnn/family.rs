@@ -2,20 +2,18 @@
 
 use serde_json::Value;
 
-use super::learner::HnnLearner;
 use super::{Hnn, HnnConfig, HnnShape, HnnStructure};
 use crate::dataset::{Dataset, Momenta};
 use crate::models::NetworkShape;
 use crate::models::family::{
     self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained,
 };
-use crate::models::learned::{Description, FittedModel, Learned, Stored};
+use crate::models::learned::{Description, FittedModel, Learned, ModelParts, Stored};
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
-use crate::saved::{self, SavedModel};
+use crate::saved::SavedModel;
 use crate::train::{AutoSetting, DataFacts, FitSpec, ForceTerms, Loss, TrainingTask};
 use lagrangian_mechanics::expression::{Equations, Graph};
-use lagrangian_mechanics::forces::Applied;
 use lagrangian_mechanics::hamiltonian::{Canonical, Hamiltonian};
 use lagrangian_mechanics::lagrangian::Lagrangian;
 use lagrangian_motion::settings::{Kind, Range, Setting, named};
@@ -166,14 +164,7 @@ impl Family for HnnConfig {
 
 impl Trained for HnnShape {
     fn learner<'a, T: Real>(&'a self, setup: &'a Setup, of: Residuals) -> BoxedLearner<'a, T> {
-        let (loss, weights) = setup.target(of);
-        Box::new(HnnLearner {
-            shape: self,
-            loss,
-            weights,
-            forces: setup.forces.clone(),
-            phase: of == Residuals::OfRates,
-        })
+        Box::new(setup.learner(self, of))
     }
 
     fn assemble(&self, setup: &Setup, parameters: &[f64]) -> Result<Learned> {
@@ -199,32 +190,24 @@ impl FittedModel for Canonical<Hnn> {
         hnn.stored_as(NAME)?.with_form(&hnn.config().structure)
     }
 
-    fn lagrangian(&self) -> Option<&dyn Lagrangian> {
+    fn parts(&self) -> ModelParts<'_> {
         let canonical = self.hamiltonian().canonical();
-        canonical.then_some(&self.mechanical().lagrangian as &dyn Lagrangian)
-    }
-
-    fn forces(&self) -> Applied<'_> {
-        self.mechanical().applied()
-    }
-
-    fn hamiltonian(&self) -> Option<&dyn Hamiltonian> {
-        Some(Self::hamiltonian(self))
+        ModelParts {
+            lagrangian: canonical.then_some(&self.mechanical().lagrangian as &dyn Lagrangian),
+            hamiltonian: Some(self.hamiltonian()),
+            forces: self.mechanical().applied(),
+            ..ModelParts::default()
+        }
     }
 
     fn equations(&self, graph: Graph) -> Result<Equations> {
-        Self::hamiltonian(self).equations(graph, &self.mechanical().applied())
-    }
-
-    fn boxed(&self) -> Box<dyn FittedModel> {
-        Box::new(self.clone())
+        let applied = self.mechanical().applied();
+        self.hamiltonian().equations(graph, &applied)
     }
 }
 
 fn load(saved: &SavedModel) -> Result<Learned> {
-    let header = &saved.header;
     let hnn = Hnn::load(saved, saved.weights()?)?;
-    let dissipation = saved::read("dissipation", &header.dissipation)?;
-    let actuation = saved::read("actuation", &header.actuation)?;
+    let (dissipation, actuation) = saved.forces()?;
     Ok(Canonical::with(hnn, dissipation, actuation)?.into())
 }

@@ -5,7 +5,8 @@ use super::{HnnNet, HnnShape, Unit};
 use crate::dataset::Momenta;
 use crate::models::NetworkShape;
 use crate::models::delan::{Outputs, Scratch};
-use crate::train::{At, Forces, Learner, LearnerShape, Loss, Work};
+use crate::models::setup::NetworkLearner;
+use crate::train::{At, Learner, LearnerShape, Work};
 use lagrangian_motion::Signals;
 use nets::simd::Real;
 use nets::{Gradient, Packed, Terms};
@@ -15,30 +16,14 @@ use nets::{Gradient, Packed, Terms};
 ///   r = w (∂H/∂p − q̇,  −∂H/∂q + τ − d − ṗ),   S = (∂N/∂π, −∂N/∂q),   D diagonal.
 ///
 /// Directions of a pass: one for each of the 2n raw outputs S; for the pull-back, one along them all.
-#[derive(Debug)]
-pub(crate) struct HnnLearner<'a> {
-    pub(crate) shape: &'a HnnShape,
-    pub(crate) loss: Loss,
-    /// Weight of each residual, `[2 n]`.
-    pub(crate) weights: &'a [f64],
-    pub(crate) forces: Forces,
-    /// Whether states are (q, p), as in a rollout, and not those of a recording.
-    pub(crate) phase: bool,
-}
+pub(crate) type HnnLearner<'a> = NetworkLearner<'a, HnnShape>;
 
 impl<T: Real> Learner<T> for HnnLearner<'_> {
     fn facts(&self) -> LearnerShape<'_> {
+        let k = 2 * self.shape.dof();
         LearnerShape {
-            net: self.shape.net(),
-            dof: self.shape.dof(),
-            directions: 2 * self.shape.dof(),
-            outputs: 2 * self.shape.dof(),
-            residuals: 2 * self.shape.dof(),
-            points: 1,
             phase: self.phase,
-            loss: self.loss,
-            weights: &self.weights[..self.shape.dof()],
-            forces: Some(&self.forces),
+            ..self.shape_of(k, k)
         }
     }
 
@@ -240,8 +225,8 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::super::{HnnConfig, HnnStructure};
     use super::*;
-    use crate::train::ForceTerms;
     use crate::train::tests::{assert_step_solves, forces, gradient_error, samples};
+    use crate::train::{ForceTerms, Loss};
     use lagrangian_mechanics::lagrangian::Scaling;
     use lagrangian_motion::Coordinates;
     use lagrangian_motion::Samples;
@@ -302,6 +287,7 @@ mod tests {
                     loss: Loss::ACCELERATION,
                     weights: &weights,
                     forces: forces(terms, n),
+                    nominal: None,
                     phase: false,
                 };
                 check(&learner, n);

@@ -2,7 +2,6 @@
 
 use serde_json::Value;
 
-use super::learner::LnnLearner;
 use super::{Form, Lnn, LnnConfig, LnnShape, UNITS};
 use crate::dataset::Dataset;
 use crate::models::NetworkShape;
@@ -150,17 +149,10 @@ impl Family for LnnConfig {
 
 impl Trained for LnnShape {
     fn learner<'a, T: Real>(&'a self, setup: &'a Setup, of: Residuals) -> BoxedLearner<'a, T> {
-        if let Some(learner) = setup.positions(self, false) {
-            return Box::new(learner);
+        match setup.positions(self, false) {
+            Some(learner) => Box::new(learner),
+            None => Box::new(setup.learner(self, of)),
         }
-        let (loss, weights) = setup.target(of);
-        Box::new(LnnLearner {
-            shape: self,
-            loss,
-            weights,
-            forces: setup.forces.clone(),
-            nominal: setup.nominal.as_ref(),
-        })
     }
 
     fn assemble(&self, setup: &Setup, parameters: &[f64]) -> Result<Learned> {
@@ -176,10 +168,6 @@ impl LearnedLagrangian for Lnn {
 
     fn stored(&self) -> Result<Stored> {
         self.stored_as(NAME)?.with_form(&self.config().form)
-    }
-
-    fn boxed(&self) -> Box<dyn LearnedLagrangian> {
-        Box::new(self.clone())
     }
 }
 

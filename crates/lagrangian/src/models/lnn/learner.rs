@@ -3,38 +3,19 @@
 
 use super::LnnShape;
 use crate::models::NetworkShape;
-use crate::train::{At, Forces, Learner, LearnerShape, Loss, Work};
-use lagrangian_mechanics::rigid::RigidBodies;
+use crate::models::setup::NetworkLearner;
+use crate::train::{At, Learner, LearnerShape, Work};
 use lagrangian_motion::solve::Regularity;
 use nets::simd::Real;
 use nets::{Gradient, Packed, Terms};
 
 /// An [`Lnn`](crate::models::lnn::Lnn) in training.
-#[derive(Debug)]
-pub(crate) struct LnnLearner<'a> {
-    pub(crate) shape: &'a LnnShape,
-    pub(crate) loss: Loss,
-    /// Weight of each coordinate's residual, `[n]`.
-    pub(crate) weights: &'a [f64],
-    pub(crate) forces: Forces,
-    /// The nominal model, where there is one.
-    pub(crate) nominal: Option<&'a RigidBodies>,
-}
+pub(crate) type LnnLearner<'a> = NetworkLearner<'a, LnnShape>;
 
 impl<T: Real> Learner<T> for LnnLearner<'_> {
     fn facts(&self) -> LearnerShape<'_> {
-        LearnerShape {
-            net: &self.shape.net,
-            dof: self.shape.dof(),
-            directions: self.shape.dof(),
-            outputs: self.shape.dof(),
-            residuals: self.loss.residuals(self.shape.dof()),
-            points: 1,
-            phase: false,
-            loss: self.loss,
-            weights: self.weights,
-            forces: Some(&self.forces),
-        }
+        let n = self.shape.dof();
+        self.shape_of(n, self.loss.residuals(n))
     }
 
     fn terms(&self) -> Terms {
@@ -215,10 +196,7 @@ impl LnnLearner<'_> {
             inverse.iter_mut().for_each(|d| *d *= self.weights[i]);
         }
         if !regular {
-            work.linear.singular += usize::from(s < work.count);
-            work.linear.residual[row.clone()].fill(0.0);
-            work.linear.along[row.clone()].fill(0.0);
-            work.linear.d[s * n * n..][..n * n].fill(0.0);
+            work.omit(s);
         }
     }
 }

@@ -1,6 +1,5 @@
 //! Plain networks as a family: their losses and data, their training, their saved form.
 
-use super::learner::MlpLearner;
 use super::{Direction, Mlp, MlpConfig, MlpScaling, MlpShape};
 use crate::dataset::Dataset;
 use crate::models::NetworkShape;
@@ -8,6 +7,7 @@ use crate::models::family::{
     self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained,
 };
 use crate::models::learned::{Description, FittedModel, Learned, Stored};
+use crate::models::neural_ode;
 use crate::models::settings as shared;
 use crate::models::setup::Setup;
 use crate::train::{Loss, TrainingTask};
@@ -74,12 +74,7 @@ impl MlpShape {
 
 impl Trained for MlpShape {
     fn learner<'a, T: Real>(&'a self, setup: &'a Setup, of: Residuals) -> BoxedLearner<'a, T> {
-        let (loss, weights) = setup.target(of);
-        Box::new(MlpLearner {
-            shape: self,
-            loss,
-            weights,
-        })
+        Box::new(setup.learner(self, of))
     }
 
     fn assemble(&self, _setup: &Setup, parameters: &[f64]) -> Result<Learned> {
@@ -89,18 +84,17 @@ impl Trained for MlpShape {
 
 impl FittedModel for Mlp {
     fn description(&self) -> Description {
-        Description::plain(NAME, "A plain network")
+        match self.shape.ode {
+            false => Description::plain(NAME, "A plain network"),
+            true => Description::plain(neural_ode::NAME, "A neural ODE"),
+        }
     }
 
     fn stored(&self) -> Result<Stored> {
-        self.stored_as(NAME)
+        self.stored_as(self.description().family)
     }
 
     fn equations(&self, graph: Graph) -> Result<Equations> {
         Self::equations(self, graph)
-    }
-
-    fn boxed(&self) -> Box<dyn FittedModel> {
-        Box::new(self.clone())
     }
 }

@@ -2,34 +2,24 @@
 
 use super::{Direction, MlpShape};
 use crate::models::NetworkShape;
-use crate::train::{Learner, LearnerShape, Loss, Work};
+use crate::models::setup::NetworkLearner;
+use crate::train::{Learner, LearnerShape, Work};
 use nets::simd::Real;
 use nets::{Gradient, Packed, Terms};
 
 /// An [`Mlp`](crate::models::mlp::Mlp) in training: r = w (scale · N(x) − y), D = w · scale, y = q̈ forward, τ inverse,
 /// (q̇, q̈) of a flow.
-#[derive(Debug)]
-pub(crate) struct MlpLearner<'a> {
-    pub(crate) shape: &'a MlpShape,
-    pub(crate) loss: Loss,
-    /// Weight of each residual, `[outputs]`.
-    pub(crate) weights: &'a [f64],
-}
+pub(crate) type MlpLearner<'a> = NetworkLearner<'a, MlpShape>;
 
 impl<T: Real> Learner<T> for MlpLearner<'_> {
     fn facts(&self) -> LearnerShape<'_> {
+        let outputs = self.shape.outputs();
         LearnerShape {
-            net: &self.shape.net,
-            dof: self.shape.dof(),
             // The sensitivities of the outputs are in the first components.
-            directions: self.shape.outputs().div_ceil(2),
-            outputs: self.shape.outputs(),
-            residuals: self.shape.outputs(),
-            points: 1,
-            phase: false,
-            loss: self.loss,
+            directions: outputs.div_ceil(2),
             weights: self.weights,
             forces: None,
+            ..self.shape_of(outputs, outputs)
         }
     }
 

@@ -90,6 +90,8 @@ pub struct MlpShape {
     pub(crate) config: MlpConfig,
     pub(crate) scaling: MlpScaling,
     pub(crate) net: Net,
+    /// Whether it is the right-hand side of a neural ODE.
+    pub(crate) ode: bool,
 }
 
 impl NetworkShape for MlpShape {
@@ -123,6 +125,7 @@ impl NetworkShape for MlpShape {
             config,
             scaling,
             net: build.finish(),
+            ode: false,
         })
     }
 
@@ -212,8 +215,6 @@ impl MlpShape {
         }
     }
 }
-
-impl MlpShape {}
 
 impl Model for Mlp {
     fn coordinates(&self) -> &Coordinates {

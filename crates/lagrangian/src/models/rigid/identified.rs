@@ -1,9 +1,8 @@
 //! Rigid bodies whose parameters were identified.
 
 use crate::models::Parameter;
-use crate::models::learned::{Description, FittedModel, Learned, Stored};
+use crate::models::learned::{Description, FittedModel, Learned, ModelParts, Stored};
 use lagrangian_mechanics::dynamics::{EulerLagrange, Evaluator, Mechanical, Model};
-use lagrangian_mechanics::forces::Applied;
 use lagrangian_mechanics::lagrangian::Lagrangian;
 use lagrangian_mechanics::rigid::RigidBodies;
 use lagrangian_motion::{Coordinates, Error, Result};
@@ -121,23 +120,16 @@ impl<L: Identifiable> FittedModel for IdentifiedBodies<L> {
         Ok(self.motion.lagrangian.stored()?.with(ERRORS, &self.errors))
     }
 
-    fn lagrangian(&self) -> Option<&dyn Lagrangian> {
-        Some(&self.motion.lagrangian)
-    }
-
-    fn forces(&self) -> Applied<'_> {
-        self.motion.applied()
-    }
-
-    fn robot(&self) -> Option<&RigidBodies> {
-        self.motion.lagrangian.robot()
+    fn parts(&self) -> ModelParts<'_> {
+        ModelParts {
+            lagrangian: Some(&self.motion.lagrangian),
+            forces: self.motion.applied(),
+            robot: self.motion.lagrangian.robot(),
+            ..ModelParts::default()
+        }
     }
 
     fn parameters(&self) -> Vec<Parameter> {
         Self::parameters(self)
-    }
-
-    fn boxed(&self) -> Box<dyn FittedModel> {
-        Box::new(self.clone())
     }
 }

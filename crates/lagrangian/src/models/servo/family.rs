@@ -279,8 +279,4 @@ impl FittedModel for Servo {
         })
         .collect()
     }
-
-    fn boxed(&self) -> Box<dyn FittedModel> {
-        Box::new(self.clone())
-    }
 }

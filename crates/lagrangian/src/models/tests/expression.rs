@@ -302,7 +302,7 @@ fn a_correction_of_a_robot_fades_in_the_expression_as_in_the_model() {
     )
     .unwrap();
     let (friction, actuation) = forces(2);
-    let rest: Box<dyn crate::models::LearnedLagrangian> = Box::new(delan);
+    let rest: std::sync::Arc<dyn crate::models::LearnedLagrangian> = std::sync::Arc::new(delan);
     let rest = Mechanical::with_forces(rest, Some(friction), Some(actuation)).unwrap();
     let samples = Signals {
         q: vec![-0.8, -0.8, 0.9, 0.9, 0.3, 0.1],

@@ -5,7 +5,7 @@
 use super::expression::{check_mechanics, coordinates, models, scaling};
 use crate::dataset::Momenta;
 use crate::models::hnn::{Hnn, HnnConfig, HnnStructure};
-use crate::models::{Direction, Mlp, MlpConfig, MlpScaling, NeuralOde};
+use crate::models::{Direction, Mlp, MlpConfig, MlpScaling};
 use crate::{Error, Learned};
 use lagrangian_mechanics::expression::{Equations, Flow, Graph, Span, input};
 use lagrangian_mechanics::{Canonical, Model};
@@ -83,7 +83,7 @@ fn flows() -> Vec<(&'static str, Learned)> {
     };
     let network = Mlp::random(coordinates(), first, scales, 3).unwrap();
     vec![
-        ("first order", NeuralOde::new(network).unwrap().into()),
+        ("first order", network.into()),
         ("plain", hnn(HnnStructure::None, Momenta::Recorded)),
         ("velocities", hnn(HnnStructure::Free, Momenta::Velocities)),
     ]

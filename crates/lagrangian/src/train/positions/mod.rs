@@ -349,14 +349,12 @@ impl<F> PositionsLearner<'_, F> {
                 mix.fill(-weight * x);
             }
         }
-        for (i, at) in row.clone().enumerate() {
+        for (i, at) in row.enumerate() {
             work.linear.residual[at] = self.weights[i] * (work.points.a[at] - work.states.qdd[at]);
             regular &= work.points.a[at].abs() < 1e30;
         }
         if !regular {
-            work.linear.singular += usize::from(s < work.count);
-            work.linear.residual[row].fill(0.0);
-            work.linear.d[s * n * k..][..n * k].fill(0.0);
+            work.omit(s);
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::super::config::{RolloutLoss, SEGMENTS, Start};
 use super::super::gauss_newton::{GaussNewton, RolloutProblem, Segments};
 use super::super::segments::{Recorded, Rows};
-use super::{dataset, direction, families, methods, moved, settings, template};
+use super::{dataset, direction, families, methods, moved, settings, template, with_flow};
 use crate::train::System;
 use crate::train::learner::Learner;
 use crate::train::problem::LeastSquares;
@@ -50,7 +50,7 @@ fn the_jacobian_of_a_rollout_by_its_factors_is_that_of_differences_and_gives_the
         let template = template(&dataset, &*family, forces);
         let mut theta = template.initialise(4);
         // Forces that a difference would reveal.
-        template.with_flow(|learner| {
+        with_flow(&template, |learner| {
             let forces = &mut theta[learner.net().parameters..];
             forces.iter_mut().for_each(|x| *x += 0.2);
         });
@@ -58,7 +58,7 @@ fn the_jacobian_of_a_rollout_by_its_factors_is_that_of_differences_and_gives_the
             let config = settings(method);
             let weights = recorded.weights(config.horizon);
             let begins = recorded.starts(config.horizon, 2);
-            template.with_flow(|learner| {
+            with_flow(&template, |learner| {
                 let mut memory = GaussNewton::new(learner, &config, begins.len());
                 let mut problem = problem(&mut memory, learner, (recorded, &config, &weights));
                 problem.segments.begins.clone_from(&begins);
@@ -132,7 +132,7 @@ fn free_starts_add_their_own_part_to_the_kernel() {
     let states = (0..dataset.train.len() * 4).map(|at| recorded.state(at / 4, at % 4));
     let theta: Vec<f64> = parameters.iter().copied().chain(states).collect();
     let begins = vec![0, 3, 6, 14, 17];
-    template.with_flow(|learner| {
+    with_flow(&template, |learner| {
         let mut memory = GaussNewton::new(learner, &config, begins.len());
         let mut problem = problem(&mut memory, learner, (recorded, &config, &weights));
         problem.segments.begins.clone_from(&begins);

@@ -10,13 +10,13 @@ use super::shoot::{Back, Block, Task};
 use crate::dataset::{Dataset, Momenta};
 use crate::fit::FitConfig;
 use crate::models::Family;
-use crate::models::Trainable;
 use crate::models::delan::DelanConfig;
 use crate::models::hnn::{HnnConfig, HnnStructure};
 use crate::models::lnn::{Form, LnnConfig};
 use crate::models::mlp::MlpConfig;
 use crate::models::neural_ode::{NeuralOdeConfig, Order};
-use crate::train::{ForceTerms, Loss, TrainingTask};
+use crate::models::{Residuals, Training};
+use crate::train::{ForceTerms, Learner, Loss, TrainingTask};
 use lagrangian_mechanics::dynamics::Model;
 use lagrangian_mechanics::integrate::Method;
 use lagrangian_motion::Signals;
@@ -129,11 +129,12 @@ pub(super) fn families() -> Vec<(Box<dyn Family>, ForceTerms)> {
     ]
 }
 
-pub(super) fn template(
-    dataset: &Dataset,
-    family: &dyn Family,
-    forces: ForceTerms,
-) -> Box<dyn Trainable> {
+/// Passes the learner of the rates to `f`.
+pub(super) fn with_flow<R>(model: &Training, f: impl FnOnce(&dyn Learner<f64>) -> R) -> R {
+    f(&*model.learner(Residuals::OfRates))
+}
+
+pub(super) fn template(dataset: &Dataset, family: &dyn Family, forces: ForceTerms) -> Training {
     let config = FitConfig {
         family: family.boxed(),
         training: TrainingTask {
@@ -142,7 +143,7 @@ pub(super) fn template(
             ..TrainingTask::default()
         },
     };
-    config.trainable(dataset).unwrap().0
+    config.trainable(dataset).unwrap()
 }
 
 pub(super) fn settings(integrator: Method) -> RolloutLoss {
@@ -166,7 +167,7 @@ pub(super) fn moved(x: &[f64], along: &[f64], step: f64) -> Vec<f64> {
 /// The loss and its gradient on a few segments.
 fn loss(
     config: &RolloutLoss,
-    (family, template): (&dyn Family, &dyn Trainable),
+    (family, template): (&dyn Family, &Training),
     dataset: &Dataset,
     parameters: &[f64],
 ) -> (f64, Vec<f64>) {
@@ -182,7 +183,7 @@ fn loss(
     };
     let mut gradient = vec![0.0; parameters.len()];
     let value = {
-        let learner = &*template.learner(crate::models::Residuals::OfRates);
+        let learner = &*template.learner(Residuals::OfRates);
         let derivatives = Derivatives {
             gradient: &mut gradient,
             moves: &mut Vec::new(),
@@ -199,7 +200,7 @@ fn loss(
 fn slopes(
     config: &RolloutLoss,
     dataset: &Dataset,
-    fitted: (&dyn Family, &dyn Trainable),
+    fitted: (&dyn Family, &Training),
 ) -> Vec<(f64, f64)> {
     let parameters = fitted.1.initialise(3);
     let (_, gradient) = loss(config, fitted, dataset, &parameters);
@@ -229,7 +230,7 @@ fn the_gradient_back_through_the_steps_agrees_with_differences() {
                     ..settings(method)
                 };
                 for (by_gradient, by_differences) in
-                    slopes(&config, &dataset, (&*family, &*template))
+                    slopes(&config, &dataset, (&*family, &template))
                 {
                     assert!(
                         (by_gradient - by_differences).abs() < 1e-7 * by_differences.abs(),
@@ -262,7 +263,7 @@ fn a_rollout_in_training_is_that_of_the_model() {
                 starts: &[],
                 rows: &rows,
             };
-            let state = template.with_flow(|learner| {
+            let state = with_flow(&template, |learner| {
                 let mut packed = Packed::new(learner.net());
                 let (weights, extra) = parameters.split_at(learner.net().parameters);
                 packed.set(learner.net(), weights);
@@ -349,7 +350,7 @@ fn free_starts_have_the_slopes_of_differences() {
                 starts,
                 rows: &rows,
             };
-            template.with_flow(|learner| {
+            with_flow(&template, |learner| {
                 let mut packed = Packed::new(learner.net());
                 let (weights, extra) = parameters.split_at(learner.net().parameters);
                 packed.set(learner.net(), weights);
