@@ -243,6 +243,31 @@ pub(crate) struct EstimateArgs {
     pub(crate) low_pass: Option<f64>,
 }
 
+/// The reading of recordings and their preparation.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct RecordedArgs {
+    #[command(flatten)]
+    pub(crate) estimate: EstimateArgs,
+
+    #[command(flatten)]
+    pub(crate) data: DataArgs,
+}
+
+/// A saved model, and recordings for it.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct ModelDataArgs {
+    /// A saved model
+    #[arg(index = 1)]
+    pub(crate) model: PathBuf,
+
+    /// Files with recordings: .csv, .npz, .parquet, .db3, .mcap
+    #[arg(index = 2, required = true)]
+    pub(crate) files: Vec<PathBuf>,
+
+    #[command(flatten)]
+    pub(crate) recorded: RecordedArgs,
+}
+
 #[derive(Debug, Args, serde::Serialize)]
 #[command(after_help = "\
 Examples:
@@ -286,32 +311,14 @@ Examples:
 `lagrangian simulate list` names the systems and their parameters.")]
 #[command(mut_arg("out", |arg| arg.help("File for the trajectories, .csv, .npz or .parquet; a .toml that declares the angles is put beside it [default: CSV on standard output]")))]
 pub(crate) struct SimulateArgs {
-    /// Name of the system, or `list`
-    #[arg(required_unless_present = "urdf")]
-    pub(crate) system: Option<String>,
+    #[command(flatten)]
+    pub(crate) system: SystemArgs,
 
-    /// A robot instead: its URDF file, or the name of an example (`two_link_arm`, iiwa7, ur5, panda)
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["system", "parameters"])]
-    pub(crate) urdf: Option<PathBuf>,
-
-    /// Joints of the robot that move, in this order, the others locked at 0 [default: all]
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "urdf", value_parser = name)]
-    pub(crate) joints: Vec<String>,
-
-    /// Drive every coordinate by a sine of this amplitude, N·m or N, of random phase and 0.2 to 1.5 Hz
-    #[arg(long, value_name = "TORQUE", value_parser = positive)]
-    pub(crate) drive: Option<f64>,
-
-    /// Viscous friction on every coordinate, N·m·s/rad or N·s/m; it is not part of the recorded forces
-    #[arg(long, value_name = "COEFFICIENT", default_value_t = 0.0, value_parser = non_negative)]
-    pub(crate) friction: f64,
+    #[command(flatten)]
+    pub(crate) recorded: SimulatedArgs,
 
     #[command(flatten)]
     pub(crate) output: OutArgs,
-
-    /// A parameter of the system; may be repeated
-    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
-    pub(crate) parameters: Vec<(String, f64)>,
 
     /// Number of trajectories, from random initial states
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
@@ -325,6 +332,41 @@ pub(crate) struct SimulateArgs {
     #[arg(long, value_parser = seed)]
     pub(crate) seed: Option<u64>,
 
+    #[command(flatten)]
+    pub(crate) motion: MotionArgs,
+}
+
+/// The system that moves.
+#[derive(Debug, Args)]
+pub(crate) struct SystemArgs {
+    /// Name of the system, or `list`
+    #[arg(id = "system", value_name = "SYSTEM", required_unless_present = "urdf")]
+    pub(crate) name: Option<String>,
+
+    /// A robot instead: its URDF file, or the name of an example (`two_link_arm`, iiwa7, ur5, panda)
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["system", "parameters"])]
+    pub(crate) urdf: Option<PathBuf>,
+
+    /// Joints of the robot that move, in this order, the others locked at 0 [default: all]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "urdf", value_parser = name)]
+    pub(crate) joints: Vec<String>,
+
+    /// A parameter of the system; may be repeated
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
+    pub(crate) parameters: Vec<(String, f64)>,
+}
+
+/// The forces on the system, and what is recorded of it.
+#[derive(Debug, Args)]
+pub(crate) struct SimulatedArgs {
+    /// Drive every coordinate by a sine of this amplitude, N·m or N, of random phase and 0.2 to 1.5 Hz
+    #[arg(long, value_name = "TORQUE", value_parser = positive)]
+    pub(crate) drive: Option<f64>,
+
+    /// Viscous friction on every coordinate, N·m·s/rad or N·s/m; it is not part of the recorded forces
+    #[arg(long, value_name = "COEFFICIENT", default_value_t = 0.0, value_parser = non_negative)]
+    pub(crate) friction: f64,
+
     /// Also write the momenta p = ∂L/∂q̇
     #[arg(long)]
     pub(crate) momenta: bool,
@@ -332,9 +374,6 @@ pub(crate) struct SimulateArgs {
     /// Standard deviation of Gaussian noise on q (in its unit), q̇ and p; accelerations are then omitted
     #[arg(long, value_name = "SIGMA", value_parser = non_negative)]
     pub(crate) noise: Option<f64>,
-
-    #[command(flatten)]
-    pub(crate) motion: MotionArgs,
 }
 
 #[derive(Debug, Args)]
@@ -456,22 +495,13 @@ pub(crate) struct CheckArgs {
 Examples:
   lagrangian score run/model.safetensors test.csv
   lagrangian score run/model.safetensors test1.csv test2.csv --json --out scores.json")]
+#[command(mut_arg("model", |arg| arg.help("A saved model, or the folder of a run with an ensemble, for the part of the recordings in its bands")))]
 pub(crate) struct ScoreArgs {
-    /// A saved model, or the folder of a run with an ensemble, for the part of the recordings in its bands
-    pub(crate) model: PathBuf,
-
-    /// Files with recordings: .csv, .npz, .parquet, .db3, .mcap
-    #[arg(required = true)]
-    pub(crate) files: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) given: ModelDataArgs,
 
     #[command(flatten)]
     pub(crate) output: OutArgs,
-
-    #[command(flatten)]
-    pub(crate) estimate: EstimateArgs,
-
-    #[command(flatten)]
-    pub(crate) data: DataArgs,
 }
 
 #[derive(Debug, Args)]
@@ -484,22 +514,13 @@ Examples:
   lagrangian torque run/model.safetensors log.csv --low-pass 5 --delay 16 --json")]
 #[command(mut_arg("out", |arg| arg.help("File for the torques and their parts at every sample, .csv, .npz or .parquet")))]
 #[command(mut_arg("plot", |arg| arg.help("File for a drawing of the first motion: .html for a page, .svg or .png for its first joint")))]
+#[command(mut_arg("files", |arg| arg.help("Files with recordings: .csv, .npz, .parquet, .db3, .mcap; with torques, the prediction is compared with them")))]
 pub(crate) struct TorqueArgs {
-    /// A saved model
-    pub(crate) model: PathBuf,
-
-    /// Files with recordings: .csv, .npz, .parquet, .db3, .mcap; with torques, the prediction is compared with them
-    #[arg(required = true)]
-    pub(crate) files: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) given: ModelDataArgs,
 
     #[command(flatten)]
     pub(crate) output: PlotArgs,
-
-    #[command(flatten)]
-    pub(crate) estimate: EstimateArgs,
-
-    #[command(flatten)]
-    pub(crate) data: DataArgs,
 }
 
 #[derive(Debug, Args)]
@@ -528,10 +549,7 @@ pub(crate) struct RolloutArgs {
     pub(crate) motion: MotionArgs,
 
     #[command(flatten)]
-    pub(crate) estimate: EstimateArgs,
-
-    #[command(flatten)]
-    pub(crate) data: DataArgs,
+    pub(crate) recorded: RecordedArgs,
 }
 
 #[derive(Debug, Args)]

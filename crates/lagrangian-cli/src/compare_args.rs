@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::cli::{DataArgs, EstimateArgs};
+use crate::cli::RecordedArgs;
 use crate::out_args::PlotArgs;
 
 #[derive(Debug, Args)]
@@ -29,8 +29,5 @@ pub(crate) struct CompareArgs {
     pub(crate) output: PlotArgs,
 
     #[command(flatten)]
-    pub(crate) estimate: EstimateArgs,
-
-    #[command(flatten)]
-    pub(crate) data: DataArgs,
+    pub(crate) recorded: RecordedArgs,
 }

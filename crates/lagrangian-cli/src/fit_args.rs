@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::cli::{DataArgs, EstimateArgs, SampleArgs};
 use crate::robot::RobotArgs;
-use crate::setting_args::{OfFamilies, OfRollouts, OfTraining, SettingArgs, one_of};
+use crate::setting_args::{OF_FAMILIES, OF_ROLLOUTS, OF_TRAINING, SettingArgs, one_of};
 use crate::values::{fraction, positive, seed, steps};
 
 #[derive(Debug, Clone, Args, Serialize, Deserialize)]
@@ -58,7 +58,7 @@ pub(crate) struct FitArgs {
 
     #[command(flatten)]
     #[serde(default)]
-    pub(crate) rollout: SettingArgs<OfRollouts>,
+    pub(crate) rollout: SettingArgs<OF_ROLLOUTS>,
 
     #[command(flatten)]
     pub(crate) estimate: EstimateArgs,
@@ -82,7 +82,7 @@ pub(crate) struct ModelArgs {
 
     #[command(flatten)]
     #[serde(flatten)]
-    pub(crate) settings: SettingArgs<OfFamilies>,
+    pub(crate) settings: SettingArgs<OF_FAMILIES>,
 }
 
 impl ModelArgs {
@@ -108,7 +108,7 @@ fn families() -> PossibleValuesParser {
 pub(crate) struct TrainingArgs {
     #[command(flatten)]
     #[serde(flatten)]
-    pub(crate) settings: SettingArgs<OfTraining>,
+    pub(crate) settings: SettingArgs<OF_TRAINING>,
 
     /// Distance of the neighbours of a loss of positions, in samples: noise weighs less over a longer one, but the error
     /// of the discrete action more

@@ -1,20 +1,34 @@
 //! Saved models, and the preparation of recordings for them, as for their fits.
 
-use std::path::Path;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use lagrangian::saved::Preparation;
 use lagrangian::text::counted;
 use lagrangian::trajectory::Topology;
-use lagrangian::{Coordinates, EstimateOptions, Layout, Learned, Model, Recording, SavedModel};
+use lagrangian::{Coordinates, EstimateOptions, Layout, Learned, Model, Recording, Trajectory};
+use lagrangian_run::{FileHash, read_model};
 
-use crate::cli::{DataArgs, EstimateArgs};
-use crate::failure::{Context, mistake};
+use crate::cli::{DataArgs, EstimateArgs, RecordedArgs};
+use crate::data;
+use crate::failure::mistake;
 
 /// A saved model, and the preparation of its recordings.
 pub(crate) struct Fitted {
     pub(crate) model: Learned,
     pub(crate) preparation: Preparation,
+}
+
+/// Motions for a model.
+pub(crate) struct ModelMotions {
+    pub(crate) motions: Vec<Trajectory>,
+    /// The files that they come from, each with its hash.
+    pub(crate) hashes: Vec<(PathBuf, FileHash)>,
+    /// The signals that were estimated.
+    pub(crate) estimated: BTreeSet<&'static str>,
+    /// The flags of the columns, completed.
+    pub(crate) data: DataArgs,
 }
 
 impl Fitted {
@@ -28,13 +42,9 @@ impl Fitted {
     }
 
     /// The flags, completed by the settings of the model's fit, and the options of estimates; reports the completed flags.
-    pub(crate) fn complete(
-        &self,
-        data: &DataArgs,
-        estimate: &EstimateArgs,
-    ) -> Result<(DataArgs, EstimateOptions)> {
-        let (own, mut data) = (&self.preparation, self.completed(data)?);
-        let options = self.estimates(estimate);
+    pub(crate) fn complete(&self, given: &RecordedArgs) -> Result<(DataArgs, EstimateOptions)> {
+        let (own, mut data) = (&self.preparation, self.completed(&given.data)?);
+        let options = self.estimates(&given.estimate);
         if data.delay.is_empty() && !own.delay.is_empty() {
             data.fitted_delay.clone_from(&own.delay);
             let words: Vec<String> = own.delay.iter().map(|s| (1e3 * s).to_string()).collect();
@@ -44,6 +54,20 @@ impl Fitted {
             );
         }
         Ok((data, options))
+    }
+
+    /// The motions of files, read and prepared as for the fit of the model.
+    pub(crate) fn motions(&self, files: &[PathBuf], given: &RecordedArgs) -> Result<ModelMotions> {
+        let (data, options) = self.complete(given)?;
+        let read = data::read_sample(files, &data, None)?;
+        require_coordinates(&read.recordings, self.model.coordinates())?;
+        let (motions, estimates) = data::trajectories(read.recordings, &options)?;
+        Ok(ModelMotions {
+            motions,
+            hashes: read.hashes,
+            estimated: data::estimated_signals(&estimates),
+            data,
+        })
     }
 
     /// The options of estimates: those of the flags, else those of the model's fit, which are reported.
@@ -68,19 +92,16 @@ pub(crate) fn model(path: &Path) -> Result<Learned> {
 
 /// Reads a saved model, and the preparation of its recordings.
 pub(crate) fn fitted(path: &Path) -> Result<Fitted> {
-    let shown = format!("cannot read the model '{}'", path.display());
-    let hint = "give the model.safetensors of a run";
-    let file = lagrangian_run::open(path).context(&shown, hint)?;
-    let saved = SavedModel::read(file).context(&shown, hint)?;
-    if saved.header.provenance.unverified {
+    let saved = read_model(path, "give the model.safetensors of a run")?;
+    if saved.provenance.unverified {
         note!(
             "note: '{}' was written before models held a checksum: damage to it may not show",
             path.display()
         );
     }
     Ok(Fitted {
-        model: Learned::load(&saved).context(shown, hint)?,
-        preparation: saved.header.provenance.preparation.unwrap_or_default(),
+        model: saved.model,
+        preparation: saved.provenance.preparation.unwrap_or_default(),
     })
 }
 

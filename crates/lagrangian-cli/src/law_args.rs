@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::cli::{DataArgs, EstimateArgs, OF_RECORDINGS};
+use crate::cli::{OF_RECORDINGS, RecordedArgs};
 use crate::out_args::PlotArgs;
 use crate::subject::SubjectArgs;
 use crate::values::{count, finite, positive, seed};
@@ -107,8 +107,5 @@ pub(crate) struct ConservedArgs {
     pub(crate) output: PlotArgs,
 
     #[command(flatten)]
-    pub(crate) estimate: EstimateArgs,
-
-    #[command(flatten)]
-    pub(crate) data: DataArgs,
+    pub(crate) recorded: RecordedArgs,
 }

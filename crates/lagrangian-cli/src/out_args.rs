@@ -4,13 +4,14 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Args;
-use lagrangian_report::{Figure, Report, draw};
+use lagrangian_report::{Command, Figure, Report, draw};
 use lagrangian_run::{Existing, refuse_existing, refuse_overwriting, write_bytes, write_file};
 use serde_json::Value;
 
+use crate::command_line::command_line;
 use crate::commands::OutputMode;
 use crate::failure::mistake;
-use crate::output;
+use crate::output::{self, Motions};
 
 /// A file to write.
 #[derive(Debug, Args)]
@@ -30,28 +31,34 @@ impl OutArgs {
         Existing::from_force(self.force)
     }
 
-    /// Refuses a file that must not be replaced, before any work is done for it.
-    pub(crate) fn refuse_existing(&self) -> Result<()> {
+    /// Refuses a file for figures that is one of the inputs or must not be replaced, before any work is done for it.
+    pub(crate) fn check(&self, inputs: &[PathBuf]) -> Result<()> {
+        refuse_overwriting(&self.out, inputs)?;
         let mut out = self.out.iter();
         Ok(out.try_for_each(|path| refuse_existing(path, self.existing()))?)
     }
 
-    /// As [`Self::refuse_existing`]; refuses a name without a known format of motions too.
-    pub(crate) fn refuse_unwritable(&self) -> Result<()> {
+    /// As [`Self::check`] for motions, in the format that the name states and with their declarations beside them.
+    pub(crate) fn check_motions(&self, inputs: &[PathBuf]) -> Result<()> {
+        let layout = self.out.as_ref().map(|path| path.with_extension("toml"));
+        refuse_overwriting(&layout, inputs)?;
+        refuse_overwriting(&self.out, inputs)?;
         let mut out = self.out.iter();
         out.try_for_each(|path| output::format_of(path).map(|_| ()))?;
-        self.refuse_existing()
+        self.check(inputs)
     }
 
-    /// Refuses to write over one of the files that are read.
-    pub(crate) fn refuse_inputs(&self, inputs: &[PathBuf]) -> Result<()> {
-        Ok(refuse_overwriting(&self.out, inputs)?)
-    }
-
-    /// As [`Self::refuse_inputs`], where a file that declares the columns is written beside the motions.
-    pub(crate) fn refuse_inputs_of_motions(&self, inputs: &[PathBuf]) -> Result<()> {
-        let layout = self.out.as_ref().map(|path| path.with_extension("toml"));
-        Ok(refuse_overwriting(self.out.iter().chain(&layout), inputs)?)
+    /// Writes motions to the file, and returns the path of their declarations; without a file, prints them where no JSON is printed.
+    pub(crate) fn write_motions(
+        &self,
+        mode: OutputMode,
+        motions: &Motions,
+    ) -> Result<Option<PathBuf>> {
+        match &self.out {
+            Some(path) => motions.write(path, self.existing()).map(Some),
+            None if mode.json => Ok(None),
+            None => motions.print().map(|()| None),
+        }
     }
 
     /// Writes figures to the file, and as JSON or `text` to standard output.
@@ -81,19 +88,20 @@ pub(crate) struct PlotArgs {
 }
 
 impl PlotArgs {
-    /// Refuses files that cannot be written or must not be replaced, before any work is done for them.
-    pub(crate) fn refuse_unwritable(&self) -> Result<()> {
-        self.file.refuse_unwritable()?;
-        self.refuse_undrawable()
+    /// Refuses files for figures that cannot be written, or are inputs, before any work is done for them.
+    pub(crate) fn check(&self, inputs: &[PathBuf]) -> Result<()> {
+        self.file.check(inputs)?;
+        self.check_drawing(inputs)
     }
 
-    /// As [`Self::refuse_unwritable`], where figures are written, and no motions.
-    pub(crate) fn refuse_unwritable_figures(&self) -> Result<()> {
-        self.file.refuse_existing()?;
-        self.refuse_undrawable()
+    /// As [`Self::check`], where motions are written.
+    pub(crate) fn check_motions(&self, inputs: &[PathBuf]) -> Result<()> {
+        self.file.check_motions(inputs)?;
+        self.check_drawing(inputs)
     }
 
-    fn refuse_undrawable(&self) -> Result<()> {
+    fn check_drawing(&self, inputs: &[PathBuf]) -> Result<()> {
+        refuse_overwriting(&self.plot, inputs)?;
         if let Some(path) = &self.plot {
             Drawing::of(path)?;
             refuse_existing(path, self.file.existing())?;
@@ -101,18 +109,16 @@ impl PlotArgs {
         Ok(())
     }
 
-    /// Refuses to write over one of the files that are read.
-    pub(crate) fn refuse_inputs(&self, inputs: &[PathBuf]) -> Result<()> {
-        self.file.refuse_inputs_of_motions(inputs)?;
-        Ok(refuse_overwriting(&self.plot, inputs)?)
-    }
-
-    /// Draws the page, or its first figure alone, depending on the name of the file.
+    /// Draws the page, or its first figure alone, depending on the name of the file; the page names the command line.
     pub(crate) fn draw(&self, page: impl FnOnce() -> Report) -> Result<()> {
         let Some(path) = &self.plot else {
             return Ok(());
         };
-        let (drawing, existing, page) = (Drawing::of(path)?, self.file.existing(), page());
+        let (drawing, existing) = (Drawing::of(path)?, self.file.existing());
+        let page = Report {
+            commands: vec![Command::new("This page", command_line())],
+            ..page()
+        };
         let figure = || page.figures.first().cloned().unwrap_or_default();
         match drawing {
             Drawing::Page => write_bytes(path, existing, draw::html(&page).as_bytes()),

@@ -19,79 +19,68 @@ pub(crate) fn format_of(path: &Path) -> Result<FileFormat> {
     FileFormat::to_write(path).map_err(|error| Error::of(error, shown, hint).into())
 }
 
-/// Writes trajectories to a file, in the format of its extension, and beside it the TOML file that declares angles
-/// and units; returns the path of the latter.
-pub(crate) fn write_trajectories(
-    path: &Path,
-    existing: Existing,
-    trajectories: &[Trajectory],
-    coordinates: &Coordinates,
-) -> Result<PathBuf> {
-    write_declared(path, existing, trajectories, &Layout::written(coordinates))
+/// Motions in the form in which they are written.
+pub(crate) struct Motions<'a> {
+    trajectories: &'a [Trajectory],
+    /// The declarations of the file beside them: angles and units.
+    declared: Layout,
+    /// Their columns, where these are not the plain ones.
+    table: Option<Table>,
 }
 
-/// [`write_trajectories`] with other known declarations.
-pub(crate) fn write_declared(
-    path: &Path,
-    existing: Existing,
-    trajectories: &[Trajectory],
-    declared: &Layout,
-) -> Result<PathBuf> {
-    let format = format_of(path)?;
-    let layout = path.with_extension("toml");
-    refuse_existing(&layout, existing)?;
-    write_file(path, existing, |sink| format.write(sink, trajectories))?;
-    let text = declared.to_toml()?;
-    write_bytes(&layout, existing, text.as_bytes())?;
-    Ok(layout)
-}
-
-/// The columns and units of motions: those of the data of a model.
-pub(crate) struct Columns<'a> {
-    pub(crate) coordinates: &'a Coordinates,
-    pub(crate) layout: &'a Layout,
-}
-
-impl Columns<'_> {
-    /// [`write_trajectories`] in these columns and units.
-    pub(crate) fn write(
-        &self,
-        path: &Path,
-        existing: Existing,
-        motions: &[Trajectory],
-    ) -> Result<PathBuf> {
-        let Self {
-            coordinates,
-            layout,
-        } = self;
-        if layout.is_plain() {
-            return write_trajectories(path, existing, motions, coordinates);
-        }
-        let (format, beside) = (format_of(path)?, path.with_extension("toml"));
-        refuse_existing(&beside, existing)?;
-        let table = Table::of_motions(motions, coordinates, layout);
-        write_file(path, existing, |sink| format.write_table(sink, &table))?;
-        let text = layout.of_motions(motions, coordinates).to_toml()?;
-        write_bytes(&beside, existing, text.as_bytes())?;
-        Ok(beside)
+impl<'a> Motions<'a> {
+    /// Motions of these coordinates in plain columns and SI units.
+    pub(crate) fn new(trajectories: &'a [Trajectory], coordinates: &Coordinates) -> Self {
+        Self::declared(trajectories, Layout::written(coordinates))
     }
 
-    /// [`print_trajectories`] in these columns and units.
-    pub(crate) fn print(&self, motions: &[Trajectory]) -> Result<()> {
-        if self.layout.is_plain() {
-            return print_trajectories(motions);
+    /// Motions in plain columns with other known declarations.
+    pub(crate) fn declared(trajectories: &'a [Trajectory], declared: Layout) -> Self {
+        Self {
+            trajectories,
+            declared,
+            table: None,
         }
-        let table = Table::of_motions(motions, self.coordinates, self.layout);
+    }
+
+    /// Motions in the columns and units of the data of a model.
+    pub(crate) fn in_columns(
+        trajectories: &'a [Trajectory],
+        coordinates: &Coordinates,
+        layout: &Layout,
+    ) -> Self {
+        if layout.is_plain() {
+            return Self::new(trajectories, coordinates);
+        }
+        Self {
+            trajectories,
+            declared: layout.of_motions(trajectories, coordinates),
+            table: Some(Table::of_motions(trajectories, coordinates, layout)),
+        }
+    }
+
+    /// Writes them to a file, in the format of its extension, and the declarations to a TOML file beside it, whose path it returns.
+    pub(crate) fn write(&self, path: &Path, existing: Existing) -> Result<PathBuf> {
+        let (format, layout) = (format_of(path)?, path.with_extension("toml"));
+        refuse_existing(&layout, existing)?;
+        write_file(path, existing, |sink| match &self.table {
+            Some(table) => format.write_table(sink, table),
+            None => format.write(sink, self.trajectories),
+        })?;
+        write_bytes(&layout, existing, self.declared.to_toml()?.as_bytes())?;
+        Ok(layout)
+    }
+
+    /// Writes them as CSV to standard output.
+    pub(crate) fn print(&self) -> Result<()> {
+        let Some(table) = &self.table else {
+            refuse_closed()?;
+            return csv::write(io::stdout().lock(), self.trajectories).context(CANNOT_PRINT);
+        };
         let mut text = io::Cursor::new(Vec::new());
-        Format::Csv.write_table(&mut text, &table)?;
+        Format::Csv.write_table(&mut text, table)?;
         print_bytes(text.get_ref())
     }
-}
-
-/// Writes trajectories as CSV to standard output.
-pub(crate) fn print_trajectories(trajectories: &[Trajectory]) -> Result<()> {
-    refuse_closed()?;
-    csv::write(io::stdout().lock(), trajectories).context(CANNOT_PRINT)
 }
 
 /// Refuses a standard output that was closed. When a program starts, the null device takes the place of a closed output,

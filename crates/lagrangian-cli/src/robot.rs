@@ -1,20 +1,16 @@
 //! The flags that name a robot, and the files that they name.
 
-use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Args;
 use lagrangian::rigid;
 use lagrangian::rigid::RobotConfig;
-use lagrangian_run::{DataFile, FileHash, HashingReader};
+use lagrangian_run::{DataFile, FileHash};
 use serde::{Deserialize, Serialize};
 
 use crate::failure::{Context, mistake};
 use crate::values::name;
-
-/// The longest URDF that is read, bytes.
-const MOST: u64 = 8 << 20;
 
 #[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
 #[command(next_help_heading = "Robot")]
@@ -82,7 +78,12 @@ pub(crate) fn open(path: &Path, joints: &[String]) -> Result<Robot> {
     let (text, hash) = match example(path) {
         Some(text) => (text.to_owned(), None),
         None => {
-            let (text, hash) = text(path)?;
+            let names = rigid::EXAMPLES.join(", ");
+            let text = lagrangian_run::text(path).context(
+                format!("cannot read '{}'", path.display()),
+                format!("give a URDF file that may be read (expand xacro first), or name an example: {names}"),
+            )?;
+            let hash = FileHash::of(text.as_bytes());
             (text, Some(hash))
         }
     };
@@ -91,27 +92,4 @@ pub(crate) fn open(path: &Path, joints: &[String]) -> Result<Robot> {
         "`check_urdf` of ROS finds most mistakes in a URDF file",
     )?;
     Ok(Robot { config, text, hash })
-}
-
-fn text(path: &Path) -> Result<(String, FileHash)> {
-    let read = || {
-        let (file, hashing) = HashingReader::open(path)?;
-        let mut bytes = Vec::new();
-        file.take(MOST + 1).read_to_end(&mut bytes)?;
-        Ok::<_, io::Error>((bytes, hashing.finish()?))
-    };
-    let (bytes, hash) = read().context(
-        format!("cannot read '{}'", path.display()),
-        format!(
-            "check that the file exists and may be read, or name an example: {}",
-            rigid::EXAMPLES.join(", ")
-        ),
-    )?;
-    let text = String::from_utf8(bytes).map_err(|_| {
-        mistake(
-            format!("'{}' is not text", path.display()),
-            "give a URDF file (expand xacro first)",
-        )
-    })?;
-    Ok((text, hash))
 }

@@ -1,8 +1,5 @@
 //! Flags that are made from the tables of settings of the library, so that each setting is defined once.
 
-use std::fmt::Debug;
-use std::marker::PhantomData;
-
 use clap::builder::{PossibleValue, PossibleValuesParser, ValueParser};
 use clap::parser::ValueSource;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
@@ -14,68 +11,54 @@ use serde_json::Value;
 
 use crate::values::in_range;
 
-/// A table of settings, and the heading under which `--help` shows it.
-pub(crate) trait Table: Debug + Clone + Default {
-    /// The heading.
-    const HEADING: &'static str;
-
-    /// The settings, each once.
-    fn offered() -> Vec<Offered>;
+/// A table of settings: its heading in `--help`, and its settings, each once.
+struct Table {
+    heading: &'static str,
+    offered: fn() -> Vec<Offered>,
 }
 
+/// The settings of all families, of the training and of the rollout loss.
+const TABLES: [Table; 3] = [
+    Table {
+        heading: "Model",
+        offered: of_families,
+    },
+    Table {
+        heading: "Training",
+        offered: || of_all(SETTINGS),
+    },
+    Table {
+        heading: "Rollout loss",
+        offered: || of_all(ROLLOUT_SETTINGS),
+    },
+];
+/// The place of each table.
+pub(crate) const OF_FAMILIES: usize = 0;
+pub(crate) const OF_TRAINING: usize = 1;
+pub(crate) const OF_ROLLOUTS: usize = 2;
+
 /// A setting in the form of a flag.
-pub(crate) struct Offered {
+struct Offered {
     setting: Setting,
     /// The families that have it, where they are few.
     families: Vec<&'static str>,
 }
 
-/// The settings of all families.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct OfFamilies;
-
-/// The settings of the training.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct OfTraining;
-
-/// The settings of the rollout loss.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct OfRollouts;
-
-impl Table for OfFamilies {
-    const HEADING: &'static str = "Model";
-
-    fn offered() -> Vec<Offered> {
-        let mut all: Vec<Offered> = Vec::new();
-        for family in FAMILIES {
-            for setting in family.settings {
-                match all.iter_mut().find(|o| o.setting.name == setting.name) {
-                    Some(known) => known.families.push(family.name),
-                    None => all.push(Offered {
-                        setting: *setting,
-                        families: vec![family.name],
-                    }),
-                }
+/// The settings of all families, each with the families that have it.
+fn of_families() -> Vec<Offered> {
+    let mut all: Vec<Offered> = Vec::new();
+    for family in FAMILIES {
+        for setting in family.settings {
+            match all.iter_mut().find(|o| o.setting.name == setting.name) {
+                Some(known) => known.families.push(family.name),
+                None => all.push(Offered {
+                    setting: *setting,
+                    families: vec![family.name],
+                }),
             }
         }
-        all
     }
-}
-
-impl Table for OfTraining {
-    const HEADING: &'static str = "Training";
-
-    fn offered() -> Vec<Offered> {
-        of_all(SETTINGS)
-    }
-}
-
-impl Table for OfRollouts {
-    const HEADING: &'static str = "Rollout loss";
-
-    fn offered() -> Vec<Offered> {
-        of_all(ROLLOUT_SETTINGS)
-    }
+    all
 }
 
 /// Settings that do not depend on the family.
@@ -87,24 +70,23 @@ fn of_all(table: &[Setting]) -> Vec<Offered> {
     table.iter().map(offered).collect()
 }
 
-/// The given settings of a table.
+/// The given settings of the table at this place.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-#[serde(transparent, bound = "")]
-pub(crate) struct SettingArgs<T: Table> {
+#[serde(transparent)]
+pub(crate) struct SettingArgs<const TABLE: usize> {
     /// The values by name.
     pub(crate) values: Values,
-    #[serde(skip)]
-    table: PhantomData<T>,
 }
 
-impl<T: Table> Args for SettingArgs<T> {
+impl<const TABLE: usize> Args for SettingArgs<TABLE> {
     fn augment_args(command: Command) -> Command {
-        let offered = T::offered();
+        let Table { heading, offered } = &TABLES[TABLE];
+        let offered = offered();
         let mut names: Vec<&str> = offered.iter().map(|o| o.setting.name).collect();
         // A longer name first, so that `batch` is not replaced within `batch_first`.
         names.sort_by_key(|name| std::cmp::Reverse(name.len()));
         let arguments = offered.iter().filter_map(|o| argument(o, &names));
-        command.args(arguments.map(|argument| argument.help_heading(T::HEADING)))
+        command.args(arguments.map(|argument| argument.help_heading(*heading)))
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -112,7 +94,7 @@ impl<T: Table> Args for SettingArgs<T> {
     }
 }
 
-impl<T: Table> FromArgMatches for SettingArgs<T> {
+impl<const TABLE: usize> FromArgMatches for SettingArgs<TABLE> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let mut args = Self::default();
         args.update_from_arg_matches(matches)?;
@@ -120,7 +102,7 @@ impl<T: Table> FromArgMatches for SettingArgs<T> {
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
-        for Offered { setting, .. } in T::offered() {
+        for Offered { setting, .. } in (TABLES[TABLE].offered)() {
             if let Some(value) = given(&setting, matches) {
                 self.values.insert(setting.name.into(), value);
             }
@@ -238,15 +220,15 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
 
-    fn parsed<T: Table>(line: &str) -> Result<Values, clap::Error> {
-        let command = SettingArgs::<T>::augment_args(Command::new("fit"));
+    fn parsed<const TABLE: usize>(line: &str) -> Result<Values, clap::Error> {
+        let command = SettingArgs::<TABLE>::augment_args(Command::new("fit"));
         let matches = command.try_get_matches_from(line.split(' '))?;
-        Ok(SettingArgs::<T>::from_arg_matches(&matches)?.values)
+        Ok(SettingArgs::<TABLE>::from_arg_matches(&matches)?.values)
     }
 
     #[test]
     fn flags_become_the_values_that_the_library_takes() {
-        let values = parsed::<OfFamilies>(
+        let values = parsed::<OF_FAMILIES>(
             "fit --width 32 --speed-limit 3 --exponential --forces viscous,offset --masses 1,2.5",
         );
         let expected = serde_json::json!({
@@ -261,21 +243,21 @@ mod tests {
 
     #[test]
     fn what_is_not_given_is_absent() {
-        assert!(parsed::<OfFamilies>("fit").unwrap().is_empty());
-        assert!(parsed::<OfTraining>("fit").unwrap().is_empty());
+        assert!(parsed::<OF_FAMILIES>("fit").unwrap().is_empty());
+        assert!(parsed::<OF_TRAINING>("fit").unwrap().is_empty());
     }
 
     #[test]
     fn values_outside_the_table_are_refused() {
         for line in ["fit --width 0", "fit --form round", "fit --speed-limit -1"] {
-            assert!(parsed::<OfFamilies>(line).is_err(), "{line}");
+            assert!(parsed::<OF_FAMILIES>(line).is_err(), "{line}");
         }
-        assert!(parsed::<OfRollouts>("fit --growth 1").is_err());
+        assert!(parsed::<OF_ROLLOUTS>("fit --growth 1").is_err());
     }
 
     #[test]
     fn help_names_flags_and_the_few_families_that_have_them() {
-        let help = SettingArgs::<OfFamilies>::augment_args(Command::new("fit"))
+        let help = SettingArgs::<OF_FAMILIES>::augment_args(Command::new("fit"))
             .render_long_help()
             .to_string();
         let words = help.split_whitespace().collect::<Vec<_>>().join(" ");

@@ -6,13 +6,26 @@ use lagrangian::settings::Range;
 use lagrangian_run::Links;
 use serde::{Deserialize, Serialize};
 
-/// The largest seed, which is the largest number of a TOML file.
-const MAX_SEED: u64 = i64::MAX as u64;
+/// A whole number within bounds, which the message names.
+fn whole(text: &str, least: u64, most: u64) -> Result<u64, String> {
+    let number = text.trim().parse().ok();
+    let number = number.filter(|x| (least..=most).contains(x));
+    number.ok_or_else(|| format!("it must be a whole number, {least} or above, at most {most}"))
+}
 
 /// A seed that a TOML file can hold.
 pub(crate) fn seed(text: &str) -> Result<u64, String> {
-    let seed = text.trim().parse().ok().filter(|s| *s <= MAX_SEED);
-    seed.ok_or_else(|| format!("it must be a whole number from 0 to {MAX_SEED}"))
+    whole(text, 0, i64::MAX as u64)
+}
+
+/// A number of steps, at least one.
+pub(crate) fn steps(text: &str) -> Result<u64, String> {
+    whole(text, 1, 1_000_000_000)
+}
+
+/// A count, which may be 0.
+pub(crate) fn count(text: &str) -> Result<usize, String> {
+    whole(text, 0, 1_000_000).map(|count| count as usize)
 }
 
 /// The largest number of rows that are used; `None` for all.
@@ -57,25 +70,6 @@ pub(crate) fn name(text: &str) -> Result<String, String> {
         true => Err("it names nothing: give a name, or omit the flag or the comma".into()),
         false => Ok(name.into()),
     }
-}
-
-/// The largest number of steps.
-const MAX_STEPS: u64 = 1_000_000_000;
-
-/// A number of steps, at least one.
-pub(crate) fn steps(text: &str) -> Result<u64, String> {
-    let steps = text.trim().parse().ok();
-    let steps = steps.filter(|s| (1..=MAX_STEPS).contains(s));
-    steps.ok_or_else(|| format!("it must be a whole number, 1 or above, at most {MAX_STEPS}"))
-}
-
-/// The largest count.
-const MAX_COUNT: usize = 1_000_000;
-
-/// A count, which may be 0.
-pub(crate) fn count(text: &str) -> Result<usize, String> {
-    let count = text.trim().parse().ok().filter(|n| *n <= MAX_COUNT);
-    count.ok_or_else(|| format!("it must be a whole number, 0 or above, at most {MAX_COUNT}"))
 }
 
 /// A number within bounds, which the message names.

@@ -37,7 +37,7 @@ impl Figures {
 
     /// The figures on samples that need not follow each other.
     pub(crate) fn of_samples(model: &Learned, samples: &Trajectory) -> lagrangian::Result<Self> {
-        let score = score_samples(model, samples)?;
+        let score = score_samples(model, std::slice::from_ref(samples))?;
         let assessment = Assessment::new(model, std::slice::from_ref(samples), &score);
         Ok(Self { score, assessment })
     }

@@ -49,12 +49,11 @@ impl Scales {
             {
                 let q = &columns.signals.q[i];
                 let is_polar = signal == Signal::Q && layout.polar.iter().any(|p| p.name == *q);
-                let declared = layout.units.get(q).map(String::as_str);
+                let unit = layout.units.get(q).map(String::as_str);
                 let topology = coordinates.0[i].topology;
-                match is_polar || signal == Signal::Q && declared == Some(Stated::of(name).written)
-                {
+                match is_polar || signal == Signal::Q && unit == Some(Stated::of(name).written) {
                     true => scales.factors.push(1.0),
-                    false => scales.add(name, signal, topology, layout, declared.is_some())?,
+                    false => scales.add(name, signal, topology, layout, unit.is_some())?,
                 }
             }
         }

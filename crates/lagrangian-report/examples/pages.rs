@@ -295,7 +295,12 @@ fn shaded() -> Figure {
         Axis::linear("angle", "rad"),
         Axis::linear("inertia", "kg·m²"),
     ];
-    sweep.figure("shaded", "Inertia along the angle".into(), axes)
+    sweep.figure(
+        "shaded",
+        "Inertia along the angle".into(),
+        String::new(),
+        axes,
+    )
 }
 
 fn categories() -> Figure {

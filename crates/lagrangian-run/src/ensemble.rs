@@ -2,14 +2,15 @@
 
 use std::path::Path;
 
-use lagrangian::ensemble::{Calibration, Ensemble, MEMBERS, fit_ensemble};
-use lagrangian::{FitConfig, Learned, Observer, Prepared, Provenance, SavedModel};
+use lagrangian::ensemble::{Calibration, Coverage, Ensemble, MEMBERS, fit_ensemble};
+use lagrangian::{FitConfig, Learned, Observer, Prepared, Provenance};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use crate::error::{Context, Error, Result};
 use crate::files::{Existing, write_bytes};
 use crate::input;
+use crate::source::read_model;
 
 /// The file with the calibration of the bands of all members.
 pub const ENSEMBLE: &str = "ensemble.json";
@@ -63,6 +64,12 @@ impl SavedEnsemble {
         })
     }
 
+    /// The part of the motions of its evaluation in its bands; `None` where the summary does not hold it.
+    #[must_use]
+    pub fn coverage(&self) -> Option<Coverage> {
+        Coverage::deserialize(self.summary.get("coverage")?).ok()
+    }
+
     /// Writes the ensemble to a folder, which must exist; files of an earlier one are replaced.
     ///
     /// # Errors
@@ -107,12 +114,9 @@ impl SavedEnsemble {
         }
         let mut provenance = None;
         let mut member = |k: usize| -> Result<Learned> {
-            let path = folder.join(member_name(k));
-            let shown = format!("cannot read the member '{}'", path.display());
-            let file = input::open(&path).context(&shown, hint)?;
-            let saved = SavedModel::read(file).context(&shown, hint)?;
-            provenance.get_or_insert_with(|| saved.header.provenance.clone());
-            Learned::load(&saved).context(shown, hint)
+            let own = read_model(&folder.join(member_name(k)), hint)?;
+            provenance.get_or_insert(own.provenance);
+            Ok(own.model)
         };
         let members = (0..described.members).map(&mut member);
         let members: Vec<Learned> = members.collect::<Result<_>>()?;

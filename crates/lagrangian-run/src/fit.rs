@@ -16,29 +16,20 @@ use crate::record::RunRecord;
 use crate::watch::Watch;
 
 impl RunFolder {
-    /// The state from which a run resumes, if one was written.
-    ///
-    /// # Errors
-    /// [`Error::Refused`](crate::Error::Refused) for a damaged file.
-    pub fn checkpoint(&self) -> Result<Option<Checkpoint>> {
+    /// The state from which a run resumes; `None` for a run that begins, or that had not written one.
+    fn checkpoint(&self) -> Result<Option<Checkpoint>> {
         let path = self.file(CHECKPOINT);
-        if !path.is_file() {
+        if !self.resumes() || !path.is_file() {
             return Ok(None);
         }
-        let shown = format!("cannot read '{}'", path.display());
-        let bytes = fs::read(&path).context(shown, "check that the file may be read")?;
-        let checkpoint = Checkpoint::from_bytes(&bytes).context(
-            format!("cannot resume from '{}'", path.display()),
-            "restart with `force`",
-        )?;
-        Ok(Some(checkpoint))
+        let shown = format!("cannot resume from '{}'", path.display());
+        let bytes = fs::read(&path).context(&shown, "check that the file may be read")?;
+        let checkpoint = Checkpoint::from_bytes(&bytes).context(shown, "restart with `force`");
+        checkpoint.map(Some)
     }
 
     /// Begins the run of this record, or resumes the existing one, which must be the same.
-    ///
-    /// # Errors
-    /// [`Error::Refused`](crate::Error::Refused), which names the changes since the run began.
-    pub fn begin(&self, record: &RunRecord) -> Result<RunRecord> {
+    pub(crate) fn begin(&self, record: &RunRecord) -> Result<RunRecord> {
         if self.resumes() {
             return record.resuming(self.record()?);
         }
@@ -46,31 +37,25 @@ impl RunFolder {
         Ok(record.clone())
     }
 
-    /// Fits the candidates, from a checkpoint if one exists, and writes metrics and checkpoints; `shown` observes the fit and may
-    /// end it.
-    ///
-    /// # Errors
-    /// [`Error::Refused`](crate::Error::Refused) where the folder cannot be written; within it, the errors of [`select`].
-    pub fn fit(
+    /// Fits the candidates, from a checkpoint where the run resumes, and writes metrics and checkpoints; `shown` observes the fit and
+    /// may end it. The inner errors are those of [`select`].
+    pub(crate) fn fit(
         &self,
         dataset: &Dataset,
         candidates: Vec<ResolvedConfig>,
-        checkpoint: Option<&Checkpoint>,
         tensorboard: Tensorboard,
         shown: &mut dyn Observer,
     ) -> Result<lagrangian::Result<Selection>> {
-        let metrics = self.metrics(checkpoint.map_or(0, |c| c.step as u64), tensorboard)?;
-        let mut watch = Watch::new(self, metrics, shown);
-        let fitted = select(dataset, candidates, checkpoint, &mut watch);
+        let checkpoint = self.checkpoint()?;
+        let after = checkpoint.as_ref().map_or(0, |own| own.step as u64);
+        let mut watch = Watch::new(self, self.metrics(after, tensorboard)?, shown);
+        let fitted = select(dataset, candidates, checkpoint.as_ref(), &mut watch);
         watch.finish()?;
         Ok(fitted)
     }
 
     /// Writes the model that was kept, and adds the candidates to the record of the run, where there were several.
-    ///
-    /// # Errors
-    /// [`Error::Refused`](crate::Error::Refused) where the folder cannot be written.
-    pub fn keep(
+    pub(crate) fn keep(
         &self,
         begun: &mut RunRecord,
         selection: &Selection,
@@ -88,7 +73,6 @@ impl RunFolder {
 }
 
 /// The origin of a model: the data and the command of its run.
-#[must_use]
 pub(crate) fn provenance(record: &RunRecord, preparation: Preparation) -> Provenance {
     let hashes = record.data.iter();
     let hashes = hashes.map(|file| (file.path.clone(), file.sha256.clone()));

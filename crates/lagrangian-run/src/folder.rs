@@ -51,6 +51,14 @@ pub enum ExistingRun {
     Resume,
 }
 
+impl ExistingRun {
+    /// Restarts an existing run where that is forced, else refuses it.
+    #[must_use]
+    pub fn from_force(force: bool) -> Self {
+        if force { Self::Restart } else { Self::Refuse }
+    }
+}
+
 /// An open run folder.
 #[derive(Debug)]
 pub struct RunFolder {

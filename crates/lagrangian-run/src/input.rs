@@ -31,15 +31,13 @@ pub fn text(path: &Path) -> io::Result<String> {
 
 /// The text of a file of no more bytes than `most`.
 pub(crate) fn text_up_to(most: u64, path: &Path) -> io::Result<String> {
-    let mut text = String::new();
-    open(path)?.take(most + 1).read_to_string(&mut text)?;
-    match text.len() as u64 > most {
-        true => Err(io::Error::new(
-            io::ErrorKind::InvalidData,
-            format!("it is longer than {} MB", most >> 20),
-        )),
-        false => Ok(text),
+    let refused = |why: String| io::Error::new(io::ErrorKind::InvalidData, why);
+    let mut bytes = Vec::new();
+    open(path)?.take(most + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most {
+        return Err(refused(format!("it is longer than {} MB", most >> 20)));
     }
+    String::from_utf8(bytes).map_err(|_| refused("it is not text".into()))
 }
 
 /// An error of a path that was given, whatever the operating system calls it, with the system's message.

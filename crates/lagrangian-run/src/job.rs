@@ -234,11 +234,7 @@ impl PreparedFit {
         let provenance = self.provenance(record.as_ref());
         let (dataset, candidates) = (&self.prepared.dataset, self.candidates);
         let selection = match place {
-            Some(place) => {
-                let (checkpoint, events) = (place.checkpoint()?, place.tensorboard);
-                let checkpoint = checkpoint.as_ref();
-                (place.folder).fit(dataset, candidates, checkpoint, events, shown)??
-            }
+            Some(place) => (place.folder).fit(dataset, candidates, place.tensorboard, shown)??,
             None => select(dataset, candidates, None, shown)?,
         };
         let choices = [&of_data[..], &selection.chosen.choices].concat();
@@ -321,16 +317,6 @@ impl PreparedFit {
     }
 }
 
-impl RunTarget<'_> {
-    /// The state from which a resumed run continues.
-    fn checkpoint(&self) -> Result<Option<lagrangian::Checkpoint>> {
-        match self.folder.resumes() {
-            true => self.folder.checkpoint(),
-            false => Ok(None),
-        }
-    }
-}
-
 impl FinishedFit {
     /// Fits an ensemble of models like the one that was kept, each with the budget of that model.
     ///
@@ -345,18 +331,15 @@ impl FinishedFit {
     #[must_use]
     pub fn ended(self, ensemble: Option<SavedEnsemble>) -> FitReport {
         let samples = SampleFacts::of(&self.prepared.dataset, &self.prepared.estimates);
-        let Selection { fit, chosen, tried } = self.selection;
+        let Selection { fit, chosen, .. } = &self.selection;
+        let improved = fit.improved(&chosen.config, self.held_back);
+        let evaluation = self.prepared.into();
         FitReport {
-            improved: fit.improved(&chosen.config, self.held_back),
-            fit,
-            config: chosen.config,
+            improved,
             choices: self.choices,
-            tried,
-            evaluation: self.prepared.into(),
-            provenance: self.provenance,
             ensemble,
-            samples,
             record: self.record,
+            ..FitReport::of(self.selection, evaluation, self.provenance, samples)
         }
     }
 }
@@ -432,7 +415,7 @@ impl FitReport {
             record,
             metrics: &place.folder.read_metrics()?,
             model: &self.fit.model,
-            ensemble: self.ensemble.as_ref().map(|own| &own.ensemble),
+            ensemble: self.ensemble.as_ref(),
             evaluation: &self.evaluation,
         };
         let scored = page.scored(options)?;

@@ -46,12 +46,15 @@ pub use job::{
 };
 pub use metrics::{Metric, Metrics, Tensorboard};
 pub use page::{
-    Evaluation, Frontend, Links, MOST_LINKS, Page, Scored, as_chain, energies, grade_name,
+    Evaluation, Frontend, Links, MOST_LINKS, Page, Scored, as_chain, coverage_table, energies,
+    grade_name, score_tables,
 };
 pub use partial_files::remove_unfinished;
 pub use record::{DataFile, RunRecord};
 pub use resolved::Columns;
 pub use shell::quoted;
-pub use source::{ReadFile, Source, delayed, layout_beside, read_file, unused};
+pub use source::{
+    ReadFile, ReadModel, Source, delayed, layout_beside, read_file, read_model, unused,
+};
 pub use unit::unit_name;
 pub use watch::Watch;

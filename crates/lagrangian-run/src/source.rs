@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use lagrangian::trajectory::Readings;
-use lagrangian::{Layout, Recording};
+use lagrangian::{Layout, Learned, Provenance, Recording, SavedModel};
 use serde::Serialize;
 
 use crate::error::{Context, Error, Result};
@@ -87,6 +87,32 @@ pub fn read_file(path: &Path, layout: &Layout, advice: &str) -> Result<ReadFile>
         notes: notes.chain(passive(&readings)).collect(),
         recordings: readings.recordings,
         hash,
+    })
+}
+
+/// A saved model as its file holds it.
+#[derive(Debug)]
+pub struct ReadModel {
+    /// The model.
+    pub model: Learned,
+    /// The origin of the model.
+    pub provenance: Provenance,
+    /// The hash of the file.
+    pub hash: FileHash,
+}
+
+/// Reads a saved model, and hashes the content.
+///
+/// # Errors
+/// [`Error::Refused`](crate::Error::Refused), with this hint, for a file that is not a model or is damaged.
+pub fn read_model(path: &Path, hint: &str) -> Result<ReadModel> {
+    let shown = format!("cannot read the model '{}'", path.display());
+    let (reader, hashing) = HashingReader::open(path).context(&shown, hint)?;
+    let saved = SavedModel::read(reader).context(&shown, hint)?;
+    Ok(ReadModel {
+        model: Learned::load(&saved).context(&shown, hint)?,
+        hash: hashing.finish().context(shown, hint)?,
+        provenance: saved.header.provenance,
     })
 }
 

@@ -4,6 +4,7 @@ use lagrangian::integrate::Method;
 use lagrangian::mechanics::Dissipation;
 use lagrangian::rollout::{Outcome, Rollout, RolloutOptions, times, with_friction};
 use lagrangian::{Model, rollout};
+use lagrangian_run::energies;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Result, bounded};
@@ -94,14 +95,6 @@ impl Motion {
         let ended = ended(&rollout.outcome);
         let trajectory = rollout.trajectory;
         let (q, qd) = (&trajectory.q, &trajectory.qd);
-        let mut energy = vec![0.0; trajectory.len()];
-        if !energetic
-            .evaluator()
-            .energy(q, qd, &mut energy)
-            .is_supported()
-        {
-            energy.clear();
-        }
         let mut values = vec![0.0; trajectory.len()];
         if !model
             .evaluator()
@@ -113,7 +106,7 @@ impl Motion {
         Self {
             coordinates: axes(model.coordinates()),
             action: integral(&trajectory.t, &values),
-            energy,
+            energy: energies(energetic, &trajectory).unwrap_or_default(),
             ended,
             q: trajectory.signals.q,
             qd: trajectory.signals.qd,

@@ -4,10 +4,10 @@ use std::io::Cursor;
 use std::path::Path;
 
 use lagrangian::trajectory::{
-    Readings, Signal,
+    Readings,
     csv::{self, Look},
 };
-use lagrangian::{Format, Layout, Recording, Signals};
+use lagrangian::{Format, Layout, Recording, Signals, Trajectory};
 use lagrangian_run::{Data, DataFile, FileHash};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -238,32 +238,11 @@ impl Summary {
 }
 
 /// Recordings as CSV with the usual names of columns.
-pub(crate) fn csv(recordings: &[Recording]) -> Vec<u8> {
-    let Some(first) = recordings.first() else {
-        return Vec::new();
-    };
-    let n = first.dof();
-    let signals = [Signal::Q, Signal::Qd, Signal::Qdd, Signal::Tau];
-    let known: Vec<Signal> = signals
-        .into_iter()
-        .filter(|s| recordings.iter().all(|r| r.get(*s).len() == r.len() * n))
-        .collect();
-    let names = known
-        .iter()
-        .flat_map(|s| (1..=n).map(move |i| format!("{}{i}", s.name())));
-    let header = ["trajectory".to_string(), "t".into()]
-        .into_iter()
-        .chain(names);
-    let mut text = header.collect::<Vec<_>>().join(",") + "\n";
-    for (number, recording) in recordings.iter().enumerate() {
-        for (k, t) in recording.t.iter().enumerate() {
-            text += &format!("{},{t}", number + 1);
-            for signal in &known {
-                let row = &recording.get(*signal)[k * n..(k + 1) * n];
-                row.iter().for_each(|x| text += &format!(",{x}"));
-            }
-            text.push('\n');
-        }
-    }
-    text.into_bytes()
+pub(crate) fn csv(recordings: &[Recording]) -> Result<Vec<u8>> {
+    let motion =
+        |own: &Recording| Trajectory::new(own.name.clone(), own.t.clone(), own.signals.clone());
+    let motions: Vec<Trajectory> = recordings.iter().map(motion).collect();
+    let mut bytes = Vec::new();
+    csv::write(&mut bytes, &motions)?;
+    Ok(bytes)
 }

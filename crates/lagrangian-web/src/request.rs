@@ -1,5 +1,6 @@
 //! Requests of a page.
 
+use lagrangian::mechanics::Quantities;
 use lagrangian::{FitSpec, Model};
 use serde::Deserialize;
 
@@ -136,14 +137,7 @@ impl PotentialAsked {
         for (row, value) in q.chunks_exact_mut(n).zip(&self.at) {
             row[self.coordinate] = *value;
         }
-        let mut energy = vec![0.0; self.at.len()];
-        let outcome = model
-            .evaluator()
-            .energy(&q, &vec![0.0; q.len()], &mut energy);
-        match outcome.is_supported() {
-            true => energy,
-            false => Vec::new(),
-        }
+        model.energy(&q, &vec![0.0; q.len()]).unwrap_or_default()
     }
 }
 

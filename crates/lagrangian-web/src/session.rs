@@ -108,7 +108,7 @@ impl Session {
             Request::Inspect { name, joins } => self.inspect(name, joins, &message.bytes),
             Request::Read(columns) => self.read(columns),
             Request::Check => Message::json(&self.checked()?),
-            Request::Data => Ok(Message::file(csv(self.recordings()?))),
+            Request::Data => Ok(Message::file(csv(self.recordings()?)?)),
             Request::Start { fit, started } => self.start(*fit, started),
             Request::Advance { milliseconds } => {
                 Message::json(&self.fitting_mut()?.advance(milliseconds)?)

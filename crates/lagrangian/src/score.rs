@@ -252,16 +252,17 @@ pub fn time_for(samples: usize) -> Duration {
 ///
 /// # Errors
 /// As [`Trajectory::validate`], except for the times; [`crate::Error::Shape`] for samples of other degrees of freedom than the model.
-pub fn score_samples(model: &dyn Model, samples: &Trajectory) -> Result<Score> {
-    samples.validate()?;
-    let (found, n) = (samples.dof(), model.coordinates().dof());
-    Error::check_shape("a state", found, n, "give samples of the same system")?;
-    let accelerations = match model.moves() {
-        true => accelerations(model, samples, Stop::default()),
-        false => None,
-    };
-    let samples = std::slice::from_ref(samples);
-    Ok(one_step(model, samples, &[accelerations], Stop::default()))
+pub fn score_samples(model: &dyn Model, samples: &[Trajectory]) -> Result<Score> {
+    let n = model.coordinates().dof();
+    let (mut predicted, remedy) = (Vec::new(), "give samples of the same system");
+    for own in samples {
+        own.validate()?;
+        Error::check_shape("a state", own.dof(), n, remedy)?;
+        let moves = model.moves();
+        let accelerations = moves.then(|| accelerations(model, own, Stop::default()));
+        predicted.push(accelerations.flatten());
+    }
+    Ok(one_step(model, samples, &predicted, Stop::default()))
 }
 
 /// The errors of single samples.

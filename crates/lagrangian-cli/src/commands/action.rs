@@ -11,25 +11,23 @@ use lagrangian_analysis::action::{
     Boundary, DiscreteAction, PathKind, Search, SearchOptions, StationaryPath, stationary_paths,
 };
 use lagrangian_report::{
-    Command, Figure, Headline, Report, Role, Series, Table, VariedPath, action_of_families,
-    varied_paths,
+    Figure, Headline, Report, Role, Series, Table, VariedPath, action_of_families, varied_paths,
 };
 use serde_json::json;
 
 use super::OutputMode;
-use crate::command_line::command_line;
 use crate::failure::{Context, FAILED, SUCCESS};
 use crate::law_args::ActionArgs;
-use crate::output;
+use crate::output::Motions;
 use crate::task::{Size, Task};
+use crate::text;
 
 /// Sizes of the variations that are drawn.
 const SIZES: [f64; 9] = [-0.4, -0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 0.4];
 
 pub(super) fn run(args: &ActionArgs, mode: OutputMode) -> Result<u8> {
     args.output
-        .refuse_inputs(&[PathBuf::from(&args.subject.subject)])?;
-    args.output.refuse_unwritable()?;
+        .check_motions(&[PathBuf::from(&args.subject.subject)])?;
     let paths = (args.steps as f64) * (args.guesses as f64);
     let task = Task::start("action", mode.quiet, Size::default().with_samples(paths))?;
     let subject = args.subject.open()?;
@@ -52,17 +50,14 @@ pub(super) fn run(args: &ActionArgs, mode: OutputMode) -> Result<u8> {
         search,
         unit: subject.unit_of_action(),
     };
-    write(args, lagrangian, &found)?;
-    let Found {
-        search,
-        judgements,
-        unit,
-    } = &found;
+    let facts = found.facts(args);
+    write(args, lagrangian, &found, &facts)?;
+    let search = &found.search;
     let failure = search.failure();
     let figures = json!({
         "command": "action",
-        "answer": found.answer(),
-        "unit": unit,
+        "answer": facts.answer,
+        "unit": found.unit,
         "subject": args.subject.subject,
         "from": ends.from,
         "to": ends.to,
@@ -71,13 +66,13 @@ pub(super) fn run(args: &ActionArgs, mode: OutputMode) -> Result<u8> {
         "out": args.output.file.out,
         "plot": args.output.plot,
         "paths": search.paths,
-        "judgements": judgements,
+        "judgements": found.judgements,
         "tried": search.tried,
         "led_nowhere": search.failures.len(),
         "failure": failure,
         "reason": failure.map(|f| f.to_string()),
     });
-    mode.print(&figures, || found.text())?;
+    mode.print(&figures, || text::of(&facts))?;
     if let Some(failure) = failure {
         note!("no path: {failure}");
         return Ok(FAILED);
@@ -108,7 +103,12 @@ struct Found {
 }
 
 /// Writes the requested files, where a path was found.
-fn write(args: &ActionArgs, lagrangian: &dyn Lagrangian, found: &Found) -> Result<()> {
+fn write(
+    args: &ActionArgs,
+    lagrangian: &dyn Lagrangian,
+    found: &Found,
+    facts: &Report,
+) -> Result<()> {
     let search = &found.search;
     let Some(first) = search.paths.first() else {
         return Ok(());
@@ -119,10 +119,12 @@ fn write(args: &ActionArgs, lagrangian: &dyn Lagrangian, found: &Found) -> Resul
         let motions: Vec<_> = numbered
             .map(|(k, p)| p.trajectory(&format!("{k}")))
             .collect();
-        output::write_trajectories(path, file.existing(), &motions, lagrangian.coordinates())?;
+        Motions::new(&motions, lagrangian.coordinates()).write(path, file.existing())?;
     }
-    args.output
-        .draw(|| found.page(args, figures(lagrangian, first, found.unit)))
+    args.output.draw(|| Report {
+        figures: figures(lagrangian, first, found.unit),
+        ..facts.clone()
+    })
 }
 
 /// The path with its neighbours, a figure for each coordinate, and the action of these.
@@ -178,7 +180,7 @@ impl Found {
         Judgement::new(*grade, why.collect::<Vec<_>>().join("; ")).sentence()
     }
 
-    fn page(&self, args: &ActionArgs, figures: Vec<Figure>) -> Report {
+    fn facts(&self, args: &ActionArgs) -> Report {
         let first = self.search.paths.iter().zip(&self.judgements).take(1);
         let headline = |(path, judgement): (&StationaryPath, &Judgement)| Headline {
             judgement: Some(judgement.clone()),
@@ -198,9 +200,12 @@ impl Found {
                 args.time,
                 counted(args.steps, "step")
             ),
+            summary: vec![format!(
+                "{} from {}",
+                counted(self.search.paths.len(), "stationary path"),
+                counted(self.search.tried, "first path")
+            )],
             tables: vec![self.table()],
-            figures,
-            commands: vec![Command::new("This page", command_line())],
             ..Report::default()
         }
     }
@@ -239,22 +244,6 @@ impl Found {
             self.search.paths.iter().enumerate().map(row).collect(),
         )
         .with_judgements(self.judgements.iter().cloned().map(Some).collect())
-    }
-
-    fn text(&self) -> String {
-        let table = self.table();
-        let lines = table.rows.iter().zip(&self.judgements).map(|(row, own)| {
-            let facts = table.header.iter().zip(row).skip(1);
-            let facts = facts.filter(|(_, cell)| !cell.is_empty());
-            let facts: Vec<String> = facts.map(|(name, cell)| format!("{name} {cell}")).collect();
-            let (facts, verdict) = (facts.join(" · "), own.text());
-            format!("path {}: {facts} · verdict {verdict}\n", row[0])
-        });
-        let (found, tried) = (self.search.paths.len(), self.search.tried);
-        let [found, tried] =
-            [(found, "stationary path"), (tried, "first path")].map(|(k, of)| counted(k, of));
-        let count = format!("{}\n{found} from {tried}\n", self.answer());
-        std::iter::once(count).chain(lines).collect()
     }
 }
 

@@ -20,8 +20,7 @@ use crate::task::{Size, Task};
 
 pub(super) fn run(args: &CheckArgs, mode: OutputMode) -> Result<u8> {
     let inputs = args.data.inputs(&args.files)?;
-    args.output.refuse_inputs(&inputs)?;
-    args.output.refuse_existing()?;
+    args.output.check(&inputs)?;
     let task = Task::start("check", mode.quiet, Size::of_files(&inputs))?;
     let sampling = args.sample.sampling(0, Sampling::LONG);
     let recordings = data::read_sample(&args.files, &args.data, sampling)?.recordings;

@@ -5,20 +5,20 @@ use std::path::PathBuf;
 use anyhow::Result;
 use lagrangian::text::counted;
 use lagrangian::{Coordinates, Layout, Recording, Trajectory};
-use lagrangian_run::Source;
+use lagrangian_run::{Source, files_of, is_same_name};
 use serde_json::json;
 
 use super::OutputMode;
 use crate::cli::ConvertArgs;
 use crate::data::{self, Files};
 use crate::failure::{SUCCESS, mistake};
-use crate::output;
+use crate::output::{self, Motions};
 use crate::task::{Size, Task};
 
 pub(super) fn run(args: &ConvertArgs, mode: OutputMode) -> Result<u8> {
     let inputs = args.data.inputs(&args.files)?;
-    refuse_inputs(args, &inputs)?;
-    args.output.refuse_unwritable()?;
+    args.output.check_motions(&inputs)?;
+    refuse_shared_layout(args)?;
     // The task lasts until all is written, since a partial file is of no use.
     let task = Task::start("convert", mode.quiet, Size::of_files(&inputs))?;
     let Files {
@@ -28,20 +28,17 @@ pub(super) fn run(args: &ConvertArgs, mode: OutputMode) -> Result<u8> {
     } = data::read_sample(&args.files, &args.data, None)?;
     let coordinates = recordings[0].coordinates.clone();
     let motions: Vec<Trajectory> = recordings.into_iter().map(as_recorded).collect();
-    let (out, existing) = (args.output.out.as_deref(), args.output.existing());
-    let layout = match out {
-        Some(path) => {
-            let declared = declared(args, &coordinates)?;
-            Some(output::write_declared(path, existing, &motions, &declared)?)
-        }
-        None if mode.json => None,
-        None => {
+    let out = args.output.out.as_deref();
+    // Standard output is written as slowly as it is read.
+    let _printing = match out.is_some() || mode.json {
+        true => task,
+        false => {
             drop(task);
-            let _printing = Task::of_output("convert")?;
-            output::print_trajectories(&motions)?;
-            None
+            Task::of_output("convert")?
         }
     };
+    let written = Motions::declared(&motions, declared(args, &coordinates)?);
+    let layout = args.output.write_motions(mode, &written)?;
     let rows: usize = motions.iter().map(Trajectory::len).sum();
     if mode.json {
         let signals = motions[0].known().map(|(signal, _)| signal.name());
@@ -73,7 +70,7 @@ pub(super) fn run(args: &ConvertArgs, mode: OutputMode) -> Result<u8> {
 
 /// The declarations of the file beside the motions: columns and angles, and the system and the links that all of the files declare.
 fn declared(args: &ConvertArgs, coordinates: &Coordinates) -> Result<Layout> {
-    let files = lagrangian_run::files_of(&args.files)?;
+    let files = files_of(&args.files)?;
     let layouts = files.iter().map(|path| args.data.layout_for(path));
     let layouts: Vec<Layout> = layouts.collect::<Result<_>>()?;
     let first = layouts.first().cloned().unwrap_or_default();
@@ -120,18 +117,14 @@ fn note_sources(sources: &[Source], coordinates: &Coordinates) {
     }
 }
 
-/// Refuses to write over an input file, however its path is written, and a layout that would apply to an input too.
-fn refuse_inputs(args: &ConvertArgs, inputs: &[PathBuf]) -> Result<()> {
+/// Refuses a layout beside the output that would apply to an input too.
+fn refuse_shared_layout(args: &ConvertArgs) -> Result<()> {
     let Some(out) = &args.output.out else {
         return Ok(());
     };
-    let files = lagrangian_run::files_of(&args.files)?;
     let layout = out.with_extension("toml");
-    lagrangian_run::refuse_overwriting([out, &layout], inputs)?;
-    match files
-        .iter()
-        .find(|file| lagrangian_run::is_same_name(&file.with_extension("toml"), &layout))
-    {
+    let shares = |file: &&PathBuf| is_same_name(&file.with_extension("toml"), &layout);
+    match files_of(&args.files)?.iter().find(shares) {
         None => Ok(()),
         Some(file) => Err(mistake(
             format!(

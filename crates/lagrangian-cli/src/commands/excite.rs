@@ -6,31 +6,30 @@ use std::time::Instant;
 
 use anyhow::Result;
 use lagrangian::rigid::{
-    Excitation, ExcitationConfig, JointLimits, PartChange, Quantity, RigidBodies, SearchProgress,
-    excite, excite_joints,
+    Excitation, ExcitationConfig, JointLimits, RigidBodies, SearchProgress, excite, excite_joints,
 };
 use lagrangian::trajectory::{Coordinate, Topology};
 use lagrangian::{Coordinates, Model};
 use lagrangian_report::draw::short;
-use lagrangian_report::{Command, Figure, Motion, Report, Role, phase_portrait, trajectories};
+use lagrangian_report::{Figure, Motion, Report, Role, phase_portrait, trajectories};
 use serde_json::json;
 
 use super::OutputMode;
-use crate::command_line::command_line;
 use crate::excite_args::{ExciteArgs, LimitArgs};
 use crate::failure::{Context, SUCCESS, mistake};
 use crate::interrupt;
-use crate::output;
+use crate::output::Motions;
+use crate::parts;
 use crate::progress::Progress;
 use crate::robot;
+use crate::text;
 
 /// The largest number of joints of a plan without a robot.
 const MOST_JOINTS: usize = 64;
 
 pub(super) fn run(args: &ExciteArgs, mode: OutputMode) -> Result<u8> {
     let robots: Vec<_> = args.urdf.iter().cloned().collect();
-    args.output.refuse_inputs(&robots)?;
-    args.output.refuse_unwritable()?;
+    args.output.check_motions(&robots)?;
     let files = Files::of(args)?;
     let layout = files.validate.with_extension("toml");
     lagrangian_run::refuse_overwriting([&files.validate, &layout], &robots)?;
@@ -61,7 +60,16 @@ pub(super) fn run(args: &ExciteArgs, mode: OutputMode) -> Result<u8> {
         true => ControlFlow::Continue(()),
         false => ControlFlow::Break(()),
     })?;
-    files.write(args, &subject, &found, &validation)?;
+    let existing = args.output.file.existing();
+    for (path, found) in [(&files.plan, &found), (&files.validate, &validation)] {
+        let plan = std::slice::from_ref(&found.plan);
+        Motions::new(plan, &subject.coordinates).write(path, existing)?;
+    }
+    let facts = facts(&found, &subject, &files);
+    args.output.draw(|| Report {
+        figures: drawn(&subject, &found, &validation),
+        ..facts.clone()
+    })?;
     let figures = json!({
         "command": "excite",
         "out": files.plan,
@@ -75,7 +83,7 @@ pub(super) fn run(args: &ExciteArgs, mode: OutputMode) -> Result<u8> {
         "expected": found.expected,
         "collisions_checked": false,
     });
-    mode.print(&figures, || as_text(&found, &subject, &files))?;
+    mode.print(&figures, || text::of(&facts))?;
     Ok(SUCCESS)
 }
 
@@ -227,21 +235,6 @@ impl Files {
         }
         Ok(Self { plan, validate })
     }
-
-    fn write(
-        &self,
-        args: &ExciteArgs,
-        subject: &Subject,
-        found: &Excitation,
-        validation: &Excitation,
-    ) -> Result<()> {
-        let existing = args.output.file.existing();
-        for (path, found) in [(&self.plan, found), (&self.validate, validation)] {
-            let plan = std::slice::from_ref(&found.plan);
-            output::write_trajectories(path, existing, plan, &subject.coordinates)?;
-        }
-        args.output.draw(|| page(subject, found, validation))
-    }
 }
 
 /// `plan-validate.csv` beside `plan.csv`.
@@ -252,7 +245,7 @@ fn beside(plan: &Path) -> PathBuf {
     plan.with_file_name(format!("{stem}-validate.{extension}"))
 }
 
-fn page(subject: &Subject, found: &Excitation, validation: &Excitation) -> Report {
+fn drawn(subject: &Subject, found: &Excitation, validation: &Excitation) -> Vec<Figure> {
     let motions = [
         Motion::new("plan", Role::Truth, &found.plan),
         Motion::new("to validate on", Role::Other(0), &validation.plan),
@@ -269,55 +262,38 @@ fn page(subject: &Subject, found: &Excitation, validation: &Excitation) -> Repor
         };
         [over_time, portrait]
     });
-    Report {
-        title: "A motion for identification".into(),
-        subtitle: "collisions are not checked".into(),
-        figures: figures.collect(),
-        commands: vec![Command::new("This page", command_line())],
-        ..Report::default()
-    }
+    figures.collect()
 }
 
-fn as_text(found: &Excitation, subject: &Subject, files: &Files) -> String {
+/// The expected errors of what can be identified from the plan, and the warning about collisions.
+fn facts(found: &Excitation, subject: &Subject, files: &Files) -> Report {
     let expected = found.expected.iter();
     let parts = expected.flat_map(|e| e.links.iter().chain(&e.joints));
-    let mut text: String = parts.map(part_text).collect();
-    if !found.noise.is_empty() {
-        let units = subject
-            .coordinates
-            .0
-            .iter()
-            .map(|c| if c.unit == "m" { "N" } else { "N·m" });
-        let noise = found
-            .noise
-            .iter()
-            .zip(units)
-            .map(|(x, unit)| format!("{} {unit}", short(*x)));
-        text += &format!(
-            "\nexpected standard errors for noise of the torques of {}, independent from sample to sample, beside bodies that are known to a factor of two; {} combinations of parameters can be found\n",
-            noise.collect::<Vec<_>>().join(", "),
+    let units = subject.coordinates.0.iter();
+    let units = units.map(|c| if c.unit == "m" { "N" } else { "N·m" });
+    let noise = found.noise.iter().zip(units);
+    let noise: Vec<String> = noise
+        .map(|(x, unit)| format!("{} {unit}", short(*x)))
+        .collect();
+    let expected = (!noise.is_empty()).then(|| {
+        format!(
+            "{} combinations of parameters can be found. The expected standard errors are for noise of the torques of {}, independent \
+             from sample to sample, beside bodies that are known to a factor of two.",
             found.combinations,
-        );
-    }
-    text + &format!(
-        "\n{} and {}: {} samples each; collisions are NOT checked: simulate the plan, and run it slowly first\n",
+            noise.join(", ")
+        )
+    });
+    let written = format!(
+        "{} and {}: {} samples each; collisions are NOT checked: simulate the plan, and run it slowly first",
         files.plan.display(),
         files.validate.display(),
         found.plan.len()
-    )
-}
-
-fn part_text(part: &PartChange) -> String {
-    let line = |q: &Quantity| match q.is_determined() {
-        true => format!(
-            "  {:<10} ± {:<9} {:<9}  determined {:.0} %\n",
-            q.name,
-            short(q.standard_error),
-            q.unit,
-            100.0 * q.determined
-        ),
-        false => format!("  {:<10} not determined by this motion\n", q.name),
-    };
-    let lines: String = part.quantities.iter().map(line).collect();
-    format!("\n{}\n{lines}", part.name)
+    );
+    Report {
+        title: "A motion for identification".into(),
+        subtitle: "collisions are not checked".into(),
+        summary: expected.into_iter().chain([written]).collect(),
+        tables: parts.map(|part| parts::table(part, false)).collect(),
+        ..Report::default()
+    }
 }

@@ -6,12 +6,12 @@ use std::process::Command;
 
 use anyhow::Result;
 use lagrangian::text::counted;
-use lagrangian::{Learned, Model as _, SavedModel};
+use lagrangian::{Learned, Model as _};
 use lagrangian_export::arrays::{Library, module};
 use lagrangian_export::fmu::{Fmu, archive};
 use lagrangian_export::{About, Export, File, export};
 use lagrangian_run::{
-    Existing, HashingReader, file_name, refuse_existing, refuse_overwriting, write_bytes,
+    Existing, ReadModel, file_name, read_model, refuse_existing, refuse_overwriting, write_bytes,
 };
 use serde_json::json;
 
@@ -30,7 +30,9 @@ pub(super) fn run(args: &ExportArgs, mode: OutputMode) -> Result<u8> {
         mode.quiet,
         Size::of_files(std::slice::from_ref(&path)),
     )?;
-    let (model, hash) = open(&path)?;
+    let hint = "give the model.safetensors of a run, or the run";
+    let ReadModel { model, hash, .. } = read_model(&path, hint)?;
+    let hash = hash.sha256;
     let about = About {
         name: &name,
         hash: &hash,
@@ -290,16 +292,6 @@ fn identifier(text: &str) -> String {
         .collect::<String>()
         .trim_end_matches('_')
         .to_string()
-}
-
-/// A saved model, and the hash of its file.
-fn open(path: &Path) -> Result<(Learned, String)> {
-    let shown = format!("cannot read the model '{}'", path.display());
-    let hint = "give the model.safetensors of a run, or the run";
-    let (reader, hashing) = HashingReader::open(path).context(&shown, hint)?;
-    let saved = SavedModel::read(reader).context(&shown, hint)?;
-    let model = Learned::load(&saved).context(&shown, hint)?;
-    Ok((model, hashing.finish().context(&shown, hint)?.sha256))
 }
 
 #[cfg(test)]

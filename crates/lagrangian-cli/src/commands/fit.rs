@@ -3,11 +3,10 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use lagrangian::ensemble::Coverage;
 use lagrangian::models::Parameter;
 use lagrangian::score::Assessment;
 use lagrangian::text::counted;
-use lagrangian::{Fit, Layout, Prepared, Score, Trajectory, Verdict};
+use lagrangian::{Fit, Layout, Model as _, Prepared, Score, Trajectory, Verdict};
 use lagrangian::{
     fit::ResolvedConfig,
     score::CandidateResult,
@@ -15,10 +14,9 @@ use lagrangian::{
 };
 use lagrangian_run::{
     Columns, Data, DataFile, Error, Evaluation, ExistingRun, Figures, FileHash, FinishedFit,
-    FitReport, MODEL, PreparedFit, REPORT, RunFolder, RunRecord, RunTarget, SavedEnsemble,
-    Tensorboard, files_of,
+    FitReport, MODEL, PreparedFit, REPORT, RunFolder, RunRecord, RunTarget, Tensorboard,
+    coverage_table, files_of,
 };
-use serde::Deserialize;
 use serde_json::json;
 
 use super::{OutputMode, ensemble};
@@ -34,6 +32,7 @@ use crate::motion;
 use crate::output;
 use crate::resumed::{resumed, settings};
 use crate::task::{Size, Task};
+use crate::text;
 use crate::verdict;
 
 /// The label of the predictions for a page.
@@ -42,7 +41,11 @@ pub(super) const PREDICTIONS: &str = "predictions for the page";
 pub(super) fn run(args: &FitArgs, mode: OutputMode) -> Result<u8> {
     // A new folder is removed if the program ends before the fit begins.
     interrupt::listen()?;
-    let folder = RunFolder::open(&args.out, existing(args))?;
+    let existing = match args.resume {
+        true => ExistingRun::Resume,
+        false => ExistingRun::from_force(args.force),
+    };
+    let folder = RunFolder::open(&args.out, existing)?;
     run_in(&folder, args, mode).inspect_err(|_| folder.remove_if_new_and_empty())
 }
 
@@ -72,9 +75,9 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<u8> {
     let (score, assessment) = assessed(&report, &place, mode)?;
     if !mode.json {
         note_result(folder, &report.fit, &assessment);
-        let covered = |own: &SavedEnsemble| Coverage::deserialize(&own.summary["coverage"]);
-        if let Some(Ok(covered)) = report.ensemble.as_ref().map(covered) {
-            note!("{}", ensemble::as_text(&covered));
+        if let Some(coverage) = report.ensemble.as_ref().and_then(|own| own.coverage()) {
+            let table = coverage_table(&coverage, report.fit.model.coordinates());
+            note!("{}", text::table(&table).trim());
         }
         return Ok(exit_code(&report.fit, report.improved, &assessment));
     }
@@ -153,14 +156,6 @@ fn exit_code(fit: &Fit, improved: bool, assessment: &Assessment) -> u8 {
 fn is_shown(parameter: &&Parameter) -> bool {
     let is_of_a_body = |kind: &&str| parameter.name.starts_with(kind);
     !["mass_", "inertia_"].iter().any(is_of_a_body)
-}
-
-fn existing(args: &FitArgs) -> ExistingRun {
-    match (args.resume, args.force) {
-        (true, _) => ExistingRun::Resume,
-        (false, true) => ExistingRun::Restart,
-        (false, false) => ExistingRun::Refuse,
-    }
 }
 
 /// The motions of a run's evaluation, read again from the files that it names.

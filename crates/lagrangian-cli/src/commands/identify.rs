@@ -3,13 +3,14 @@
 use anyhow::Result;
 use lagrangian::mechanics::Mechanical;
 use lagrangian::rigid::{
-    self, Changes, Identification, IdentifyOptions, PartChange, Quantity, RigidBodies, RobotConfig,
+    self, Changes, Identification, IdentifyOptions, PartChange, RigidBodies, RobotConfig,
 };
 use lagrangian::score::SignalError;
 use lagrangian::torque::{predict_torque, summarise};
 use lagrangian::trajectory::Sampling;
 use lagrangian::{Coordinates, Dataset, Estimate, Model, Trajectory, prepared, split};
 use lagrangian_report::draw::short;
+use lagrangian_report::{Report, Table};
 use serde::Serialize;
 use serde_json::json;
 
@@ -18,8 +19,10 @@ use crate::data;
 use crate::failure::{self, Context, SUCCESS};
 use crate::fitted;
 use crate::identify_args::IdentifyArgs;
+use crate::parts;
 use crate::robot::{self, Robot};
 use crate::task::{Size, Task};
+use crate::text;
 
 /// The part of the data to identify from that chooses the strength of the prior.
 const VALIDATION: f64 = 0.2;
@@ -64,7 +67,8 @@ pub(super) fn run(args: &IdentifyArgs, mode: OutputMode) -> Result<u8> {
         "smoothing": motion.dissipation().map(|d| &d.smoothing),
     });
     mode.print(&figures, || {
-        as_text(&found, &changes, &errors, &data) + &format!("\n{}\n", args.out.display())
+        let facts = facts(&found, &changes, &errors, &data);
+        text::of(&facts) + &format!("\n{}\n", args.out.display())
     })?;
     Ok(SUCCESS)
 }
@@ -152,76 +156,49 @@ impl Data {
     }
 }
 
-fn as_text(found: &Identification, changes: &Changes, errors: &Errors, data: &Data) -> String {
+/// The identified quantities, and the torque errors before and after.
+fn facts(found: &Identification, changes: &Changes, errors: &Errors, data: &Data) -> Report {
     let parts = changes.links.iter().chain(&changes.joints);
-    let width = parts.clone().flat_map(|p| &p.quantities);
-    let width = width.map(|q| q.name.len()).max().unwrap_or(0);
-    let mut text: String = parts.map(|part| part_text(part, width)).collect();
-    text += &format!(
-        "\n{} samples, {} of them independent for the joint with the fewest; {} combinations of {} parameters have an effect on these torques\n",
-        found.samples,
-        found
-            .independent
-            .iter()
-            .copied()
-            .fold(f64::INFINITY, f64::min)
-            .round(),
-        found.combinations,
-        found.model.parameters().len(),
-    );
-    text += &error_text(errors, data);
-    text + &omitted(changes)
+    let tables = parts.map(|part| parts::table(part, true));
+    let independent = found.independent.iter().copied();
+    Report {
+        subtitle: format!(
+            "{} samples, {} of them independent for the joint with the fewest; {} combinations of {} parameters have an effect on these torques",
+            found.samples,
+            independent.fold(f64::INFINITY, f64::min).round(),
+            found.combinations,
+            found.model.parameters().len(),
+        ),
+        summary: vec![omitted(changes)],
+        tables: tables.chain([error_table(errors, data)]).collect(),
+        ..Report::default()
+    }
 }
 
-fn part_text(part: &PartChange, width: usize) -> String {
-    let fixed = match part.fixed.is_empty() {
-        true => String::new(),
-        false => format!(" (with {})", part.fixed.join(", ")),
-    };
-    let line = |q: &Quantity| {
-        let before = q.before.map_or_else(|| "–".into(), short);
-        let (after, unit) = (short(q.after), q.unit);
-        let known = match q.is_determined() {
-            true => format!(
-                "± {:<10} {:<9}  determined {:.0} %",
-                short(q.standard_error),
-                unit,
-                100.0 * q.determined
-            ),
-            false => format!(
-                "{:<12} {unit:<9}  not determined by these data: value of the prior",
-                ""
-            ),
-        };
-        format!("  {:<width$} {before:>11} → {after:>11} {known}\n", q.name)
-    };
-    let lines: String = part.quantities.iter().map(line).collect();
-    format!("\n{}{fixed}\n{lines}", part.name)
-}
-
-fn error_text(errors: &Errors, data: &Data) -> String {
-    let Errors {
-        before,
-        after,
-        written,
-    } = errors;
+fn error_table(errors: &Errors, data: &Data) -> Table {
     let rows = [
-        ("before: the URDF, without friction", before),
-        ("after: all that was identified", after),
-        ("after: what the new URDF says", written),
+        ("before: the URDF, without friction", &errors.before),
+        ("after: all that was identified", &errors.after),
+        ("after: what the new URDF says", &errors.written),
     ];
     let row = |(name, error): (&str, &Option<SignalError>)| {
         let error = error.as_ref()?;
-        let joints: String = error.nmse.iter().map(|x| format!("{x:>10.2e}")).collect();
-        Some(format!("  {name:<36}{:>10.2e}{joints}\n", error.nmse_mean))
+        let all = [error.nmse_mean]
+            .into_iter()
+            .chain(error.nmse.iter().copied());
+        let cells = all.map(|nmse| format!("{} %", short(100.0 * nmse)));
+        Some([name.to_string()].into_iter().chain(cells).collect())
     };
-    let rows: String = rows.into_iter().filter_map(row).collect();
-    match data.held_out_samples() {
-        0 => String::new(),
-        samples => format!(
-            "\ntorque error on {samples} samples that were held out, squared, over the variance: mean, and of each joint\n{rows}"
+    let joints = data.coordinates.0.iter().map(|joint| joint.name.as_str());
+    let header: Vec<&str> = ["", "mean"].into_iter().chain(joints).collect();
+    Table::new(
+        format!(
+            "Torque error on {} samples that were held out, squared, over the variance.",
+            data.held_out_samples()
         ),
-    }
+        &header,
+        rows.into_iter().filter_map(row).collect(),
+    )
 }
 
 /// Identified parameters that URDF cannot represent.
@@ -235,7 +212,7 @@ fn omitted(changes: &Changes) -> String {
         all.join(", ")
     };
     format!(
-        "\nnot in the URDF, which has no place for them: rotors {}; constant torques {}; the speed over which friction changes its sign\n",
+        "Not in the URDF, which has no place for them: rotors {}; constant torques {}; the speed over which friction changes its sign.",
         figures("rotor"),
         figures("offset"),
     )

@@ -82,10 +82,9 @@ fn of_run(folder: &RunFolder, links: Option<Links>, mode: OutputMode) -> Result<
     let reading = Task::start("report: reading", mode.quiet, size)?;
     let model = fitted::model(&folder.file(MODEL))?;
     let evaluation = fit::evaluation(&record)?;
-    let ensemble = match folder.file(ENSEMBLE).is_file() {
-        true => Some(SavedEnsemble::read(folder.path())?.ensemble),
-        false => None,
-    };
+    let has_ensemble = folder.file(ENSEMBLE).is_file();
+    let ensemble = has_ensemble.then(|| SavedEnsemble::read(folder.path()));
+    let ensemble = ensemble.transpose()?;
     drop(reading);
     let samples = evaluation.motions.iter().map(Trajectory::len).sum();
     let _predicting = Task::of_predictions(fit::PREDICTIONS, mode.quiet, samples)?;

@@ -14,7 +14,7 @@ use crate::data;
 use crate::failure::{Context, SUCCESS, mistake};
 use crate::fitted;
 use crate::motion;
-use crate::output::{self, Columns};
+use crate::output::{self, Motions};
 use crate::task::{Size, Task};
 
 pub(super) fn run(args: &RolloutArgs, mode: OutputMode) -> Result<u8> {
@@ -28,17 +28,20 @@ pub(super) fn run(args: &RolloutArgs, mode: OutputMode) -> Result<u8> {
         ));
     }
     let followed: Vec<PathBuf> = args.follow.iter().cloned().collect();
-    let mut inputs = args.data.inputs(&followed)?;
+    let recorded = &args.recorded;
+    let mut inputs = recorded.data.inputs(&followed)?;
     inputs.push(args.model.clone());
-    output.refuse_inputs_of_motions(&inputs)?;
-    output.refuse_unwritable()?;
+    output.check_motions(&inputs)?;
     let samples = args.motion.duration / args.motion.step;
     let size = Size::of_files(&inputs).with_samples(samples);
     let task = Task::start("rollout", mode.quiet, size)?;
     let fitted = fitted::fitted(&args.model)?;
     let (data, estimate) = match &args.follow {
-        Some(_) => fitted.complete(&args.data, &args.estimate)?,
-        None => (fitted.completed(&args.data)?, args.estimate.options()),
+        Some(_) => fitted.complete(recorded)?,
+        None => (
+            fitted.completed(&recorded.data)?,
+            recorded.estimate.options(),
+        ),
     };
     let layout = data.layout_of(args.follow.as_deref())?;
     let rollout = match &args.follow {
@@ -50,17 +53,8 @@ pub(super) fn run(args: &RolloutArgs, mode: OutputMode) -> Result<u8> {
     motion::note_early_end("the motion", rollout.outcome);
     let trajectories = std::slice::from_ref(&rollout.trajectory);
     motion::note_outside(&model, trajectories);
-    let columns = Columns {
-        coordinates: model.coordinates(),
-        layout: &layout,
-    };
-    match &output.out {
-        Some(path) => {
-            columns.write(path, output.existing(), trajectories)?;
-        }
-        None if mode.json => {}
-        None => columns.print(trajectories)?,
-    }
+    let motions = Motions::in_columns(trajectories, model.coordinates(), &layout);
+    output.write_motions(mode, &motions)?;
     if mode.json {
         output::print_json(&json!({
             "command": "rollout",

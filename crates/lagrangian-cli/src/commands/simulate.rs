@@ -12,25 +12,24 @@ use serde::Serialize;
 use serde_json::json;
 
 use super::OutputMode;
-use crate::cli::{SimulateArgs, Starts};
+use crate::cli::{SimulateArgs, Starts, SystemArgs};
 use crate::failure::{Context, SUCCESS, mistake};
 use crate::motion::note_early_end;
-use crate::output;
+use crate::output::{self, Motions};
 use crate::robot;
 use crate::task::{Size, Task};
 
 pub(super) fn run(args: &SimulateArgs, mode: OutputMode) -> Result<u8> {
-    if args.system.as_deref() == Some("list") {
+    if args.system.name.as_deref() == Some("list") {
         return list(mode);
     }
     args.motion.refuse_idle()?;
-    let robots: Vec<_> = args.urdf.iter().cloned().collect();
-    args.output.refuse_inputs_of_motions(&robots)?;
-    args.output.refuse_unwritable()?;
+    let robots: Vec<_> = args.system.urdf.iter().cloned().collect();
+    args.output.check_motions(&robots)?;
     let samples = f64::from(args.trajectories) * args.motion.duration / args.motion.step;
     let size = Size::of_files(&robots).with_samples(samples);
     let task = Task::start("simulate", mode.quiet, size)?;
-    let moved = system(args)?;
+    let moved = system(&args.system)?;
     let system = &*moved.model;
     let simulation = simulation(args)?;
     let hint = match args.motion.q0.is_empty() {
@@ -47,35 +46,20 @@ pub(super) fn run(args: &SimulateArgs, mode: OutputMode) -> Result<u8> {
         note_early_end(&format!("trajectory {k}"), rollout.outcome);
     }
     let trajectories = simulation.recorded(system, rollouts);
-    let (out, existing) = (&args.output.out, args.output.existing());
-    let layout = match out {
-        Some(path) => {
-            let declared = declared(args, &moved);
-            Some(output::write_declared(
-                path,
-                existing,
-                &trajectories,
-                &declared,
-            )?)
-        }
-        None if mode.json => None,
-        None => {
-            output::print_trajectories(&trajectories)?;
-            None
-        }
-    };
+    let motions = Motions::declared(&trajectories, declared(args, &moved));
+    let (out, layout) = (&args.output.out, args.output.write_motions(mode, &motions)?);
     if mode.json {
         output::print_json(&json!({
             "command": "simulate",
             "system": system.name(),
-            "parameters": parameters(args),
+            "parameters": parameters(&args.system),
             "coordinates": system.coordinates(),
             "seed": args.seed.unwrap_or(0),
-            "drive": args.drive,
-            "friction": args.friction,
+            "drive": args.recorded.drive,
+            "friction": args.recorded.friction,
             "motion": args.motion,
-            "momenta": args.momenta,
-            "noise": args.noise,
+            "momenta": args.recorded.momenta,
+            "noise": args.recorded.noise,
             "out": out,
             "layout": layout,
             "trajectories": summaries,
@@ -97,8 +81,8 @@ fn declared(args: &SimulateArgs, System { model, robot }: &System) -> Layout {
     let (urdf, joints) = described.unzip();
     let made_by = Simulated {
         name: model.name().into(),
-        friction: args.friction,
-        parameters: args.parameters.iter().cloned().collect(),
+        friction: args.recorded.friction,
+        parameters: args.system.parameters.iter().cloned().collect(),
         urdf,
         joints: joints.unwrap_or_default(),
     };
@@ -110,14 +94,14 @@ fn declared(args: &SimulateArgs, System { model, robot }: &System) -> Layout {
 
 /// The simulation of the flags.
 fn simulation(args: &SimulateArgs) -> Result<Simulation> {
-    let given = !args.motion.q0.is_empty();
+    let (given, own) = (!args.motion.q0.is_empty(), &args.recorded);
     if given && args.trajectories > 1 {
         return Err(mistake(
             "--q0 gives one initial state, --trajectories several",
             "omit one of the two: several trajectories begin at random states",
         ));
     }
-    if given && args.drive.is_none() && args.noise.is_none() && args.seed.is_some() {
+    if given && own.drive.is_none() && own.noise.is_none() && args.seed.is_some() {
         return Err(mistake(
             "--seed changes nothing: the initial state is given, and there is neither noise nor drive",
             "omit it, or omit --q0 and --qd0 for a random start",
@@ -129,10 +113,10 @@ fn simulation(args: &SimulateArgs) -> Result<Simulation> {
         trajectories: args.trajectories as usize,
         duration: args.motion.duration,
         step: args.motion.step,
-        drive: args.drive.unwrap_or(0.0),
-        friction: args.friction,
-        momenta: args.momenta,
-        noise: args.noise,
+        drive: own.drive.unwrap_or(0.0),
+        friction: own.friction,
+        momenta: own.momenta,
+        noise: own.noise,
         seed: args.seed.unwrap_or(0),
     })
 }
@@ -157,7 +141,7 @@ struct System {
     robot: Option<RobotConfig>,
 }
 
-fn system(args: &SimulateArgs) -> Result<System> {
+fn system(args: &SystemArgs) -> Result<System> {
     if let Some(path) = &args.urdf {
         let robot = robot::read(path, &args.joints)?;
         let bodies = RigidBodies::with_joints(&robot.urdf, &robot.joints).context(
@@ -170,7 +154,7 @@ fn system(args: &SimulateArgs) -> Result<System> {
         });
     }
     let given = args.parameters.iter().map(|(name, x)| (name.as_str(), *x));
-    let name = args.system.as_deref().unwrap_or_default();
+    let name = args.name.as_deref().unwrap_or_default();
     let model = by_name(name, &given.collect::<Vec<_>>()).context(
         "cannot simulate",
         "`lagrangian simulate list` names the systems and their parameters",
@@ -179,9 +163,9 @@ fn system(args: &SimulateArgs) -> Result<System> {
 }
 
 /// The values of all parameters, also of those with default values.
-fn parameters(args: &SimulateArgs) -> serde_json::Map<String, serde_json::Value> {
+fn parameters(args: &SystemArgs) -> serde_json::Map<String, serde_json::Value> {
     let mut known = systems().iter();
-    let own = known.find(|entry| Some(entry.name) == args.system.as_deref());
+    let own = known.find(|entry| Some(entry.name) == args.name.as_deref());
     let table = own.map_or(&[][..], |entry| entry.parameters);
     let defaults = table.iter().map(|p| (p.name.to_string(), json!(p.value)));
     let given = args.parameters.iter();

@@ -396,7 +396,7 @@ fn a_negative_number_is_a_value_that_the_flag_refuses() {
     for (flag, must) in [
         ("fit swing.csv --seconds -1", "above 0"),
         ("fit swing.csv --steps -1", "1 or above"),
-        ("fit swing.csv --seed -1", "from 0"),
+        ("fit swing.csv --seed -1", "0 or above"),
         ("fit swing.csv --learning-rate -0.1", "above 0"),
         ("fit swing.csv --low-pass -1", "0 or above"),
         ("check swing.csv --every -2", "-2 is not in"),

@@ -56,7 +56,7 @@ fn runs_are_set_side_by_side_on_what_both_held_back() {
     assert_eq!(written["verdict"], found["verdict"]);
     let text = bench.succeed("compare narrow wide").stdout;
     assert!(
-        text.contains("settings that differ") && text.contains("verdict"),
+        text.contains("Settings that differ") && text.contains("can be compared"),
         "{text}"
     );
 }

@@ -136,7 +136,7 @@ fn each_number_of_a_score_has_a_verdict() {
     assert_eq!(score["judgements"]["motions"].as_array().unwrap().len(), 2);
     let text = bench.run("score run/model.safetensors other.csv").stdout;
     assert!(
-        text.contains("(poor: no better than the mean of the signal"),
+        text.contains("poor: no better than the mean of the signal"),
         "{text}"
     );
 }

@@ -116,7 +116,7 @@ impl Shape {
 
 impl Animation {
     /// The earliest and the latest time of any panel, s; `None` without frames.
-    fn ends(&self) -> Option<(f64, f64)> {
+    pub(crate) fn ends(&self) -> Option<(f64, f64)> {
         let times = self.panels.iter().flat_map(|panel| &panel.t);
         let finite = times.copied().filter(|t| t.is_finite());
         finite.fold(None, |ends, t| match ends {

@@ -1,6 +1,6 @@
 //! Figure of a signal with the band in which it is expected.
 
-use super::coordinate::span;
+use super::coordinate::{near, span};
 use super::{Axis, Figure, Kind, Role, Series};
 
 /// Largest number of samples of a motion that are drawn: beyond, bands overlap.
@@ -24,7 +24,7 @@ pub struct Banded {
 impl Banded {
     /// The figure of this signal, with the given axis. A band that grows without bound does not flatten the signal.
     #[must_use]
-    pub fn figure(mut self, id: &str, title: String, axis: Axis) -> Figure {
+    pub fn figure(mut self, id: &str, title: String, caption: String, axis: Axis) -> Figure {
         for signal in [
             &mut self.t,
             &mut self.measured,
@@ -34,7 +34,8 @@ impl Banded {
         ] {
             signal.truncate(DRAWN);
         }
-        let range = self.range();
+        let lines = span(self.measured.iter().chain(&self.mean));
+        let range = near(lines, span(self.low.iter().chain(&self.high)));
         let times = || self.t.clone();
         let measured = Series::line("measured", Role::Truth, times(), self.measured.clone());
         let band = Series {
@@ -43,29 +44,16 @@ impl Banded {
             y_high: self.high,
             ..Series::line("predicted", Role::Lnn, times(), self.mean)
         };
+        let mut series = vec![measured, band];
+        series.retain(|one| !one.y.is_empty());
         Figure {
             id: id.into(),
             title,
-            caption: String::new(),
+            caption,
             x: Axis::linear("time", "s"),
             y: Axis { range, ..axis },
-            series: [measured, band]
-                .into_iter()
-                .filter(|s| !s.y.is_empty())
-                .collect(),
+            series,
         }
-    }
-
-    /// Range of the axis: at most twice the span of the lines, however wide the band.
-    fn range(&self) -> Option<(f64, f64)> {
-        let (low, high) = span(self.measured.iter().chain(&self.mean));
-        let all = span(self.low.iter().chain(&self.high));
-        let (near, margin) = (0.5 * (high - low), 0.06 * (high - low));
-        let range = (
-            all.0.min(low).max(low - near) - margin,
-            all.1.max(high).min(high + near) + margin,
-        );
-        (high > low).then_some(range)
     }
 }
 
@@ -83,7 +71,12 @@ mod tests {
             high: of(0.1 + width),
             t: t.clone(),
         };
-        own.figure("band", "a band".into(), Axis::linear("force", "N"))
+        own.figure(
+            "band",
+            "a band".into(),
+            String::new(),
+            Axis::linear("force", "N"),
+        )
     }
 
     #[test]

@@ -41,10 +41,20 @@ pub(super) fn column(values: &[f64], i: usize, n: usize) -> Vec<f64> {
 }
 
 /// The lowest and the highest finite value; an empty range without any.
-pub(super) fn span<'a>(values: impl Iterator<Item = &'a f64>) -> (f64, f64) {
+pub(crate) fn span<'a>(values: impl Iterator<Item = &'a f64>) -> (f64, f64) {
     let finite = values.filter(|value| value.is_finite());
     let start = (f64::INFINITY, f64::NEG_INFINITY);
     finite.fold(start, |(low, high), value| {
         (low.min(*value), high.max(*value))
     })
+}
+
+/// The ends of an axis: those of `all` values, at most half of the width of the `known` ones beyond these, with a margin; `None` where
+/// these have no width. So nothing that diverges flattens what is known.
+pub(super) fn near(known: (f64, f64), all: (f64, f64)) -> Option<(f64, f64)> {
+    let (low, high) = known;
+    let (reach, margin) = (0.5 * (high - low), 0.06 * (high - low));
+    let least = all.0.min(low).max(low - reach);
+    let most = all.1.max(high).min(high + reach);
+    (high > low).then_some((least - margin, most + margin))
 }

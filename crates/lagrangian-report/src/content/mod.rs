@@ -5,7 +5,7 @@ mod action;
 mod animation;
 mod bands;
 mod conserved;
-mod coordinate;
+pub(crate) mod coordinate;
 mod curves;
 mod decimate;
 mod figure;
@@ -36,7 +36,7 @@ pub use parity::parity;
 pub use sweep::{Along, Sweep};
 pub use terms::{Piece, TERMS, Term, pieces};
 pub use torque::torque_parts;
-pub use tracking::{Follower, followed_motion, tracking_error};
+pub use tracking::{followed_motion, tracking_error};
 pub use view::View;
 
 /// The report of a run, with its parts in the order of the page.

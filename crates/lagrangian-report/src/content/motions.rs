@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use lagrangian::{Coordinates, Trajectory};
 
-use super::coordinate::{axis, column, label, span};
+use super::coordinate::{axis, column, label, near, span};
 use super::{Axis, Figure, Role, Series};
 
 /// A trajectory with a name and a role.
@@ -157,15 +157,8 @@ fn extent(window: Option<f64>) -> String {
 /// The range of all series, limited to the vicinity of the true one; `None` if no truth spans a range.
 fn range_of_truth(series: &[Series]) -> Option<(f64, f64)> {
     let truth = series.iter().filter(|one| one.role == Role::Truth);
-    let (low, high) = span(truth.flat_map(|one| &one.y));
-    let all = span(series.iter().flat_map(|one| &one.y));
-    let near = 0.5 * (high - low);
-    let margin = 0.06 * (high - low);
-    let range = (
-        all.0.max(low - near) - margin,
-        all.1.min(high + near) + margin,
-    );
-    (high > low).then_some(range)
+    let known = span(truth.flat_map(|one| &one.y));
+    near(known, span(series.iter().flat_map(|one| &one.y)))
 }
 
 /// Whether all motions stay within less than half of the circle: small swings would be invisible on all of it.

@@ -34,46 +34,24 @@ pub struct Sweep {
 impl Sweep {
     /// The figure; the range outside of the data is shaded, and does not flatten the curves within.
     #[must_use]
-    pub fn figure(&self, id: &str, title: String, axes: [Axis; 2]) -> Figure {
+    pub fn figure(&self, id: &str, title: String, caption: String, [x, y]: [Axis; 2]) -> Figure {
         let (low, high) = self.range();
-        let mut series = Vec::new();
-        let mut told = [false; 3];
-        let mut once = |k: usize, name: &str| match std::mem::replace(&mut told[k], true) {
-            true => String::new(),
-            false => name.to_string(),
-        };
-        // The shade reaches beyond the ends of the axis, which are moved outwards to ticks.
-        let beyond = high - low;
-        for (from, to) in self.outside() {
-            series.push(Series {
-                kind: Kind::Band,
-                y_low: vec![low - beyond; 2],
-                y_high: vec![high + beyond; 2],
-                ..Series::line(
-                    &once(0, "outside of the data"),
-                    Role::Truth,
-                    vec![from, to],
-                    vec![f64::NAN; 2],
-                )
-            });
-        }
+        let mut series = self.shades(low, high);
+        let line =
+            |name: &str, role, y: &[f64]| Series::line(name, role, self.at.clone(), y.to_vec());
         for (k, own) in (0_u8..).zip(&self.quantities) {
-            if !own.truth.is_empty() {
-                let name = once(1, "true");
-                series.push(Series::line(
-                    &name,
-                    Role::Truth,
-                    self.at.clone(),
-                    own.truth.clone(),
-                ));
-            }
+            // Each kind of line is named once in the legend.
+            let once = |name: &'static str| if k == 0 { name } else { "" };
             let role = match self.quantities.len() {
                 1 => Role::Lnn,
                 _ => Role::Other(k),
             };
+            if !own.truth.is_empty() {
+                series.push(line(once("true"), Role::Truth, &own.truth));
+            }
             if !own.members.is_empty() {
-                let name = once(2, "members of the ensemble");
-                let band = Series::range(&name, role, self.at.clone(), &own.members);
+                let name = once("members of the ensemble");
+                let band = Series::range(name, role, self.at.clone(), &own.members);
                 series.push(Series {
                     y: vec![f64::NAN; self.at.len()],
                     ..band
@@ -84,29 +62,30 @@ impl Sweep {
             } else {
                 &own.name
             };
-            series.push(Series::line(
-                name,
-                role,
-                self.at.clone(),
-                own.learned.clone(),
-            ));
+            series.push(line(name, role, &own.learned));
         }
-        let [x, y] = axes;
-        let ends = (self.at.first().copied(), self.at.last().copied());
+        let ends = self.at.first().copied().zip(self.at.last().copied());
         Figure {
             id: id.into(),
             title,
-            x: Axis {
-                range: ends.0.zip(ends.1),
-                ..x
-            },
-            y: Axis {
-                range: Some((low, high)),
-                ..y
-            },
+            caption,
+            x: Axis { range: ends, ..x },
+            y: y.between(low, high),
             series,
-            ..Figure::default()
         }
+    }
+
+    /// The shades of the parts of the axis that the data do not cover; they reach beyond its ends, which are moved outwards to ticks.
+    fn shades(&self, low: f64, high: f64) -> Vec<Series> {
+        let beyond = high - low;
+        let names = ["outside of the data", ""].into_iter();
+        let shade = |((from, to), name)| Series {
+            kind: Kind::Band,
+            y_low: vec![low - beyond; 2],
+            y_high: vec![high + beyond; 2],
+            ..Series::line(name, Role::Truth, vec![from, to], vec![f64::NAN; 2])
+        };
+        self.outside().into_iter().zip(names).map(shade).collect()
     }
 
     /// The parts of the axis that the data do not cover.
@@ -165,6 +144,7 @@ mod tests {
         all.figure(
             "v",
             "V".into(),
+            String::new(),
             [Axis::linear("q", "rad"), Axis::linear("V", "J")],
         )
     }

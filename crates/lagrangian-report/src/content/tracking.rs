@@ -3,20 +3,7 @@
 use lagrangian::{Coordinates, Trajectory};
 
 use super::coordinate::{column, label};
-use super::{Axis, Figure, Role, Series};
-
-/// A motion that followed a reference, with its style.
-#[derive(Debug, Clone, Copy)]
-pub struct Follower<'a> {
-    /// Its name in the legend.
-    pub name: &'a str,
-    /// Its colour.
-    pub role: Role,
-    /// The motion.
-    pub motion: &'a Trajectory,
-    /// Reference minus motion at the samples of the motion, `[samples, n]`.
-    pub error: &'a [f64],
-}
+use super::{Axis, Figure, Motion, Role, Series};
 
 fn line(name: &str, role: Role, motion: &Trajectory, i: usize) -> Series {
     let q = column(&motion.q, i, motion.dof());
@@ -29,12 +16,12 @@ pub fn followed_motion(
     coordinates: &Coordinates,
     i: usize,
     reference: &Trajectory,
-    followers: &[Follower],
+    followers: &[Motion],
 ) -> Figure {
     let (name, unit) = label(coordinates, i);
     let mut series = vec![line("reference", Role::Reference, reference, i)];
     let motions = followers.iter();
-    series.extend(motions.map(|f| line(f.name, f.role, f.motion, i)));
+    series.extend(motions.map(|own| line(own.name, own.role, own.trajectory, i)));
     Figure {
         id: format!("motion-{}", i + 1),
         title: format!("Motion of {name}"),
@@ -45,20 +32,24 @@ pub fn followed_motion(
     }
 }
 
-/// Tracking errors of coordinate `i` over time, in thousandths of its unit.
+/// Tracking errors of coordinate `i` over time, in thousandths of its unit: reference minus motion at the samples of each motion,
+/// `[samples, n]`.
 #[must_use]
-pub fn tracking_error(coordinates: &Coordinates, i: usize, followers: &[Follower]) -> Figure {
+pub fn tracking_error(
+    coordinates: &Coordinates,
+    i: usize,
+    followers: &[(Motion, &[f64])],
+) -> Figure {
     let (name, unit) = label(coordinates, i);
     // In thousandths of the unit, if it is known.
     let (size, unit) = match unit.is_empty() {
         true => (1.0, String::new()),
         false => (1e3, format!("m{unit}")),
     };
-    let error = |f: &Follower| {
-        let t = f.motion.t.clone();
-        let error = column(f.error, i, coordinates.dof());
-        let error = error.iter().map(|e| size * e).collect();
-        Series::line(f.name, f.role, t, error)
+    let error = |(motion, error): &(Motion, &[f64])| {
+        let error = column(error, i, coordinates.dof()).into_iter();
+        let error = error.map(|e| size * e).collect();
+        Series::line(motion.name, motion.role, motion.trajectory.t.clone(), error)
     };
     Figure {
         id: format!("error-{}", i + 1),

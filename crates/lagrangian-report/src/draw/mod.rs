@@ -1,5 +1,13 @@
 //! Draws a report: pages whose plots a script draws, and pictures of figures and motions as files.
 
+/// Appends formatted text to a string.
+macro_rules! put {
+    ($text:expr, $($part:tt)*) => {
+        // OK because writing to a string cannot fail.
+        std::fmt::Write::write_fmt($text, format_args!($($part)*)).unwrap_or_default()
+    };
+}
+
 mod page;
 #[cfg(feature = "pictures")]
 mod pictures;
@@ -68,11 +76,6 @@ fn escaped(text: &str) -> String {
         }
     }
     safe
-}
-
-/// Appends to a text.
-fn add(text: &mut String, more: std::fmt::Arguments) {
-    std::fmt::Write::write_fmt(text, more).ok(); // OK because writing to a string cannot fail
 }
 
 #[cfg(all(test, feature = "pictures"))]

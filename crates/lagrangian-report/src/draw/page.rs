@@ -13,8 +13,8 @@ use plots::Plots;
 use lagrangian::score::Grade;
 
 use super::theme::Ink;
-use super::{add, escaped, theme};
-use crate::{Headline, Report};
+use super::{escaped, theme};
+use crate::{Figure, Headline, Report};
 use terms::explained;
 
 const STYLE: &str = include_str!("page/style.css");
@@ -43,9 +43,10 @@ const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 
 #[must_use]
 pub fn html(report: &Report) -> String {
     let mut body = String::new();
-    let mut plots = Plots::for_figures(&report.figures);
+    let energies: Vec<Option<Figure>> = report.animations.iter().map(player::energy).collect();
+    let mut plots = Plots::for_figures(report.figures.iter().chain(energies.iter().flatten()));
     head(&mut body, report);
-    let sections = sections(report, &mut plots);
+    let sections = sections(report, &energies, &mut plots);
     contents(&mut body, &sections);
     sections.iter().for_each(|one| one.write(&mut body));
     terms::meanings(&mut body);
@@ -70,19 +71,17 @@ pub fn html(report: &Report) -> String {
 fn scripts(report: &Report, plots: &Plots) -> String {
     let mut scripts = String::new();
     if !report.animations.is_empty() {
-        add(&mut scripts, format_args!("<script>{PLAYER}</script>\n"));
+        put!(&mut scripts, "<script>{PLAYER}</script>\n");
     }
     if let Some(data) = plots.json() {
         // One script has all parts: what they import from each other is in it.
         let lines = PLOT.iter().flat_map(|part| part.lines());
         let own: Vec<&str> = lines.filter(|line| !line.starts_with("import ")).collect();
         let own = own.join("\n");
-        add(
+        put!(
             &mut scripts,
-            format_args!(
-                "<script type=\"application/json\" id=\"plots\">{data}</script>\n<script>{LIBRARY}</script>\n\
+            "<script type=\"application/json\" id=\"plots\">{data}</script>\n<script>{LIBRARY}</script>\n\
                  <script type=\"module\">\n{own}\n</script>\n"
-            ),
         );
     }
     scripts
@@ -101,10 +100,12 @@ const MOST_SHOWN: usize = 20;
 const MOST_SETTINGS: usize = 12;
 
 /// The parts of the page that are not empty, in their order.
-fn sections(report: &Report, plots: &mut Plots) -> Vec<Section> {
+fn sections(report: &Report, energies: &[Option<Figure>], plots: &mut Plots) -> Vec<Section> {
     let mut all = Vec::new();
     all.extend(section("In motion", &report.animations, |body, all| {
-        all.iter().for_each(|one| player::player(body, one));
+        for (one, energy) in all.iter().zip(energies) {
+            player::player(body, one, energy.as_slice(), plots);
+        }
     }));
     let (mut rest, first) = (&report.figures[..], all.len());
     let headings = report
@@ -154,11 +155,9 @@ impl Section {
     fn write(&self, body: &mut String) {
         let (id, heading, own) = (escaped(&self.id()), escaped(&self.heading), &self.body);
         let open = if self.is_open { " open" } else { "" };
-        add(
+        put!(
             body,
-            format_args!(
-                "<details class=\"section\" id=\"{id}\"{open}><summary><h2>{heading}</h2></summary>\n{own}</details>\n"
-            ),
+            "<details class=\"section\" id=\"{id}\"{open}><summary><h2>{heading}</h2></summary>\n{own}</details>\n"
         );
     }
 }
@@ -176,28 +175,26 @@ fn contents(body: &mut String, sections: &[Section]) {
         )
     };
     let links: String = sections.iter().map(link).collect();
-    add(
+    put!(
         body,
-        format_args!("<nav class=\"contents\" aria-label=\"Contents\"><ul>{links}</ul></nav>\n"),
+        "<nav class=\"contents\" aria-label=\"Contents\"><ul>{links}</ul></nav>\n"
     );
 }
 
 fn head(body: &mut String, report: &Report) {
-    add(
+    put!(
         body,
-        format_args!(
-            "<header><h1>{}</h1>\
+        "<header><h1>{}</h1>\
              <button class=\"theme\" type=\"button\" aria-label=\"Switch between light and dark\">\
              <svg viewBox=\"0 0 24 24\" aria-hidden=\"true\">\
              <path d=\"M12 2a10 10 0 1 0 0 20 10 10 0 0 0 0-20zm0 2.2v15.6a7.8 7.8 0 0 1 0-15.6z\"/></svg></button>\
              <p class=\"subtitle\">{}</p></header>\n",
-            escaped(&report.title),
-            escaped(&report.subtitle),
-        ),
+        escaped(&report.title),
+        escaped(&report.subtitle),
     );
     if !report.answer.is_empty() {
         let answer = explained(&report.answer);
-        add(body, format_args!("<p class=\"answer\">{answer}</p>\n"));
+        put!(body, "<p class=\"answer\">{answer}</p>\n");
     }
     if !report.headlines.is_empty() {
         body.push_str("<ul class=\"cards\">\n");
@@ -209,7 +206,7 @@ fn head(body: &mut String, report: &Report) {
         report
             .summary
             .iter()
-            .for_each(|sentence| add(body, format_args!("<p>{}</p>\n", explained(sentence))));
+            .for_each(|sentence| put!(body, "<p>{}</p>\n", explained(sentence)));
         body.push_str("</div>\n");
     }
 }
@@ -228,16 +225,14 @@ fn card(body: &mut String, headline: &Headline) {
     let chip = chip.map_or(String::new(), |own| {
         format!("<span class=\"judgement\">{}</span>", tables::chip(own))
     });
-    add(
+    put!(
         body,
-        format_args!(
-            "<li class=\"{class}\"><span class=\"label\">{dot}{}</span>\
+        "<li class=\"{class}\"><span class=\"label\">{dot}{}</span>\
              <span class=\"value\">{}<span class=\"unit\">{}</span></span>{chip}<span class=\"note\">{}</span></li>\n",
-            explained(&headline.label),
-            escaped(&headline.value),
-            escaped(&headline.unit),
-            explained(&headline.note),
-        ),
+        explained(&headline.label),
+        escaped(&headline.value),
+        escaped(&headline.unit),
+        explained(&headline.note),
     );
 }
 

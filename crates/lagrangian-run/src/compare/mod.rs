@@ -10,15 +10,16 @@ use std::path::{Path, PathBuf};
 
 use lagrangian::saved::Preparation;
 use lagrangian::trajectory::Coordinate;
-use lagrangian::{Learned, Model, Provenance, RolloutOptions, SavedModel, Trajectory};
+use lagrangian::{Learned, Model, Provenance, RolloutOptions, Trajectory};
 use lagrangian_report::Report;
 use serde::Serialize;
 
-use crate::error::{Context, Error, Result};
+use crate::error::{Error, Result};
 use crate::folder::{MODEL, RUN, RunFolder, model_file};
-use crate::input::{self, is_same};
+use crate::input::is_same;
 use crate::metrics::Metric;
 use crate::record::RunRecord;
+use crate::source::read_model;
 
 pub use difference::{DataOverlap, DataUse, Setting};
 pub use measured::{Lead, Measure, Row};
@@ -62,10 +63,8 @@ impl LoadedRun {
                 "continue its fit with `resume`; of a demo give the models that lie in it",
             ));
         }
-        let shown = format!("cannot read the model '{}'", file.display());
         let hint = "give folders of runs, or the model.safetensors of one";
-        let saved = SavedModel::read(input::open(&file).context(&shown, hint)?);
-        let saved = saved.context(&shown, hint)?;
+        let saved = read_model(&file, hint)?;
         let (record, metrics) = match &folder {
             Some(folder) => (Some(folder.record()?), folder.read_metrics()?),
             None => (None, Vec::new()),
@@ -77,8 +76,8 @@ impl LoadedRun {
         Ok(Self {
             path: path.into(),
             name: named.map_or_else(|| path.display().to_string(), String::from),
-            model: Learned::load(&saved).context(shown, hint)?,
-            provenance: saved.header.provenance,
+            model: saved.model,
+            provenance: saved.provenance,
             record,
             metrics,
         })

@@ -8,13 +8,19 @@ use super::{Comparison, Difference, Finding, Measure, Row, RunSummary};
 use crate::hashing_reader::brief_hash;
 
 impl Measure {
+    /// The words of a measure, and the signal where errors are parts of its variance.
+    fn words(self) -> (&'static str, Option<&'static str>) {
+        match self {
+            Self::Torque => ("error of torques", Some("torque")),
+            Self::Acceleration => ("error of accelerations", Some("acceleration")),
+            Self::Position => ("mean error of the position", None),
+            Self::Followed => ("time for which motions are followed", None),
+        }
+    }
+
     /// The signal, where errors are parts of its variance.
     pub(super) fn of_variance(self) -> Option<&'static str> {
-        match self {
-            Self::Torque => Some("torque"),
-            Self::Acceleration => Some("acceleration"),
-            Self::Position | Self::Followed => None,
-        }
+        self.words().1
     }
 }
 
@@ -22,12 +28,7 @@ impl Row {
     /// The measured quantity in words.
     #[must_use]
     pub fn label(&self) -> String {
-        let of = match self.signal {
-            Measure::Torque => "error of torques",
-            Measure::Acceleration => "error of accelerations",
-            Measure::Position => "mean error of the position",
-            Measure::Followed => "time for which motions are followed",
-        };
+        let (of, _) = self.signal.words();
         match &self.coordinate {
             Some(name) => format!("{of}, {name}"),
             None => of.into(),

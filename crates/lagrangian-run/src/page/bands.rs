@@ -3,14 +3,14 @@
 
 use lagrangian::ensemble::{Coverage, Covered, Ensemble, Prediction};
 use lagrangian::score::{SignalError, predict, score_samples};
-use lagrangian::trajectory::{Coordinate, Signal};
-use lagrangian::{Learned, Model, Rollout, RolloutOptions, Trajectory};
+use lagrangian::trajectory::Coordinate;
+use lagrangian::{Coordinates, Learned, Model, Rollout, RolloutOptions, Trajectory};
 use lagrangian_report::draw::short;
-use lagrangian_report::{Axis, Banded, Figure, Headline, Table};
+use lagrangian_report::{Axis, Banded, Figure, Headline, Table, force_unit};
 
 use super::Evaluation;
+use crate::ensemble::SavedEnsemble;
 use crate::error::Result;
-use lagrangian_report::force_unit;
 
 /// The level of the bands that are drawn.
 const LEVEL: f64 = 0.8;
@@ -26,12 +26,12 @@ pub(super) struct Shown {
 impl Shown {
     /// The parts for an ensemble on the motions of the evaluation, the first of which each member predicts.
     pub(super) fn new(
-        ensemble: &Ensemble,
+        saved: &SavedEnsemble,
         evaluation: &Evaluation,
         options: &RolloutOptions,
     ) -> Result<Self> {
-        let motions = &evaluation.motions;
-        let covered = ensemble.coverage(motions);
+        let (ensemble, motions) = (&saved.ensemble, &evaluation.motions);
+        let covered = saved.coverage();
         let predicted = match motions.first() {
             Some(first) if ensemble.members()[0].moves() => {
                 let follow = |member: &Learned| predict(member, first, options);
@@ -42,73 +42,71 @@ impl Shown {
         };
         let figures = motions.first().into_iter();
         let figures = figures.flat_map(|first| figures_of(ensemble, first, &predicted));
+        let coordinates = ensemble.members()[0].coordinates();
+        let table = covered.iter().map(|own| coverage_table(own, coordinates));
         Ok(Self {
-            headline: headline(&covered, evaluation.held_out),
+            headline: covered
+                .as_ref()
+                .and_then(|own| headline(own, evaluation.held_out)),
             figures: figures.collect(),
-            tables: vec![coverage(&covered, ensemble), members(ensemble, motions)?],
+            tables: table.chain([members(ensemble, motions)?]).collect(),
         })
     }
 }
 
 /// The signals that may lie in bands, by their names.
-fn signals(coverage: &Coverage) -> [(&'static str, Option<&Covered>); 3] {
-    [
-        ("torque", coverage.torque.as_ref()),
-        ("acceleration", coverage.acceleration.as_ref()),
-        ("position within 1 s", coverage.position.as_ref()),
-    ]
+fn signals(coverage: &Coverage) -> impl Iterator<Item = (&'static str, &Covered)> {
+    let all = [
+        ("torque", &coverage.torque),
+        ("acceleration", &coverage.acceleration),
+        ("position within 1 s", &coverage.position),
+    ];
+    all.into_iter()
+        .filter_map(|(name, covered)| Some((name, covered.as_ref()?)))
 }
 
 fn headline(coverage: &Coverage, held_out: bool) -> Option<Headline> {
     let place = Coverage::LEVELS.iter().position(|level| *level >= LEVEL)?;
-    let (name, covered) = signals(coverage)
-        .into_iter()
-        .find_map(|(name, covered)| Some((name, covered?)))?;
+    let (name, covered) = signals(coverage).next()?;
     let of = match held_out {
         true => "held back from training",
         false => "of the training itself",
     };
-    let (value, note) = (
-        short(100.0 * covered.all[place]),
-        format!("of the {name} samples, {of}"),
-    );
+    let note = format!("of the {name} samples, {of}");
+    let value = short(100.0 * covered.all[place]);
     Some(Headline::new("In the band of 80 %", value, "%", note))
 }
 
-fn coverage(coverage: &Coverage, ensemble: &Ensemble) -> Table {
-    let names = ensemble.members()[0].coordinates().0.iter();
-    let names: Vec<&String> = names.map(|coordinate| &coordinate.name).collect();
-    let row = |signal: &str, name: &str, parts: Vec<f64>, samples: usize| {
-        let parts = parts
-            .into_iter()
-            .map(|part| format!("{} %", short(100.0 * part)));
-        let named = [signal.to_string(), name.to_string()].into_iter();
-        named
-            .chain(parts)
-            .chain([samples.to_string()])
-            .collect::<Vec<_>>()
-    };
-    let rows = |(signal, covered): (&str, Option<&Covered>)| {
-        let Some(covered) = covered else {
-            return Vec::new();
+/// The part of the samples of each signal and coordinate that lies in the bands of an ensemble.
+#[must_use]
+pub fn coverage_table(coverage: &Coverage, coordinates: &Coordinates) -> Table {
+    let mut rows = Vec::new();
+    for (signal, covered) in signals(coverage) {
+        let mut add = |name: &str, part: &dyn Fn(usize) -> f64| {
+            let parts = (0..Coverage::LEVELS.len()).map(part);
+            let parts = parts.map(|part| format!("{} %", short(100.0 * part)));
+            let named = [signal.to_string(), name.to_string()].into_iter();
+            let row = named.chain(parts).chain([covered.samples.to_string()]);
+            rows.push(row.collect());
         };
-        let of = |i: usize| covered.each.iter().map(|parts| parts[i]).collect();
-        let all = row(signal, "all", covered.all.clone(), covered.samples);
-        let each = names.iter().enumerate();
-        let each = each.map(|(i, name)| row(signal, name, of(i), covered.samples));
-        let several = names.len() > 1;
-        each.chain(several.then_some(all)).collect()
-    };
+        for (i, coordinate) in coordinates.0.iter().enumerate() {
+            add(&coordinate.name, &|level| covered.each[level][i]);
+        }
+        if coordinates.dof() > 1 {
+            add("all", &|level| covered.all[level]);
+        }
+    }
     let levels = Coverage::LEVELS.map(|level| format!("in {:.0} %", 100.0 * level));
+    let levels = levels.iter().map(String::as_str);
     let header: Vec<&str> = ["signal", "coordinate"]
         .into_iter()
-        .chain(levels.iter().map(String::as_str))
+        .chain(levels)
         .chain(["samples"])
         .collect();
     Table::new(
         "Samples in the bands of the ensemble: a band of 80 % is right where it holds 80 % of them.",
         &header,
-        signals(coverage).into_iter().flat_map(rows).collect(),
+        rows,
     )
 }
 
@@ -119,42 +117,57 @@ fn members(ensemble: &Ensemble, motions: &[Trajectory]) -> Result<Table> {
             format!("{} %", short(100.0 * error.nmse_mean))
         })
     };
-    let mut rows = Vec::new();
-    if let Some(samples) = joined(motions) {
-        for (k, member) in ensemble.members().iter().enumerate() {
-            let score = score_samples(member, &samples)?;
-            let (acceleration, torque) = (percent(score.acceleration), percent(score.torque));
-            rows.push(vec![(k + 1).to_string(), acceleration, torque]);
-        }
-    }
+    let row = |(k, member): (usize, &Learned)| {
+        let score = score_samples(member, motions)?;
+        let errors = [score.acceleration, score.torque].map(percent);
+        Ok([k.to_string()].into_iter().chain(errors).collect())
+    };
+    let rows = (1..).zip(ensemble.members()).map(row);
     Ok(Table::new(
         "The members of the ensemble: the squared error of each over the variance of the signal, mean over the coordinates.",
         &["member", "error of accelerations", "error of torques"],
-        rows,
+        rows.collect::<Result<_>>()?,
     ))
 }
 
-/// The samples of all motions, with the signals that all of them have.
-fn joined(motions: &[Trajectory]) -> Option<Trajectory> {
-    let mut all = motions.first()?.clone();
-    for motion in &motions[1..] {
-        for signal in Signal::ALL {
-            let (own, other) = (all.signals.get_mut(signal), motion.signals.get(signal));
-            match own.is_empty() || other.is_empty() {
-                true => own.clear(),
-                false => own.extend_from_slice(other),
-            }
-        }
-        all.t.extend_from_slice(&motion.t);
-    }
-    // The samples have no order: their times only number them.
-    all.t = (0..all.t.len()).map(|k| k as f64).collect();
-    Some(all)
+/// A signal with a band along a motion.
+struct Banding<'a> {
+    /// The name, in identifiers.
+    name: &'static str,
+    /// The title for the name of a coordinate.
+    title: fn(&str) -> String,
+    axis: fn(&Coordinate) -> Axis,
+    note: &'static str,
+    predicted: Option<Prediction>,
+    measured: &'a [f64],
 }
 
 /// The bands of torques, accelerations and positions along a motion, for each coordinate.
 fn figures_of(ensemble: &Ensemble, motion: &Trajectory, predicted: &[Rollout]) -> Vec<Figure> {
-    let n = motion.dof();
+    let (n, signals) = (motion.dof(), bandings(ensemble, motion, predicted));
+    let members = ensemble.members();
+    let each = members[0].coordinates().0.iter().enumerate();
+    let pairs = each.flat_map(|own| signals.iter().map(move |signal| (own, signal)));
+    let figure = |((i, coordinate), signal): ((usize, &Coordinate), &Banding)| {
+        let banded = signal.banded(&motion.t, i, n)?;
+        let id = format!("band-{}-{}", signal.name, i + 1);
+        let title = (signal.title)(&coordinate.name);
+        let caption = format!(
+            "The mean of {} members, and the band that is to hold 80 % of the samples.{}",
+            members.len(),
+            signal.note
+        );
+        Some(banded.figure(&id, title, caption, (signal.axis)(coordinate)))
+    };
+    pairs.filter_map(figure).collect()
+}
+
+/// The signals with their predictions.
+fn bandings<'a>(
+    ensemble: &Ensemble,
+    motion: &'a Trajectory,
+    predicted: &[Rollout],
+) -> [Banding<'a>; 3] {
     let zeros = vec![0.0; motion.q.len()];
     let tau = match motion.tau.is_empty() {
         true => &zeros,
@@ -171,77 +184,54 @@ fn figures_of(ensemble: &Ensemble, motion: &Trajectory, predicted: &[Rollout]) -
         .iter()
         .map(|own| own.trajectory.q.as_slice())
         .collect();
-    let positions = ensemble
-        .positions(&each)
-        .ok()
-        .filter(|own| own.mean.len() > n);
-    let coordinates = &ensemble.members()[0].coordinates().0;
-    let signals = [
-        ("torque", &torques, &motion.tau),
-        ("acceleration", &accelerations, qdd),
-        ("position", &positions, q),
-    ];
-    let mut figures = Vec::new();
-    for (i, coordinate) in coordinates.iter().enumerate() {
-        let name = &coordinate.name;
-        for (signal, own, measured) in signals {
-            let title = match signal {
-                "torque" => format!("Force on {name}, in its band"),
-                "acceleration" => format!("Acceleration of {name}, in its band"),
-                _ => format!("{name} from the first state, in its band"),
-            };
-            let banded = own
-                .as_ref()
-                .and_then(|own| banded(own, &motion.t, measured, (i, n)));
-            let Some(banded) = banded else { continue };
-            let id = format!("band-{signal}-{}", i + 1);
-            let figure = banded.figure(&id, title, axis(signal, coordinate));
-            figures.push(Figure {
-                caption: caption(signal, ensemble.members().len()),
-                ..figure
-            });
-        }
+    let positions = ensemble.positions(&each).ok();
+    [
+        Banding {
+            name: "torque",
+            title: |name| format!("Force on {name}, in its band"),
+            axis: |own| Axis::linear("force", force_unit(&own.unit)),
+            note: "",
+            predicted: torques,
+            measured: &motion.tau,
+        },
+        Banding {
+            name: "acceleration",
+            title: |name| format!("Acceleration of {name}, in its band"),
+            axis: |own| {
+                let label = format!("acceleration of {}", own.name);
+                Axis::linear(&label, &Axis::acceleration(&own.unit))
+            },
+            note: "",
+            predicted: accelerations,
+            measured: qdd,
+        },
+        Banding {
+            name: "position",
+            title: |name| format!("{name} from the first state, in its band"),
+            axis: |own| Axis::linear(&own.name, &own.unit),
+            note: " Calibrated on motions of one second; where the members part, the band widens.",
+            predicted: positions.filter(|own| own.mean.len() > motion.dof()),
+            measured: q,
+        },
+    ]
+}
+
+impl Banding<'_> {
+    /// Coordinate `i` of `n` with its band, beside the measured one.
+    fn banded(&self, t: &[f64], i: usize, n: usize) -> Option<Banded> {
+        let own = self.predicted.as_ref()?;
+        let (low, high) = own.band(LEVEL).ok()?;
+        let rows = own.mean.len() / n;
+        let column = |values: &[f64]| -> Vec<f64> {
+            let all = values.iter().skip(i).step_by(n);
+            all.take(rows).copied().collect()
+        };
+        Some(Banded {
+            t: t[..rows].to_vec(),
+            measured: column(self.measured),
+            mean: column(&own.mean),
+            low: column(&low),
+            high: column(&high),
+        })
     }
-    figures
-}
-
-/// One coordinate of a prediction with its band, beside the measured one.
-fn banded(own: &Prediction, t: &[f64], measured: &[f64], (i, n): (usize, usize)) -> Option<Banded> {
-    let (low, high) = own.band(LEVEL).ok()?;
-    let column =
-        |values: &[f64]| -> Vec<f64> { values.iter().skip(i).step_by(n).copied().collect() };
-    let rows = own.mean.len() / n;
-    let mut truth = column(measured);
-    truth.truncate(rows);
-    Some(Banded {
-        t: t[..rows].to_vec(),
-        measured: truth,
-        mean: column(&own.mean),
-        low: column(&low),
-        high: column(&high),
-    })
-}
-
-fn axis(signal: &str, coordinate: &Coordinate) -> Axis {
-    let Coordinate { name, unit, .. } = coordinate;
-    match signal {
-        "torque" => Axis::linear("force", force_unit(&coordinate.unit)),
-        "acceleration" => Axis::linear(
-            &format!("acceleration of {name}"),
-            &Axis::acceleration(unit),
-        ),
-        _ => Axis::linear(name, unit),
-    }
-}
-
-fn caption(signal: &str, members: usize) -> String {
-    let more = match signal {
-        "position" => {
-            " Calibrated on motions of one second; where the members part, the band widens."
-        }
-        _ => "",
-    };
-    format!(
-        "The mean of {members} members, and the band that is to hold 80 % of the samples.{more}"
-    )
 }

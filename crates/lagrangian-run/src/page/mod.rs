@@ -9,9 +9,9 @@ mod tables;
 use std::path::Path;
 
 pub use animation::{Links, MOST_LINKS, as_chain};
+pub use bands::coverage_table;
 use figures::Followed;
 pub use figures::energies;
-use lagrangian::ensemble::Ensemble;
 use lagrangian::score::{
     Assessment, Grade, Judgement, Predictions, Reason, SignalError, predict_all, score_predictions,
 };
@@ -19,7 +19,9 @@ use lagrangian::text::counted;
 use lagrangian::{CheckReport, Learned, Model, Prepared, RolloutOptions, Score, Trajectory};
 use lagrangian_report::draw::short;
 use lagrangian_report::{Command, Figure, Headline, Report, Role};
+pub use tables::score_tables;
 
+use crate::ensemble::SavedEnsemble;
 use crate::error::Result;
 use crate::metrics::Metric;
 use crate::record::RunRecord;
@@ -46,7 +48,7 @@ pub struct Page<'a> {
     /// The model of the run.
     pub model: &'a Learned,
     /// The ensemble beside the model, where there is one.
-    pub ensemble: Option<&'a Ensemble>,
+    pub ensemble: Option<&'a SavedEnsemble>,
     /// Motions that the model is evaluated on, and the check of the data.
     pub evaluation: &'a Evaluation,
 }

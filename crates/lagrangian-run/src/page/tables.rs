@@ -2,9 +2,8 @@
 
 use lagrangian::check::Item;
 use lagrangian::mechanics::Outcome;
-use lagrangian::score::{Assessment, Forward, RolloutScore, SignalError};
-use lagrangian::trajectory::Coordinate;
-use lagrangian::{Model, Score, Trajectory, Verdict};
+use lagrangian::score::{Assessment, Forward, Judgement, RestartScore, RolloutScore, SignalError};
+use lagrangian::{Coordinates, Model, Score, Trajectory, Verdict};
 use lagrangian::{models::Parameter, score::CandidateResult, train::AutoSetting};
 use lagrangian_report::draw::short;
 use lagrangian_report::{Axis, Table};
@@ -19,13 +18,27 @@ const MOST_MOTIONS: usize = 20;
 
 /// Errors at single samples, times for which whole motions are followed, parameters, and warnings about the data.
 pub(super) fn of(page: &Page, score: &Score, assessment: &Assessment) -> Vec<Table> {
+    let (coordinates, motions) = (page.model.coordinates(), &page.evaluation.motions);
+    let mut tables = vec![tried(page)];
+    tables.extend(score_tables(coordinates, motions, score, assessment));
+    tables.extend([parameters(page), warnings(page)]);
+    tables
+}
+
+/// The tables of a score: errors at single samples, the forward dynamics of each joint, the motions, and predictions that restart.
+#[must_use]
+pub fn score_tables(
+    coordinates: &Coordinates,
+    trajectories: &[Trajectory],
+    score: &Score,
+    assessment: &Assessment,
+) -> Vec<Table> {
     vec![
-        tried(page),
-        errors(page, score, assessment),
+        errors(coordinates, score, assessment),
         forwards(assessment),
-        motions(page, score),
-        parameters(page),
-        warnings(page),
+        motions(trajectories, score),
+        positions(coordinates, trajectories, score),
+        restarts(coordinates, score),
     ]
 }
 
@@ -71,44 +84,86 @@ fn forwards(assessment: &Assessment) -> Table {
     )
 }
 
-fn errors(page: &Page, score: &Score, assessment: &Assessment) -> Table {
-    let of = |name, unit: fn(&str) -> String, error: &Option<SignalError>| {
-        let rows = error.iter().flat_map(|error| rows(page, name, unit, error));
-        rows.collect::<Vec<_>>()
+fn errors(coordinates: &Coordinates, score: &Score, assessment: &Assessment) -> Table {
+    let (mut rows, mut judgements) = (Vec::new(), Vec::new());
+    let mut add = |name: &str, error: &Option<SignalError>, unit: UnitOf, judged: JudgementOf| {
+        let each = error.iter().flat_map(|e| e.mse.iter().zip(&e.nmse));
+        for (i, (coordinate, (mse, nmse))) in coordinates.0.iter().zip(each).enumerate() {
+            let rms = format!("{} {}", short(mse.sqrt()), unit(&coordinate.unit));
+            let percent = format!("{} %", short(100.0 * nmse));
+            rows.push(vec![name.into(), coordinate.name.clone(), rms, percent]);
+            judgements.push(judged(score, i, assessment));
+        }
     };
-    let accelerations = of("acceleration", Axis::acceleration, &score.acceleration);
-    let torques = of("torque", |unit| force_unit(unit).into(), &score.torque);
-    let judgements = (0..accelerations.len()).map(|i| score.acceleration_judgement(i, assessment));
-    let judgements =
-        judgements.chain((0..torques.len()).map(|i| score.torque_judgement(i, assessment)));
-    let judgements = judgements.collect();
+    add(
+        "acceleration",
+        &score.acceleration,
+        Axis::acceleration,
+        Score::acceleration_judgement,
+    );
+    let force = |unit: &str| force_unit(unit).into();
+    add("torque", &score.torque, force, Score::torque_judgement);
+    let singular = match score.singular {
+        0 => String::new(),
+        states => format!(" The mass matrix is singular at {states} states."),
+    };
     Table::new(
-        "Errors at single samples: root mean square, and relative to the signal's variance (100 % is as good as its mean).",
+        format!("Errors at single samples: root mean square, and relative to the signal's variance (100 % is as good as its mean).{singular}"),
         &["signal", "coordinate", "RMS error", "of its variance"],
-        [accelerations, torques].concat(),
+        rows,
     )
     .with_judgements(judgements)
 }
 
-fn rows(
-    page: &Page,
-    name: &str,
-    unit: fn(&str) -> String,
-    error: &SignalError,
-) -> Vec<Vec<String>> {
-    let errors = error.mse.iter().zip(&error.nmse);
-    let row = |(coordinate, (mse, nmse)): (&Coordinate, (&f64, &f64))| {
-        let rms = format!("{} {}", short(mse.sqrt()), unit(&coordinate.unit));
-        let percent = format!("{} %", short(100.0 * nmse));
-        vec![name.into(), coordinate.name.clone(), rms, percent]
+/// The unit of a signal for the unit of a coordinate.
+type UnitOf = fn(&str) -> String;
+/// The verdict on a signal of a coordinate.
+type JudgementOf = fn(&Score, usize, &Assessment) -> Option<Judgement>;
+
+/// A row of values of the coordinates, with their units.
+fn with_units(coordinates: &Coordinates, values: &[f64]) -> impl Iterator<Item = String> {
+    let pairs = coordinates.0.iter().zip(values);
+    pairs.map(|(own, value)| format!("{} {}", short(*value), own.unit))
+}
+
+/// The header of a table with columns of the coordinates.
+fn header<'a>(first: &[&'a str], coordinates: &'a Coordinates) -> Vec<&'a str> {
+    let names = coordinates.0.iter().map(|own| own.name.as_str());
+    first.iter().copied().chain(names).collect()
+}
+
+/// Errors of motions that are simulated from goals.
+fn positions(coordinates: &Coordinates, trajectories: &[Trajectory], score: &Score) -> Table {
+    let pairs = trajectories.iter().zip(&score.rollouts);
+    let with_goals = pairs.filter(|(trajectory, _)| !trajectory.goal.is_empty());
+    let row = |(trajectory, rollout): (&Trajectory, &RolloutScore)| {
+        let errors = with_units(coordinates, &rollout.q_mean_absolute);
+        [trajectory.name.clone()]
+            .into_iter()
+            .chain(errors)
+            .collect()
     };
-    page.model
-        .coordinates()
-        .0
-        .iter()
-        .zip(errors)
-        .map(row)
-        .collect()
+    Table::new(
+        "Mean absolute errors of the positions of motions that are simulated from their goals.",
+        &header(&["motion"], coordinates),
+        with_goals.take(MOST_MOTIONS).map(row).collect(),
+    )
+}
+
+/// Errors of predictions that restart from the recording.
+fn restarts(coordinates: &Coordinates, score: &Score) -> Table {
+    let row = |own: &RestartScore| {
+        let counts = [format!("{:.1} s", own.seconds), own.starts.to_string()];
+        let counts = counts.into_iter().chain([own.unfinished.to_string()]);
+        counts
+            .chain(with_units(coordinates, &own.q_rms_end))
+            .collect()
+    };
+    Table::new(
+        "Root mean square errors of the coordinates at the ends of short predictions, each from a recorded state.",
+        &header(&["after", "starts", "diverged"], coordinates),
+        score.restarts.iter().map(row).collect(),
+    )
 }
 
 /// The learned parameters that have a name and a unit.
@@ -146,7 +201,7 @@ fn warnings(page: &Page) -> Table {
     )
 }
 
-fn motions(page: &Page, score: &Score) -> Table {
+fn motions(trajectories: &[Trajectory], score: &Score) -> Table {
     let shown = score.rollouts.len().min(MOST_MOTIONS);
     let rest = match score.rollouts.len() - shown {
         0 => String::new(),
@@ -159,7 +214,7 @@ fn motions(page: &Page, score: &Score) -> Table {
         let end = ending(&rollout.outcome);
         vec![trajectory.name.clone(), duration, followed, end]
     };
-    let pairs = page.evaluation.motions.iter().zip(&score.rollouts);
+    let pairs = trajectories.iter().zip(&score.rollouts);
     Table::new(
         format!("Whole motions, each predicted from its first state alone.{rest}"),
         &["motion", "duration", "followed for", "prediction ended"],

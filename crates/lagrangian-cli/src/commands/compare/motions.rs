@@ -3,15 +3,14 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
-use lagrangian::{Model, Trajectory};
+use lagrangian::Trajectory;
 use lagrangian_run::compare::{ComparisonData, LoadedRun};
 use lagrangian_run::{DataFile, Error, FileHash, RunRecord};
 
 use crate::commands::fit;
 use crate::compare_args::CompareArgs;
-use crate::data;
 use crate::failure::mistake;
-use crate::fitted::{self, Fitted};
+use crate::fitted::Fitted;
 
 const REMEDY: &str = "name files that none of the runs was fitted to with --on";
 
@@ -45,16 +44,13 @@ fn of_files(args: &CompareArgs, runs: &[LoadedRun], files: &[PathBuf]) -> Result
         model: first.model.clone(),
         preparation: first.preparation(),
     };
-    let (columns, estimate) = fitted.complete(&args.data, &args.estimate)?;
-    let read = data::read_sample(files, &columns, None)?;
+    let read = fitted.motions(files, &args.recorded)?;
     refuse_repeated(&read.hashes)?;
-    fitted::require_coordinates(&read.recordings, fitted.model.coordinates())?;
-    let (motions, _) = data::trajectories(read.recordings, &estimate)?;
     let names = files.iter().filter_map(|path| path.file_name()?.to_str());
     let names: Vec<&str> = names.collect();
     let hashes = read.hashes.into_iter().map(|(_, hash)| hash.sha256);
     Ok(ComparisonData {
-        motions,
+        motions: read.motions,
         about: match names.len() {
             1..=3 => names.join(", "),
             _ => format!("{} files", files.len()),
@@ -79,7 +75,8 @@ fn refuse_repeated(files: &[(PathBuf, FileHash)]) -> Result<()> {
 
 /// Reports models that were fitted to data with another preparation than those of the first.
 fn note_other_preparations(args: &CompareArgs, runs: &[LoadedRun]) {
-    if args.estimate.smooth || args.estimate.low_pass.is_some() {
+    let estimate = &args.recorded.estimate;
+    if estimate.smooth || estimate.low_pass.is_some() {
         return;
     }
     let of = |run: &LoadedRun| {

@@ -10,27 +10,30 @@ use lagrangian::{Coordinates, RolloutOptions, Trajectory};
 use lagrangian_analysis::conserved::{
     ConservedOptions, Quantity, candidates, conserved, points_by_name,
 };
+use lagrangian_report::Report;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use serde_json::json;
 
 use super::OutputMode;
+use crate::cli::RecordedArgs;
 use crate::data;
 use crate::failure::{Context, SUCCESS, mistake};
 use crate::fitted;
 use crate::law_args::ConservedArgs;
 use crate::subject::{Subject, coordinate};
 use crate::task::{Size, Task};
+use crate::text;
 
 /// The number of motions of a system that is rolled out, and of their samples in a second.
 const MOTIONS: usize = 20;
 const RATE: f64 = 50.0;
 
 pub(super) fn run(args: &ConservedArgs, mode: OutputMode) -> Result<u8> {
-    let mut inputs = args.data.inputs(&args.files)?;
+    let recorded = &args.recorded;
+    let mut inputs = recorded.data.inputs(&args.files)?;
     inputs.push(PathBuf::from(&args.subject.subject));
-    args.output.refuse_inputs(&inputs)?;
-    args.output.refuse_unwritable_figures()?;
+    args.output.check(&inputs)?;
     let samples = MOTIONS as f64 * RATE * args.duration;
     let size = Size::of_files(&inputs).with_samples(samples);
     let task = Task::start("conserved", mode.quiet, size)?;
@@ -51,11 +54,15 @@ pub(super) fn run(args: &ConservedArgs, mode: OutputMode) -> Result<u8> {
         "`lagrangian check` shows what is wrong with the data",
     )?;
     drop(task);
-    args.output.draw(|| page::page(args, &found))?;
+    let facts = page::facts(args, &found);
+    args.output.draw(|| Report {
+        figures: page::figures(&found),
+        ..facts.clone()
+    })?;
     let judgements: Vec<_> = found.quantities.iter().map(Quantity::judgement).collect();
     let figures = json!({
         "command": "conserved",
-        "answer": page::answer(&found),
+        "answer": facts.answer,
         "subject": args.subject.subject,
         "files": args.files,
         "motions": motions.len(),
@@ -64,7 +71,7 @@ pub(super) fn run(args: &ConservedArgs, mode: OutputMode) -> Result<u8> {
         "judgements": judgements,
         "plot": args.output.plot,
     });
-    let text = || page::text(&found);
+    let text = || text::of(&facts);
     args.output.file.write_figures(mode, &figures, text)?;
     Ok(SUCCESS)
 }
@@ -82,9 +89,10 @@ fn points(args: &ConservedArgs, coordinates: &Coordinates) -> Result<Vec<Vec<usi
 
 fn motions(args: &ConservedArgs, subject: &Subject) -> Result<Vec<Trajectory>> {
     if !args.files.is_empty() {
-        let recordings = data::read(&args.files, &args.data)?;
+        let RecordedArgs { data, estimate } = &args.recorded;
+        let recordings = data::read(&args.files, data)?;
         fitted::require_dof(&recordings, subject.coordinates()?)?;
-        return Ok(data::trajectories(recordings, &args.estimate.options())?.0);
+        return Ok(data::trajectories(recordings, &estimate.options())?.0);
     }
     let Subject::System(system) = subject else {
         return Err(mistake(

@@ -3,30 +3,12 @@
 use lagrangian::score::Judgement;
 use lagrangian_analysis::conserved::{Change, Conserved, Drift, Quantity};
 use lagrangian_report::draw::short;
-use lagrangian_report::{
-    Command, Figure, Headline, Report, Role, Series, Table, conserved_quantity,
-};
+use lagrangian_report::{Figure, Headline, Report, Role, Series, Table, conserved_quantity};
 
-use crate::command_line::command_line;
 use crate::law_args::ConservedArgs;
 
-pub(super) fn text(found: &Conserved) -> String {
-    let widths = found.quantities.iter().map(|q| q.name.chars().count());
-    let width = widths.max().unwrap_or(0);
-    let mut text = answer(found) + "\n";
-    text += &format!(
-        "{} states\n  {:width$}  {:<13}{:>9}{:>12}{:>12}  verdict\n",
-        found.states, "", "", "r", "drift, data", "own"
-    );
-    for quantity in &found.quantities {
-        text += &line(quantity, width);
-    }
-    text += &generators(found).join("\n");
-    text + "\n"
-}
-
 /// The quantities that the model conserves, and their drift along the motions.
-pub(super) fn answer(found: &Conserved) -> String {
+fn answer(found: &Conserved) -> String {
     let kept: Vec<&Quantity> = found
         .quantities
         .iter()
@@ -64,26 +46,6 @@ fn generators(found: &Conserved) -> Vec<String> {
     }
 }
 
-fn line(quantity: &Quantity, width: usize) -> String {
-    let verdict = kept(quantity);
-    let gauge = match gauge(quantity) {
-        terms if terms.is_empty() => terms,
-        terms => format!("   less F = {terms}"),
-    };
-    let size = |x: f64| format!("{x:.1e}");
-    let (name, r, data) = (
-        &quantity.name,
-        size(quantity.violation),
-        size(quantity.data.relative),
-    );
-    let own = quantity
-        .own
-        .as_ref()
-        .map_or("–".into(), |drift| size(drift.relative));
-    let judgement = quantity.judgement().map_or("–".into(), |own| own.text());
-    format!("  {name:width$}  {verdict:<13}{r:>9}{data:>12}{own:>12}  {judgement}{gauge}\n")
-}
-
 fn kept(quantity: &Quantity) -> &'static str {
     match quantity.symmetric {
         true => "conserved",
@@ -95,15 +57,13 @@ fn kept(quantity: &Quantity) -> &'static str {
 fn gauge(quantity: &Quantity) -> String {
     let terms = quantity.gauge.terms.iter().filter(|_| quantity.symmetric);
     let terms = terms.map(|(name, f)| format!("{f:+.3} {name}"));
-    terms.collect::<Vec<_>>().join(" ")
+    match terms.collect::<Vec<_>>().join(" ") {
+        none if none.is_empty() => none,
+        terms => format!("less F = {terms}"),
+    }
 }
 
-pub(super) fn page(args: &ConservedArgs, found: &Conserved) -> Report {
-    let conserved = || {
-        (1..)
-            .zip(&found.quantities)
-            .filter(|(_, own)| own.symmetric)
-    };
+pub(super) fn facts(args: &ConservedArgs, found: &Conserved) -> Report {
     Report {
         title: format!("What is conserved, {}", args.subject.subject),
         subtitle: format!(
@@ -111,13 +71,22 @@ pub(super) fn page(args: &ConservedArgs, found: &Conserved) -> Report {
             found.states, args.tolerance
         ),
         answer: answer(found),
-        headlines: conserved().map(|(_, own)| headline(own)).collect(),
+        headlines: conserved(found).map(|(_, own)| headline(own)).collect(),
         summary: generators(found),
-        figures: conserved().map(|(k, own)| figure(k, own)).collect(),
         tables: vec![table(found)],
-        commands: vec![Command::new("This page", command_line())],
         ..Report::default()
     }
+}
+
+/// The quantities that the model conserves, numbered.
+fn conserved(found: &Conserved) -> impl Iterator<Item = (usize, &Quantity)> {
+    (1..)
+        .zip(&found.quantities)
+        .filter(|(_, own)| own.symmetric)
+}
+
+pub(super) fn figures(found: &Conserved) -> Vec<Figure> {
+    conserved(found).map(|(k, own)| figure(k, own)).collect()
 }
 
 fn headline(quantity: &Quantity) -> Headline {
@@ -166,7 +135,7 @@ fn table(found: &Conserved) -> Table {
     Table::new(
         "What was looked at. r is the force along the direction of the inertial forces, 0 for a symmetry; a drift is the largest change \
          of the quantity, the work of forces and friction taken off, in % of its size; F is what is taken off the charge.",
-        &["quantity", "by the model", "r", "drift along the motions, %", "drift along rollouts, %", "F"],
+        &["quantity", "by the model", "r", "drift along the motions, %", "drift along rollouts, %", "gauge"],
         all.iter().map(row).collect(),
     )
     .with_judgements(all.iter().map(Quantity::judgement).collect())

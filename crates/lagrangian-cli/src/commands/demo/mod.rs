@@ -24,7 +24,7 @@ use crate::command_line::command_line;
 use crate::failure::{Context, SUCCESS};
 use crate::frontend::ProgressDisplay;
 use crate::interrupt;
-use crate::output;
+use crate::output::{self, Motions};
 
 use measure::{Measured, Measurements};
 
@@ -44,7 +44,7 @@ struct Trained {
 
 pub(super) fn run(args: &DemoArgs, mode: OutputMode) -> Result<u8> {
     let start = Instant::now();
-    let folder = RunFolder::open(&args.out, existing(args))?;
+    let folder = RunFolder::open(&args.out, ExistingRun::from_force(args.force))?;
     let record = RunRecord::now(command_line(), args.seed, args, Vec::new())?;
     folder.write_record(&record)?;
     let system = by_name(SYSTEM, &[])?;
@@ -112,13 +112,6 @@ fn plain_network() -> FitConfig {
     }
 }
 
-fn existing(args: &DemoArgs) -> ExistingRun {
-    match args.force {
-        true => ExistingRun::Restart,
-        false => ExistingRun::Refuse,
-    }
-}
-
 /// Trains one model for the given time, in a run folder of its own.
 fn train(
     args: &DemoArgs,
@@ -127,7 +120,7 @@ fn train(
     data: &Dataset,
     mode: OutputMode,
 ) -> Result<Trained> {
-    let folder = RunFolder::open(&args.out.join(name), existing(args))?;
+    let folder = RunFolder::open(&args.out.join(name), ExistingRun::from_force(args.force))?;
     let mut config = config;
     config.loss = Loss::ACCELERATION;
     config.budget = Budget::Seconds(args.seconds);
@@ -176,8 +169,8 @@ fn write_rollouts(
     for (name, measured) in files {
         let rollouts = measured.rollouts.iter();
         let motions: Vec<_> = rollouts.map(|r| r.trajectory.clone()).collect();
-        let (path, coordinates) = (folder.file(name), system.coordinates());
-        output::write_trajectories(&path, Existing::Replace, &motions, coordinates)?;
+        let motions = Motions::new(&motions, system.coordinates());
+        motions.write(&folder.file(name), Existing::Replace)?;
     }
     Ok(())
 }

@@ -304,23 +304,21 @@ fn table(measurements: &Measurements) -> Table {
         measurements.starts.len(),
         short(RESTART)
     );
-    let rows = vec![
-        row(
-            NAMES[1].0,
-            &measurements.lnn,
-            measurements.lnn.valid.as_ref(),
-        ),
-        row(
-            NAMES[2].0,
-            &measurements.mlp,
-            measurements.mlp.valid.as_ref(),
-        ),
-        row(
-            NAMES[0].0,
-            &measurements.truth,
-            Some(&measurements.restarted),
-        ),
+    let Measurements {
+        lnn,
+        mlp,
+        truth,
+        restarted,
+        ..
+    } = measurements;
+    let rows = [
+        (1, lnn, lnn.valid.as_ref()),
+        (2, mlp, mlp.valid.as_ref()),
+        (0, truth, Some(restarted)),
     ];
+    let rows = rows
+        .map(|(k, measured, valid)| row(NAMES[k].0, measured, valid))
+        .to_vec();
     Table::new(caption, &header, rows)
 }
 

@@ -9,6 +9,7 @@ use lagrangian_control::{
     ControlLaw, Driven, Followed, Gains, LoopConfig, LoopOutcome, Reference, Sensors, follow,
     inertia_along, largest_torques,
 };
+use lagrangian_report::Report;
 use serde_json::json;
 
 use super::OutputMode;
@@ -17,8 +18,9 @@ use crate::data;
 use crate::failure::{self, Context, FAILED, SUCCESS, mistake};
 use crate::fitted::{self, Fitted};
 use crate::out_args::PlotArgs;
-use crate::output;
+use crate::output::Motions;
 use crate::task::{Size, Task};
+use crate::text;
 use crate::track_args::{ControlArgs, ControllerName, TrackArgs};
 
 /// Default bandwidth of the feedback, rad/s: low, so that the model must do the work.
@@ -29,8 +31,7 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<u8> {
     let robots = args.truth.robot.iter().cloned();
     let inputs = [args.model.clone(), args.reference.clone()];
     let inputs: Vec<_> = inputs.into_iter().chain(robots).collect();
-    args.output.refuse_inputs(&inputs)?;
-    args.output.refuse_unwritable()?;
+    args.output.check_motions(&inputs)?;
     if let Some(path) = &file.out {
         lagrangian_run::refuse_existing(&path.with_extension("toml"), file.existing())?;
     }
@@ -48,24 +49,11 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<u8> {
         note!("note: the model itself is the robot, and right about it; --robot names another");
     }
     let laws = laws(&model, truth.as_deref(), args.control.controller, &gains);
-    let mut runs = Vec::new();
-    for (key, name, law) in laws {
-        let followed = follow(robot, &reference, law, &control).context(
-            format!("cannot follow '{}'", args.reference.display()),
-            "`lagrangian track --help` says what --robot, --rate, --delay and the gains may be",
-        )?;
-        let run = Run {
-            key,
-            name,
-            followed,
-        };
-        run.warn();
-        runs.push(run);
-    }
+    let runs = runs(args, robot, &reference, laws, &control)?;
     drop(task);
     if let (Some(path), Some(first)) = (&file.out, runs.first()) {
         let motion = std::slice::from_ref(&first.followed.driven.trajectory);
-        output::write_trajectories(path, file.existing(), motion, model.coordinates())?;
+        Motions::new(motion, model.coordinates()).write(path, file.existing())?;
     }
     let report = page::TrackingReport {
         plant: match &args.truth.robot {
@@ -77,32 +65,61 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<u8> {
         rate: control.rate,
         runs: &runs,
     };
-    args.output.draw(|| report.page())?;
+    let facts = report.facts();
+    args.output.draw(|| Report {
+        figures: report.figures(),
+        ..facts.clone()
+    })?;
     let figures = json!({
-            "command": "track",
-            "answer": report.answer(),
-            "model": args.model,
-            "reference": args.reference,
-            "robot": args.truth.robot,
-            "plant": report.plant,
-            "payload": args.truth.payload,
-            "control": args.control,
-            "gains": gains.own,
-            "feedback_gains": gains.forces,
-            "coordinates": model.coordinates(),
-            "out": file.out,
-            "plot": plot,
-            "tracking": tracking(&runs),
-            "judged": report.judgements(),
+        "command": "track",
+        "answer": facts.answer,
+        "model": args.model,
+        "reference": args.reference,
+        "robot": args.truth.robot,
+        "plant": report.plant,
+        "payload": args.truth.payload,
+        "control": args.control,
+        "gains": gains.own,
+        "feedback_gains": gains.forces,
+        "coordinates": model.coordinates(),
+        "out": file.out,
+        "plot": plot,
+        "tracking": tracking(&runs),
+        "judgements": report.judgements(),
     });
-    mode.print(&figures, || report.text())?;
-    let lost = runs.first().and_then(|first| first.lost(&needed));
-    let Some(lost) = lost else {
-        return Ok(SUCCESS);
+    mode.print(&figures, || text::of(&facts))?;
+    match runs.first().and_then(|first| first.lost(&needed)) {
+        None => Ok(SUCCESS),
+        Some(lost) => {
+            let remedy = "see what `lagrangian check` says of the reference, pass it through a --low-pass, lower the gains, or raise --rate";
+            note!("{}", failure::describe(&mistake(lost, remedy)));
+            Ok(FAILED)
+        }
+    }
+}
+
+/// The motions along the reference by these controllers.
+fn runs(
+    args: &TrackArgs,
+    robot: &dyn Model,
+    reference: &Reference,
+    laws: Vec<(&'static str, &'static str, ControlLaw)>,
+    control: &LoopConfig,
+) -> Result<Vec<Run>> {
+    let run = |(key, name, law)| {
+        let followed = follow(robot, reference, law, control).context(
+            format!("cannot follow '{}'", args.reference.display()),
+            "`lagrangian track --help` says what --robot, --rate, --delay and the gains may be",
+        )?;
+        let run = Run {
+            key,
+            name,
+            followed,
+        };
+        run.warn();
+        Ok(run)
     };
-    let remedy = "see what `lagrangian check` says of the reference, pass it through a --low-pass, lower the gains, or raise --rate";
-    note!("{}", failure::describe(&mistake(lost, remedy)));
-    Ok(FAILED)
+    laws.into_iter().map(run).collect()
 }
 
 fn tracking(runs: &[Run]) -> serde_json::Map<String, serde_json::Value> {

@@ -6,11 +6,10 @@ use lagrangian::trajectory::Coordinate;
 use lagrangian_control::{LoopOutcome, Quantiles, Reference};
 use lagrangian_report::draw::short;
 use lagrangian_report::{
-    Command, Figure, Follower, Headline, Report, Role, Table, followed_motion, tracking_error,
+    Figure, Headline, Motion, Report, Role, Table, followed_motion, tracking_error,
 };
 
 use super::Run;
-use crate::command_line::command_line;
 
 /// The results of tracking.
 pub(super) struct TrackingReport<'a> {
@@ -43,55 +42,16 @@ fn role(run: &Run) -> Role {
     }
 }
 
-fn follower(run: &Run) -> Follower<'_> {
-    Follower {
-        name: run.name,
-        role: role(run),
-        motion: &run.followed.driven.trajectory,
-        error: &run.followed.error,
-    }
+/// A motion along the reference, and its error.
+fn follower(run: &Run) -> (Motion<'_>, &[f64]) {
+    let followed = &run.followed;
+    let motion = Motion::new(run.name, role(run), &followed.driven.trajectory);
+    (motion, &followed.error)
 }
 
 impl TrackingReport<'_> {
     fn names(&self) -> impl Iterator<Item = &str> {
         self.coordinates.0.iter().map(|c| c.name.as_str())
-    }
-
-    pub(super) fn text(&self) -> String {
-        let line = |name: &str, whose: &str, cells: Vec<String>| {
-            let cells: String = cells.iter().map(|cell| format!("{cell:>12}")).collect();
-            format!("  {name:<14}{whose:<16}{cells}\n")
-        };
-        let mut text = self.answer() + "\n";
-        text += &format!(
-            "{} s at {} Hz; the robot is {}; errors in the units of the coordinates, and the part of the ticks at the torque limit\n",
-            short(self.reference.end() - self.reference.start()),
-            self.rate,
-            self.plant
-        );
-        text += &line("", "", self.names().map(String::from).collect());
-        for (name, values) in SIGNALS {
-            for run in self.runs {
-                let cells = values(run).iter().map(|x| format!("{x:.3e}")).collect();
-                text += &line(name, run.name, cells);
-            }
-        }
-        let quantiles = ["p50, µs", "p99, µs", "max, µs"].map(String::from);
-        text += &line("time of a call", "", quantiles.into());
-        for run in self.runs {
-            let Quantiles { p50, p99, max, .. } = latency(run);
-            let cells = [p50, p99, max].map(|x| format!("{:.2}", 1e6 * x));
-            text += &line("", run.name, cells.into());
-        }
-        let judgements: Vec<Judgement> = self.judgements().into_iter().flatten().collect();
-        if !judgements.is_empty() {
-            let grades = judgements.iter().map(|own| own.grade.name().into());
-            text += &line("verdict", "this model", grades.collect());
-            for (name, own) in self.names().zip(&judgements) {
-                text += &format!("    {name}: {}\n", own.text());
-            }
-        }
-        text
     }
 
     fn run(&self, key: &str) -> Option<&Run> {
@@ -119,7 +79,7 @@ impl TrackingReport<'_> {
     }
 
     /// The joint with the largest error, with the verdict on it.
-    pub(super) fn answer(&self) -> String {
+    fn answer(&self) -> String {
         let judgements = self.judgements();
         let cost = |i: &usize| judgements.as_ref().map(|all| all[*i].grade);
         let worst = (0..self.coordinates.dof()).max_by_key(cost).unwrap_or(0);
@@ -161,20 +121,17 @@ impl TrackingReport<'_> {
         (0..self.coordinates.dof()).map(headline).collect()
     }
 
-    fn followers(&self) -> Vec<Follower<'_>> {
+    pub(super) fn figures(&self) -> Vec<Figure> {
         // The first run is the selected one: it is drawn on top.
-        self.runs.iter().rev().map(follower).collect()
-    }
-
-    /// Reference and motions of one joint.
-    fn motion(&self, i: usize) -> Figure {
+        let followers: Vec<_> = self.runs.iter().rev().map(follower).collect();
+        let motions: Vec<Motion> = followers.iter().map(|(motion, _)| *motion).collect();
         let reference = self.reference.samples();
-        followed_motion(self.coordinates, i, reference, &self.followers())
-    }
-
-    fn figures(&self) -> Vec<Figure> {
-        let error = |i| tracking_error(self.coordinates, i, &self.followers());
-        let both = |i| [self.motion(i), error(i)];
+        let both = |i| {
+            [
+                followed_motion(self.coordinates, i, reference, &motions),
+                tracking_error(self.coordinates, i, &followers),
+            ]
+        };
         (0..self.coordinates.dof()).flat_map(both).collect()
     }
 
@@ -210,20 +167,20 @@ impl TrackingReport<'_> {
         )
     }
 
-    pub(super) fn page(&self) -> Report {
+    /// The answer, the verdicts on the joints, the errors and the times.
+    pub(super) fn facts(&self) -> Report {
         Report {
             title: "Tracking of a reference".into(),
             subtitle: format!(
-                "'{}', {} Hz; the robot is {}",
+                "'{}', {} s at {} Hz; the robot is {}",
                 self.reference.samples().name,
+                short(self.reference.end() - self.reference.start()),
                 self.rate,
                 self.plant
             ),
             answer: self.answer(),
             headlines: self.headlines(),
-            figures: self.figures(),
             tables: vec![self.errors(), self.times()],
-            commands: vec![Command::new("This page", command_line())],
             ..Report::default()
         }
     }

@@ -3,7 +3,7 @@
 use super::plots::{Plots, words_id};
 use super::terms::explained;
 use super::words;
-use crate::draw::{add, escaped};
+use crate::draw::escaped;
 use crate::{Figure, HeatMap, Series};
 
 /// Figures in two columns where they fit; consecutive ones with equal series have one legend.
@@ -15,9 +15,9 @@ pub(super) fn figures(body: &mut String, figures: &[Figure], plots: &mut Plots) 
             ""
         };
         let shared = if group.shared { " shared" } else { "" };
-        add(
+        put!(
             body,
-            format_args!("<div class=\"group{shared}\"><div class=\"figures{odd}\">\n"),
+            "<div class=\"group{shared}\"><div class=\"figures{odd}\">\n"
         );
         for figure in group.figures {
             let card = Card {
@@ -82,12 +82,10 @@ impl Card<'_> {
         } else {
             format!("<p class=\"caption\">{caption}</p>")
         };
-        add(
+        put!(
             body,
-            format_args!(
-                "<figure class=\"card figure\" id=\"{id}\"{live}><figcaption><h3>{title}</h3>{caption}</figcaption>\
+            "<figure class=\"card figure\" id=\"{id}\"{live}><figcaption><h3>{title}</h3>{caption}</figcaption>\
                  {drawn}</figure>\n"
-            ),
         );
     }
 }

@@ -9,8 +9,6 @@
   root.addEventListener("themechange", () => inks.clear());
   const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
   const TRAIL = 2.4; // s
-  const LEFT = 50; // px before the time axis of the energy errors, for its labels
-  const FONT = getComputedStyle(document.body).fontFamily;
 
   // A canvas fitted to its box and the screen's density; returns its context and size in px.
   function fitted(canvas) {
@@ -73,9 +71,9 @@
     const views = [...box.querySelectorAll(".panels figure")];
     const outputs = views.map((view) => view.querySelector("output"));
     const [play, clock, slider] = [".play", ".clock", ".slider"].map((name) => box.querySelector(name));
-    const [speed, trails, strip] = [".speed", ".trails", ".strip"].map((name) => box.querySelector(name));
+    const [speed, trails] = [".speed", ".trails"].map((name) => box.querySelector(name));
     const truth = data.panels.find((panel) => panel.ink === "truth");
-    let time = 0, playing = false, visible = true, before = 0, next = 0, background = null;
+    let time = 0, playing = false, visible = true, before = 0, next = 0;
 
     function joined(context, panel, spots, place, colour, width, bob) {
       context.strokeStyle = context.fillStyle = colour;
@@ -135,67 +133,6 @@
       return error === null || error === undefined ? "" : "energy error " + percent(error);
     }
 
-    // The energy errors over the whole time, on a log axis: drawn once, then copied under the cursor.
-    function drawBackground() {
-      const sheet = document.createElement("canvas");
-      const { clientWidth: w, clientHeight: h } = strip;
-      const density = Math.min(devicePixelRatio || 1, 3);
-      sheet.width = w * density;
-      sheet.height = h * density;
-      const context = sheet.getContext("2d");
-      context.scale(density, density);
-      const logs = data.panels.flatMap((panel) => (panel.error || []).filter((e) => e > 0).map((e) => Math.log10(100 * e)));
-      if (!logs.length) return null;
-      const high = Math.ceil(logs.reduce((a, b) => Math.max(a, b), -300));
-      const low = Math.max(Math.floor(logs.reduce((a, b) => Math.min(a, b), 300)), high - 16);
-      const y = (log) => 8 + (h - 24) * (high - Math.max(log, low)) / Math.max(high - low, 1);
-      const every = Math.ceil((high - low) / 4) || 1;
-      context.font = "11px " + FONT;
-      context.fillStyle = ink("muted");
-      context.strokeStyle = ink("grid");
-      context.textBaseline = "middle";
-      for (let k = high; k >= low; k -= every) {
-        context.beginPath();
-        context.moveTo(LEFT, y(k));
-        context.lineTo(w, y(k));
-        context.stroke();
-        context.fillText(k >= -2 && k <= 3 ? String(10 ** k) + " %" : power(k) + " %", 0, y(k));
-      }
-      for (const panel of data.panels) {
-        if (!panel.error) continue;
-        context.strokeStyle = ink(panel.ink);
-        context.lineWidth = 1.4;
-        context.beginPath();
-        let open = false;
-        panel.error.forEach((error, k) => {
-          if (!(error > 0)) { open = false; return; }
-          const spot = [LEFT + (w - LEFT) * k * data.dt / data.duration, y(Math.log10(100 * error))];
-          if (open) context.lineTo(...spot); else context.moveTo(...spot);
-          open = true;
-        });
-        context.stroke();
-      }
-      context.fillStyle = ink("muted");
-      context.textBaseline = "alphabetic";
-      context.fillText("energy error over time", LEFT, h - 2);
-      return sheet;
-    }
-    function drawStrip() {
-      // Before the page is laid out it has no width; it is drawn once it has.
-      if (strip.hidden || strip.clientWidth === 0) return;
-      background ??= drawBackground();
-      if (!background) { strip.hidden = true; return; }
-      const { context, w, h } = fitted(strip);
-      context.drawImage(background, 0, 0, w, h);
-      const x = LEFT + (w - LEFT) * time / data.duration;
-      context.strokeStyle = ink("ink");
-      context.lineWidth = 1.5;
-      context.beginPath();
-      context.moveTo(x, 2);
-      context.lineTo(x, h - 14);
-      context.stroke();
-    }
-
     function say(place, words) {
       if (place.textContent !== words) place.textContent = words;
     }
@@ -203,10 +140,10 @@
     // All is drawn before anything is written: a size that is read after words have changed lays the page out again.
     function draw() {
       const words = data.panels.map((panel, k) => drawPanel(panel, views[k]));
-      drawStrip();
       words.forEach((own, k) => say(outputs[k], own));
       say(clock, time.toFixed(1) + " / " + data.duration.toFixed(0) + " s");
       slider.value = time;
+      box.dispatchEvent(new CustomEvent("timechange", { detail: time })); // the plot of energy errors shows it
     }
 
     function tick(now) {
@@ -231,18 +168,12 @@
       draw();
     }
 
-    const follow = (event) => {
-      const edge = strip.getBoundingClientRect();
-      seek((event.clientX - edge.left - LEFT) / (edge.width - LEFT) * data.duration);
-    };
-    const again = () => { background = null; draw(); };
     play.addEventListener("click", () => run(!playing));
     slider.addEventListener("input", () => seek(Number(slider.value)));
     trails.addEventListener("change", draw);
-    strip.addEventListener("pointerdown", (event) => { strip.setPointerCapture(event.pointerId); follow(event); });
-    strip.addEventListener("pointermove", (event) => { if (event.buttons) follow(event); });
-    root.addEventListener("themechange", again);
-    new ResizeObserver(again).observe(box);
+    box.addEventListener("seek", ({ detail }) => seek(detail));
+    root.addEventListener("themechange", draw);
+    new ResizeObserver(draw).observe(box);
     new IntersectionObserver(([entry]) => {
       visible = entry.isIntersecting;
       if (visible && playing) run(true);

@@ -2,9 +2,10 @@
 
 use serde::Serialize;
 
-use super::dot;
-use crate::draw::{add, escaped, theme};
-use crate::{Animation, Panel, Shape};
+use super::plots::Plots;
+use super::{dot, figures};
+use crate::draw::{escaped, theme};
+use crate::{Animation, Figure, Panel, Series, Shape, energy_error_over_time};
 
 /// Frames per second of an animation, which look smooth; the limit of 4 000 allows two minutes, and less with many values per frame.
 const RATE: f64 = 30.0;
@@ -14,44 +15,62 @@ const MOST_VALUES: usize = 32_000;
 const PARTS: f64 = 5e3;
 const FARTHEST: f64 = 1e6;
 
-/// The strip of energy errors, the controls and the data of a player go between these parts.
-const STRIP: &str = "</div>\n<canvas class=\"strip\" aria-hidden=\"true\"></canvas>\n<div class=\"controls\">\
+/// The controls and the data of a player go between these parts.
+const CONTROLS: &str = "<div class=\"controls\">\
     <button class=\"play\" type=\"button\">Play</button><span class=\"clock\"></span>";
 const CHOICES: &str = "<label><span class=\"word\">Speed</span> <select class=\"speed\">\
     <option value=\"0.25\">¼×</option><option value=\"0.5\">½×</option><option value=\"1\" selected>1×</option>\
     <option value=\"2\">2×</option><option value=\"5\">5×</option></select></label>\
     <label><input class=\"trails\" type=\"checkbox\" checked> Trails</label></div>\n";
 
-/// One animation with its controls.
-pub(super) fn player(body: &mut String, animation: &Animation) {
+/// The energy errors along the motions of an animation; `None` where they are not known.
+pub(super) fn energy(animation: &Animation) -> Option<Figure> {
+    let (start, _) = animation.ends()?;
+    let line = |panel: &Panel| {
+        let t = panel.t.iter().map(|t| t - start).collect();
+        // What is stored as plain data has gaps where a value is not finite.
+        let shown = |error: &f64| if error.is_finite() { *error } else { f64::NAN };
+        let error = panel.energy_error.as_ref()?.iter().map(shown).collect();
+        Some(Series::line(&panel.name, panel.role, t, error))
+    };
+    let lines: Vec<Series> = animation.panels.iter().filter_map(line).collect();
+    (!lines.is_empty()).then(|| Figure {
+        id: format!("{}-energy", animation.id),
+        ..energy_error_over_time(lines)
+    })
+}
+
+/// One animation with its controls, and the figure of its energy errors.
+pub(super) fn player(
+    body: &mut String,
+    animation: &Animation,
+    energy: &[Figure],
+    plots: &mut Plots,
+) {
     let widths = animation.panels.iter().map(|panel| panel.shape.width());
     let most = MOST_VALUES / widths.max().unwrap_or(1).max(1);
     let clip = animation.resampled(RATE, most.min(MOST_FRAMES));
     let (title, caption) = (escaped(&animation.title), escaped(&animation.caption));
-    add(
+    put!(
         body,
-        format_args!(
-            "<div class=\"card player\">\n<h3>{title}</h3>\n<p class=\"caption\">{caption}</p>\n\
+        "<div class=\"card player\">\n<h3>{title}</h3>\n<p class=\"caption\">{caption}</p>\n\
              <noscript><p>Scripts are off: the motion is not shown.</p></noscript>\n<div class=\"panels\">\n"
-        ),
     );
     for panel in &clip.panels {
         let (name, dot) = (escaped(&panel.name), dot(theme::of(panel.role)));
-        add(
+        put!(
             body,
-            format_args!(
-                "<figure><canvas role=\"img\" aria-label=\"{name}, moving\"></canvas>\
+            "<figure><canvas role=\"img\" aria-label=\"{name}, moving\"></canvas>\
                  <figcaption><span>{dot}{name}</span><output></output></figcaption></figure>\n"
-            ),
         );
     }
+    body.push_str("</div>\n");
+    figures::figures(body, energy, plots);
     let (duration, data) = (clip.duration(), json(&clip));
-    add(
+    put!(
         body,
-        format_args!(
-            "{STRIP}<input class=\"slider\" type=\"range\" min=\"0\" max=\"{duration}\" step=\"any\" value=\"0\" \
+        "{CONTROLS}<input class=\"slider\" type=\"range\" min=\"0\" max=\"{duration}\" step=\"any\" value=\"0\" \
              aria-label=\"Time\">{CHOICES}<script type=\"application/json\">{data}</script>\n</div>\n"
-        ),
     );
 }
 

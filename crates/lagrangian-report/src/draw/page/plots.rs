@@ -75,8 +75,8 @@ struct PlotMap {
 
 impl Plots {
     /// An empty set with a budget for the plots of `figures`.
-    pub(super) fn for_figures(figures: &[Figure]) -> Self {
-        let all = || figures.iter().flat_map(|figure| &figure.series);
+    pub(super) fn for_figures<'a>(figures: impl Iterator<Item = &'a Figure> + Clone) -> Self {
+        let all = || figures.clone().flat_map(|figure| &figure.series);
         let mut most = all().map(|one| one.y.len()).max().unwrap_or(0);
         while all().map(|one| cost(one, most)).sum::<usize>() > BUDGET {
             most /= 2;

@@ -3,7 +3,7 @@
 use lagrangian::score::Judgement;
 
 use super::terms::explained;
-use crate::draw::{add, escaped};
+use crate::draw::escaped;
 use crate::{Command, Table};
 
 /// Number of rows above which a table is folded.
@@ -22,14 +22,12 @@ pub(super) fn table(body: &mut String, table: &Table) {
     let header: String = header.collect();
     let caption = escaped(&table.caption);
     let [fold, end] = fold(table.rows.len());
-    add(
+    put!(
         body,
-        format_args!(
-            "<div class=\"card table\"><p class=\"caption\">{}</p>{fold}\
+        "<div class=\"card table\"><p class=\"caption\">{}</p>{fold}\
              <div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{caption}\"><table>\
              <thead><tr>{header}</tr></thead><tbody>\n",
-            explained(&table.caption)
-        ),
+        explained(&table.caption)
     );
     for (k, row) in table.rows.iter().enumerate() {
         let verdict = table.judgements.get(k).map(|judgement| {
@@ -40,12 +38,9 @@ pub(super) fn table(body: &mut String, table: &Table) {
             .iter()
             .map(|cell| format!("<td>{}</td>", breakable(cell)))
             .chain(verdict);
-        add(
-            body,
-            format_args!("<tr>{}</tr>\n", cells.collect::<String>()),
-        );
+        put!(body, "<tr>{}</tr>\n", cells.collect::<String>());
     }
-    add(body, format_args!("</tbody></table></div>{end}</div>\n"));
+    put!(body, "</tbody></table></div>{end}</div>\n");
 }
 
 /// The text before and after the rows of a table: empty, or the elements that fold them.
@@ -116,10 +111,7 @@ pub(super) fn settings(body: &mut String, settings: &[(String, String)]) {
     body.push_str("<dl class=\"card\">\n");
     for (name, value) in settings {
         let (name, value) = (escaped(name), escaped(value));
-        add(
-            body,
-            format_args!("<div><dt>{name}</dt><dd>{value}</dd></div>\n"),
-        );
+        put!(body, "<div><dt>{name}</dt><dd>{value}</dd></div>\n");
     }
     body.push_str("</dl>\n");
 }
@@ -128,14 +120,12 @@ pub(super) fn settings(body: &mut String, settings: &[(String, String)]) {
 pub(super) fn commands(body: &mut String, commands: &[Command]) {
     body.push_str("<div class=\"card commands\">\n");
     for Command { makes, line } in commands {
-        add(
+        put!(
             body,
-            format_args!(
-                "<div class=\"command\"><div class=\"makes\">{}</div><div class=\"line\">\
+            "<div class=\"command\"><div class=\"makes\">{}</div><div class=\"line\">\
                  <pre tabindex=\"0\"><code>{}</code></pre><button type=\"button\">Copy</button></div></div>\n",
-                escaped(makes),
-                escaped(line)
-            ),
+            escaped(makes),
+            escaped(line)
         );
     }
     body.push_str("</div>\n");

@@ -1,6 +1,6 @@
 //! Terms with an explanation on demand: a button in the text, and the explanation.
 
-use crate::draw::{add, escaped};
+use crate::draw::escaped;
 use crate::{Piece, TERMS, pieces};
 
 /// A text made safe for HTML, with buttons for its terms.
@@ -23,12 +23,10 @@ pub(super) fn meanings(body: &mut String) {
             continue;
         }
         let (name, meaning) = (escaped(term.forms[0]), escaped(term.meaning));
-        add(
+        put!(
             body,
-            format_args!(
-                "<div class=\"meaning\" id=\"term-{}\" popover><strong>{name}</strong> {meaning}</div>\n",
-                term.id
-            ),
+            "<div class=\"meaning\" id=\"term-{}\" popover><strong>{name}</strong> {meaning}</div>\n",
+            term.id
         );
     }
 }

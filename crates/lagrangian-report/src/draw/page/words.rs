@@ -1,5 +1,6 @@
 //! Description of a figure in words, for those who cannot see it.
 
+use crate::content::coordinate::span;
 use crate::draw::short;
 use crate::{Axis, Figure, HeatMap, Kind, Series};
 
@@ -56,11 +57,7 @@ pub(super) fn of_map(map: &HeatMap) -> String {
 
 /// The smallest and the largest finite value.
 fn extent(values: &[f64]) -> Option<(f64, f64)> {
-    let finite = values.iter().copied().filter(|value| value.is_finite());
-    finite.fold(None, |ends, value| {
-        let (low, high) = ends.unwrap_or((value, value));
-        Some((f64::min(low, value), f64::max(high, value)))
-    })
+    Some(span(values.iter())).filter(|(low, high)| low <= high)
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use lagrangian::{Model, Trajectory};
+use lagrangian::{Model, Signals, Trajectory};
 use lagrangian_report::draw::short;
 use lagrangian_report::{Axis, Figure, Role, Series, Table};
 
@@ -34,13 +34,6 @@ pub(super) fn figures(subject: &Subject) -> Vec<Figure> {
     };
     let n = subject.coordinates.dof();
     let (states, _) = visited.representatives();
-    let rows = || {
-        subject
-            .motions
-            .iter()
-            .flat_map(|m| (0..m.len()).map(move |k| m.row(k)))
-    };
-    let every = rows().count().div_ceil(DRAWN).max(1);
     let figure = |i: usize| {
         let chunks = || states.chunks_exact(2 * n);
         let known = Series::points(
@@ -49,10 +42,8 @@ pub(super) fn figures(subject: &Subject) -> Vec<Figure> {
             chunks().map(|state| subject.unwound(i, state[i])).collect(),
             chunks().map(|state| state[n + i]).collect(),
         );
-        let shown = rows().step_by(every);
-        let (x, y) = shown
-            .map(|row| (subject.unwound(i, row.q[i]), row.qd[i]))
-            .unzip();
+        let state = |row: Signals<&[f64]>| (subject.unwound(i, row.q[i]), row.qd[i]);
+        let (x, y) = subject.sampled(DRAWN).map(state).unzip();
         let evaluated = Series::points("motions of the evaluation", Role::Truth, x, y);
         let coordinate = &subject.coordinates.0[i];
         Figure {
@@ -64,9 +55,7 @@ pub(super) fn figures(subject: &Subject) -> Vec<Figure> {
             series: vec![evaluated, known],
         }
     };
-    let mut moved: Vec<usize> = subject.moved.iter().copied().take(MOST).collect();
-    moved.sort_unstable();
-    moved.into_iter().map(figure).collect()
+    subject.most_moved(MOST).into_iter().map(figure).collect()
 }
 
 /// The ranges that the data visited.

@@ -1,52 +1,46 @@
 //! Friction of each joint over its velocity.
 
+use lagrangian::Learned;
 use lagrangian::mechanics::Dissipation;
-use lagrangian_report::{Along, Axis, Figure, Sweep};
+use lagrangian_report::{Axis, Figure, Sweep, force_unit};
 
-use super::Subject;
-use lagrangian_report::force_unit;
+use super::{Each, Subject};
 
 /// The largest number of joints that are drawn.
 const MOST: usize = 8;
 
 pub(super) fn figures(subject: &Subject) -> Vec<Figure> {
-    let mut moved = subject.moved.clone();
-    moved.sort_unstable();
-    let figure = |&i: &usize| figure(subject, i);
-    moved.iter().take(MOST).filter_map(figure).collect()
+    let figure = |i| figure(subject, i);
+    let moved = subject.most_moved(MOST).into_iter();
+    moved.filter_map(figure).collect()
 }
 
 fn figure(subject: &Subject, i: usize) -> Option<Figure> {
     let n = subject.coordinates.dof();
-    let learned = subject.model.dissipation()?;
     let (at, data) = subject.places(n + i);
-    let mut velocities = vec![0.0; at.len() * n];
-    velocities
-        .iter_mut()
-        .skip(i)
-        .step_by(n)
-        .zip(&at)
-        .for_each(|(v, at)| *v = *at);
-    let of = |dissipation: &Dissipation| -> Vec<f64> {
+    let velocity = |at: f64| (0..n).map(move |k| if k == i { at } else { 0.0 });
+    let velocities: Vec<f64> = at.iter().flat_map(|at| velocity(*at)).collect();
+    let force = |dissipation: &Dissipation, factor: f64| -> Vec<f64> {
         let mut force = vec![0.0; velocities.len()];
         dissipation.force(&velocities, &mut force);
-        force.into_iter().skip(i).step_by(n).collect()
+        force
+            .into_iter()
+            .skip(i)
+            .step_by(n)
+            .map(|x| factor * x)
+            .collect()
     };
-    let scaled = |model: &lagrangian::Learned, force: Vec<f64>| -> Vec<f64> {
-        let factor = subject.factor(model);
-        force.into_iter().map(|x| factor * x).collect()
+    let of = |model: &Learned| Some(force(model.dissipation()?, subject.factor(model)));
+    let each = Each {
+        learned: of(subject.model)?,
+        truth: subject
+            .truth
+            .as_ref()
+            .map(|truth| force(&Dissipation::viscous(vec![truth.friction; n]), 1.0)),
+        members: subject.members.iter().filter_map(of).collect(),
     };
-    let truth = subject.truth.as_ref();
-    let truth = truth.map(|truth| of(&Dissipation::viscous(vec![truth.friction; n])));
-    let members = subject.members.iter();
-    let members = members.filter_map(|own| Some(scaled(own, of(own.dissipation()?))));
     let sweep = Sweep {
-        quantities: vec![Along {
-            learned: scaled(subject.model, of(learned)),
-            truth: truth.unwrap_or_default(),
-            members: members.collect(),
-            ..Along::default()
-        }],
+        quantities: vec![each.along(String::new(), Vec::clone)],
         at,
         data,
     };
@@ -55,13 +49,10 @@ fn figure(subject: &Subject, i: usize) -> Option<Figure> {
         Axis::velocity(&coordinate.name, &coordinate.unit),
         Axis::linear("friction", subject.unit(force_unit(&coordinate.unit))),
     ];
+    let caption = format!(
+        "The force d against the motion, without a load.{}",
+        subject.aligned()
+    );
     let title = format!("Friction of {}", coordinate.name);
-    let figure = sweep.figure(&format!("learned-friction-{}", i + 1), title, axes);
-    Some(Figure {
-        caption: format!(
-            "The force d against the motion, without a load.{}",
-            subject.aligned()
-        ),
-        ..figure
-    })
+    Some(sweep.figure(&format!("learned-friction-{}", i + 1), title, caption, axes))
 }

@@ -3,7 +3,7 @@
 use lagrangian::mechanics::Quantities;
 use lagrangian::score::spectrum_of;
 use lagrangian::{Model, Signals};
-use lagrangian_report::{Along, Axis, Figure, Role, Series, Sweep};
+use lagrangian_report::{Axis, Figure, Role, Series, Sweep};
 
 use super::Subject;
 
@@ -27,65 +27,53 @@ fn entries(subject: &Subject) -> Option<Figure> {
     let n = subject.coordinates.dof();
     let (at, data) = subject.places(i);
     let states = subject.along(i, &at);
-    let learned = subject.model.mass_matrix(&states).ok()?;
-    let truth = subject.truth.as_ref();
-    let truth = truth.and_then(|truth| truth.system.mass_matrix(&states).ok());
-    let members = subject.members.iter();
-    let members =
-        members.filter_map(|own| Some((subject.factor(own), own.mass_matrix(&states).ok()?)));
-    let members: Vec<(f64, Vec<f64>)> = members.collect();
-    let entry = |mass: &[f64], factor: f64, (a, b): (usize, usize)| -> Vec<f64> {
-        let rows = mass.chunks_exact(n * n);
-        rows.map(|mass| factor * mass[a * n + b]).collect()
-    };
-    let quantity = |(a, b): (usize, usize)| Along {
-        name: match subject.moved.len() {
+    let each = subject.each(|model, factor| {
+        let mass = model.mass_matrix(&states).ok()?;
+        Some(
+            mass.into_iter()
+                .map(|entry| factor * entry)
+                .collect::<Vec<f64>>(),
+        )
+    })?;
+    let quantity = |(a, b): (usize, usize)| {
+        let [of_a, of_b] = [a, b].map(|k| &subject.coordinates.0[k].name);
+        let name = match subject.moved.len() {
             1 => String::new(),
-            _ => format!(
-                "M({}, {})",
-                subject.coordinates.0[a].name, subject.coordinates.0[b].name
-            ),
-        },
-        learned: entry(&learned, subject.factor(subject.model), (a, b)),
-        truth: truth
-            .as_ref()
-            .map(|mass| entry(mass, 1.0, (a, b)))
-            .unwrap_or_default(),
-        members: members
-            .iter()
-            .map(|(factor, mass)| entry(mass, *factor, (a, b)))
-            .collect(),
+            _ => format!("M({of_a}, {of_b})"),
+        };
+        each.along(name, |mass| {
+            mass.iter()
+                .skip(a * n + b)
+                .step_by(n * n)
+                .copied()
+                .collect()
+        })
     };
     let sweep = Sweep {
         quantities: shown(subject).into_iter().map(quantity).collect(),
         at,
         data,
     };
-    let name = &subject.coordinates.0[i].name;
     let axes = [
         subject.axis(i),
         Axis::linear("inertia", subject.unit(unit(subject))),
     ];
-    let figure = sweep.figure("learned-inertia", format!("Inertia along {name}"), axes);
-    Some(Figure {
-        caption: format!(
-            "Entries of the mass matrix M(q) at rest.{}{}{}",
-            if subject.moved.len() > WHOLE {
-                " Those of the diagonal."
-            } else {
-                ""
-            },
-            subject.elsewhere(),
-            subject.aligned()
-        ),
-        ..figure
-    })
+    let diagonal = match subject.moved.len() > WHOLE {
+        true => " Those of the diagonal.",
+        false => "",
+    };
+    let caption = format!(
+        "Entries of the mass matrix M(q) at rest.{diagonal}{}{}",
+        subject.elsewhere(),
+        subject.aligned()
+    );
+    let title = format!("Inertia along {}", subject.coordinates.0[i].name);
+    Some(sweep.figure("learned-inertia", title, caption, axes))
 }
 
 /// The entries that are drawn: all on and above the diagonal, or the diagonal where these are many.
 fn shown(subject: &Subject) -> Vec<(usize, usize)> {
-    let mut moved = subject.moved.clone();
-    moved.sort_unstable();
+    let moved = subject.most_moved(usize::MAX);
     let pairs = moved
         .iter()
         .flat_map(|&a| moved.iter().map(move |&b| (a, b)));
@@ -114,13 +102,6 @@ fn condition(subject: &Subject) -> Option<Figure> {
         return None;
     }
     let (i, n) = (subject.moved[0], subject.coordinates.dof());
-    let rows = || {
-        subject
-            .motions
-            .iter()
-            .flat_map(|motion| (0..motion.len()).map(move |k| motion.row(k)))
-    };
-    let every = rows().count().div_ceil(STATES).max(1);
     let points = |model: &dyn Model| -> Option<(Vec<f64>, Vec<f64>)> {
         let (mut evaluator, mut mass) = (model.evaluator(), vec![0.0; n * n]);
         let point = |row: Signals<&[f64]>| {
@@ -129,15 +110,12 @@ fn condition(subject: &Subject) -> Option<Figure> {
                 spectrum_of(subject.coordinates, &mass).filter(|_| outcome.is_finite())?;
             Some((subject.unwound(i, row.q[i]), spectrum.condition))
         };
-        rows().step_by(every).map(point).collect()
+        subject.sampled(STATES).map(point).collect()
     };
     let (x, y) = points(subject.model)?;
     let mut series = Vec::new();
-    if let Some((x, y)) = subject
-        .truth
-        .as_ref()
-        .and_then(|truth| points(&*truth.system))
-    {
+    let truth = subject.truth.as_ref();
+    if let Some((x, y)) = truth.and_then(|truth| points(&*truth.system)) {
         series.push(Series::points("true", Role::Truth, x, y));
     }
     series.push(Series::points("learned", Role::Lnn, x, y));

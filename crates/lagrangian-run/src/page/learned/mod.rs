@@ -11,9 +11,9 @@ mod truth;
 use std::f64::consts::{PI, TAU};
 
 use lagrangian::trajectory::{Axis as Range, Visited};
-use lagrangian::{Coordinates, Learned, Model, Trajectory};
+use lagrangian::{Coordinates, Learned, Model, Signals, Trajectory};
 use lagrangian_motion::statistics::upper_median;
-use lagrangian_report::{Axis, Figure, HeatMap, Table};
+use lagrangian_report::{Along, Axis, Figure, HeatMap, Table};
 
 use super::Page;
 use truth::Truth;
@@ -79,7 +79,7 @@ impl<'a> Subject<'a> {
         if moved.is_empty() || motions.iter().all(|motion| motion.is_empty()) {
             return None;
         }
-        let members = page.ensemble.as_ref().map_or(&[][..], |own| own.members());
+        let members = page.ensemble.map_or(&[][..], |own| own.ensemble.members());
         let middle: Vec<f64> = (0..n).map(|i| median(motions, i)).collect();
         let truth = Truth::of(page.record, model, &middle);
         Some(Self {
@@ -119,6 +119,37 @@ impl<'a> Subject<'a> {
             q
         };
         places.iter().flat_map(at).collect()
+    }
+
+    /// The most moved coordinates, at most this number of them, in order.
+    fn most_moved(&self, most: usize) -> Vec<usize> {
+        let mut moved: Vec<usize> = self.moved.iter().copied().take(most).collect();
+        moved.sort_unstable();
+        moved
+    }
+
+    /// Samples of the motions at equal distances, about `most` of them.
+    fn sampled(&self, most: usize) -> impl Iterator<Item = Signals<&'a [f64]>> + use<'a> {
+        let motions = self.motions;
+        let rows = move || {
+            let each = motions.iter();
+            each.flat_map(|motion| (0..motion.len()).map(move |k| motion.row(k)))
+        };
+        let every = rows().count().div_ceil(most).max(1);
+        rows().step_by(every)
+    }
+
+    /// A quantity of each model, from the model and the factor of its energies; `None` where the learned model lacks it.
+    fn each<T>(&self, of: impl Fn(&dyn Model, f64) -> Option<T>) -> Option<Each<T>> {
+        let members = self.members.iter();
+        let truth = self.truth.as_ref();
+        Some(Each {
+            learned: of(self.model, self.factor(self.model))?,
+            truth: truth.and_then(|truth| of(&*truth.system, 1.0)),
+            members: members
+                .filter_map(|own| of(own, self.factor(own)))
+                .collect(),
+        })
     }
 
     /// The axis of coordinate `i`.
@@ -177,6 +208,25 @@ impl<'a> Subject<'a> {
                 truth::factor(model, self.model, &self.middle)
             }
             None => 1.0,
+        }
+    }
+}
+
+/// A quantity as the model, the truth where it is known, and the members of an ensemble have it.
+struct Each<T> {
+    learned: T,
+    truth: Option<T>,
+    members: Vec<T>,
+}
+
+impl<T> Each<T> {
+    /// Values of the quantity along an axis; the name is empty for a single quantity.
+    fn along(&self, name: String, values: impl Fn(&T) -> Vec<f64>) -> Along {
+        Along {
+            name,
+            learned: values(&self.learned),
+            truth: self.truth.as_ref().map(&values).unwrap_or_default(),
+            members: self.members.iter().map(values).collect(),
         }
     }
 }

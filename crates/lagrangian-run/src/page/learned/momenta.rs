@@ -1,12 +1,10 @@
 //! Momenta along a recorded motion, and gyroscopic forces.
 
-use lagrangian::Model;
 use lagrangian::mechanics::Quantities;
 use lagrangian::trajectory::Coordinate;
-use lagrangian_report::{Along, Axis, Figure, Role, Series, Sweep};
+use lagrangian_report::{Axis, Figure, Role, Series, Sweep, force_unit};
 
 use super::Subject;
-use lagrangian_report::force_unit;
 
 /// The largest number of coordinates whose momentum is drawn.
 const MOST: usize = 4;
@@ -16,9 +14,8 @@ const DRAWN: usize = 2000;
 const GYROSCOPIC: f64 = 1e-3;
 
 pub(super) fn figures(subject: &Subject) -> Vec<Figure> {
-    let mut moved: Vec<usize> = subject.moved.iter().copied().take(MOST).collect();
-    moved.sort_unstable();
-    let momenta = moved.iter().filter_map(|&i| momentum(subject, i));
+    let moved = subject.most_moved(MOST).into_iter();
+    let momenta = moved.filter_map(|i| momentum(subject, i));
     gyroscopic(subject).into_iter().chain(momenta).collect()
 }
 
@@ -28,38 +25,26 @@ fn momentum(subject: &Subject, i: usize) -> Option<Figure> {
     let n = subject.coordinates.dof();
     let rows = motion.len().min(DRAWN);
     let (q, qd) = (&motion.q[..rows * n], &motion.qd[..rows * n]);
-    let of = |model: &dyn Model, factor: f64| -> Option<Vec<f64>> {
-        let (p, still) = (
-            model.momentum(q, qd).ok()?,
-            model.momentum(q, &vec![0.0; q.len()]).ok()?,
-        );
+    let still = vec![0.0; q.len()];
+    let each = subject.each(|model, factor| {
+        let (p, still) = (model.momentum(q, qd).ok()?, model.momentum(q, &still).ok()?);
         let pairs = p.iter().zip(&still).skip(i).step_by(n);
-        Some(pairs.map(|(p, still)| factor * (p - still)).collect())
-    };
+        Some(
+            pairs
+                .map(|(p, still)| factor * (p - still))
+                .collect::<Vec<f64>>(),
+        )
+    })?;
     let t = || motion.t[..rows].to_vec();
-    let mut series = Vec::new();
-    if let Some(truth) = subject
-        .truth
-        .as_ref()
-        .and_then(|truth| of(&*truth.system, 1.0))
-    {
-        series.push(Series::line("true", Role::Truth, t(), truth));
+    let truth = each.truth.into_iter();
+    let mut series: Vec<Series> = truth
+        .map(|p| Series::line("true", Role::Truth, t(), p))
+        .collect();
+    if !each.members.is_empty() {
+        let members = Series::range("members of the ensemble", Role::Lnn, t(), &each.members);
+        series.push(members);
     }
-    let members = subject
-        .members
-        .iter()
-        .filter_map(|own| of(own, subject.factor(own)));
-    let members: Vec<Vec<f64>> = members.collect();
-    if !members.is_empty() {
-        series.push(Series::range(
-            "members of the ensemble",
-            Role::Lnn,
-            t(),
-            &members,
-        ));
-    }
-    let learned = of(subject.model, subject.factor(subject.model))?;
-    series.push(Series::line("learned", Role::Lnn, t(), learned));
+    series.push(Series::line("learned", Role::Lnn, t(), each.learned));
     let coordinate = &subject.coordinates.0[i];
     Some(Figure {
         id: format!("learned-momentum-{}", i + 1),
@@ -97,37 +82,20 @@ fn gyroscopic(subject: &Subject) -> Option<Figure> {
         let velocity = |k: usize| if k % n == j { sign * speed } else { 0.0 };
         (0..states.len()).map(velocity).collect()
     };
-    let of = |model: &dyn Model, factor: f64| -> Option<(Vec<f64>, f64)> {
+    let each = subject.each(|model, factor| {
         let forth = model.bias(&states, &moving(1.0)).ok()?;
         let back = model.bias(&states, &moving(-1.0)).ok()?;
         let pairs = forth.iter().zip(&back).skip(i).step_by(n);
         let odd: Vec<f64> = pairs.map(|(a, b)| 0.5 * factor * (a - b) / speed).collect();
         let size = forth.iter().map(|x| x.abs()).fold(0.0, f64::max) * factor.abs() / speed;
         Some((odd, size))
-    };
-    let (learned, size) = of(subject.model, subject.factor(subject.model))?;
-    let truth = subject
-        .truth
-        .as_ref()
-        .and_then(|truth| of(&*truth.system, 1.0));
-    let is_there = |odd: &[f64], size: f64| odd.iter().any(|x| x.abs() > GYROSCOPIC * size);
-    let known = truth
-        .as_ref()
-        .is_some_and(|(odd, size)| is_there(odd, *size));
-    if !is_there(&learned, size) && !known {
+    })?;
+    let has_one = |(odd, size): &(Vec<f64>, f64)| odd.iter().any(|x| x.abs() > GYROSCOPIC * size);
+    if !has_one(&each.learned) && !each.truth.as_ref().is_some_and(has_one) {
         return None;
     }
-    let members = subject
-        .members
-        .iter()
-        .filter_map(|own| of(own, subject.factor(own)));
     let sweep = Sweep {
-        quantities: vec![Along {
-            learned,
-            truth: truth.map(|(odd, _)| odd).unwrap_or_default(),
-            members: members.map(|(odd, _)| odd).collect(),
-            ..Along::default()
-        }],
+        quantities: vec![each.along(String::new(), |(odd, _)| odd.clone())],
         at,
         data,
     };
@@ -147,13 +115,10 @@ fn gyroscopic_figure(subject: &Subject, sweep: &Sweep, [i, j]: [usize; 2]) -> Fi
         "Gyroscopic force on {} by the velocity of {}",
         on.name, of.name
     );
-    let figure = sweep.figure("learned-gyroscopic", title, axes);
-    Figure {
-        caption: format!(
-            "The part of the forces that changes its sign with the velocity and does no work, for each unit of velocity.{}{}",
-            subject.elsewhere(),
-            subject.aligned()
-        ),
-        ..figure
-    }
+    let caption = format!(
+        "The part of the forces that changes its sign with the velocity and does no work, for each unit of velocity.{}{}",
+        subject.elsewhere(),
+        subject.aligned()
+    );
+    sweep.figure("learned-gyroscopic", title, caption, axes)
 }

@@ -2,12 +2,12 @@
 
 use std::f64::consts::TAU;
 
-use lagrangian::Model;
+use lagrangian::Model as _;
 use lagrangian::mechanics::Quantities;
-use lagrangian_report::{Along, Axis, Figure, HeatMap, Sweep};
-
-use super::Subject;
 use lagrangian_report::draw::short;
+use lagrangian_report::{Axis, Figure, HeatMap, Sweep};
+
+use super::{Each, Subject};
 
 /// The number of cells of a map along each axis.
 const CELLS: usize = 48;
@@ -26,55 +26,35 @@ pub(super) fn shown(subject: &Subject) -> (Option<Figure>, Vec<HeatMap>) {
 }
 
 /// V at states, `[len, n]`, less its value in the middle of the data.
-fn energies(subject: &Subject, model: &dyn Model, factor: f64, states: &[f64]) -> Option<Vec<f64>> {
-    let at = |q: &[f64]| model.energy(q, &vec![0.0; q.len()]).ok();
-    let still = at(&subject.middle)?[0];
-    let energies = at(states)?;
-    Some(energies.into_iter().map(|v| factor * (v - still)).collect())
+fn energies(subject: &Subject, states: &[f64]) -> Option<Each<Vec<f64>>> {
+    subject.each(|model, factor| {
+        let at = |q: &[f64]| model.energy(q, &vec![0.0; q.len()]).ok();
+        let still = at(&subject.middle)?[0];
+        let energies = at(states)?.into_iter();
+        Some(energies.map(|v| factor * (v - still)).collect())
+    })
 }
 
 fn curve(subject: &Subject) -> Option<Figure> {
     let i = subject.moved[0];
     let (at, data) = subject.places(i);
-    let states = subject.along(i, &at);
-    let learned = energies(
-        subject,
-        subject.model,
-        subject.factor(subject.model),
-        &states,
-    )?;
-    let truth = subject.truth.as_ref();
-    let truth = truth.and_then(|truth| energies(subject, &*truth.system, 1.0, &states));
-    let members = subject.members.iter();
-    let members = members.filter_map(|own| energies(subject, own, subject.factor(own), &states));
+    let each = energies(subject, &subject.along(i, &at))?;
     let sweep = Sweep {
-        quantities: vec![Along {
-            learned,
-            truth: truth.unwrap_or_default(),
-            members: members.collect(),
-            ..Along::default()
-        }],
+        quantities: vec![each.along(String::new(), Vec::clone)],
         at,
         data,
     };
-    let name = &subject.coordinates.0[i].name;
     let axes = [
         subject.axis(i),
         Axis::linear("energy at rest", subject.unit("J")),
     ];
-    let figure = sweep.figure(
-        "learned-potential",
-        format!("Energy at rest along {name}"),
-        axes,
+    let caption = format!(
+        "H(q, 0), the potential energy V of a Lagrangian T − V, less its value at the median of the data, as it is known up to a constant.{}{}",
+        subject.elsewhere(),
+        subject.aligned()
     );
-    Some(Figure {
-        caption: format!(
-            "H(q, 0), the potential energy V of a Lagrangian T − V, less its value at the median of the data, as it is known up to a constant.{}{}",
-            subject.elsewhere(),
-            subject.aligned()
-        ),
-        ..figure
-    })
+    let title = format!("Energy at rest along {}", subject.coordinates.0[i].name);
+    Some(sweep.figure("learned-potential", title, caption, axes))
 }
 
 /// The landscape over coordinates `i` and `j`, learned and true, on one colour scale.
@@ -101,19 +81,10 @@ fn maps(subject: &Subject, i: usize, j: usize) -> Vec<HeatMap> {
             .map(|(v, near)| if *near { v } else { f64::NAN })
             .collect()
     };
-    let learned = energies(
-        subject,
-        subject.model,
-        subject.factor(subject.model),
-        &states,
-    );
-    let Some(learned) = learned.map(masked) else {
+    let Some(each) = energies(subject, &states) else {
         return Vec::new();
     };
-    let truth = subject.truth.as_ref();
-    let truth = truth
-        .and_then(|truth| energies(subject, &*truth.system, 1.0, &states))
-        .map(masked);
+    let (learned, truth) = (masked(each.learned), each.truth.map(masked));
     let all = learned.iter().chain(truth.iter().flatten());
     let limit = all
         .filter(|v| v.is_finite())
@@ -173,14 +144,8 @@ fn ranges(subject: &Subject, i: usize, j: usize) -> Option<[(f64, f64); 2]> {
 /// States of the data, in these coordinates alone.
 fn known(subject: &Subject, i: usize, j: usize) -> Vec<(f64, f64)> {
     let n = subject.coordinates.dof();
-    let rows = || {
-        subject
-            .motions
-            .iter()
-            .flat_map(|motion| motion.q.chunks_exact(n))
-    };
-    let every = rows().count().div_ceil(STATES).max(1);
-    let mut known: Vec<(f64, f64)> = rows().step_by(every).map(|q| (q[i], q[j])).collect();
+    let sampled = subject.sampled(STATES).map(|row| (row.q[i], row.q[j]));
+    let mut known: Vec<(f64, f64)> = sampled.collect();
     if let Some(visited) = subject.model.visited() {
         let states = visited.representatives().0.chunks_exact(2 * n);
         known.extend(states.map(|state| (state[i], state[j])));

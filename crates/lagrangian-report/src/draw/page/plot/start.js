@@ -37,6 +37,22 @@ function tools(plot, figure) {
   return bar;
 }
 
+// In the card of an animation the plot shows the time of the player, which goes to where the plot is clicked.
+function playing(player, plot) {
+  const now = element("div", "now");
+  let time = Number(player.querySelector(".slider").value);
+  const place = () => {
+    if (!plot.u) return;
+    const px = plot.px(time);
+    if (now.parentNode !== plot.u.over) plot.u.over.append(now);
+    now.hidden = !(px >= 0 && px <= plot.wide);
+    now.style.transform = `translateX(${px}px)`;
+  };
+  player.addEventListener("timechange", ({ detail }) => { time = detail; place(); });
+  plot.box.addEventListener("click", () => plot.cursor && player.dispatchEvent(new CustomEvent("seek", { detail: plot.cursor.x })));
+  plot.drawn = place;
+}
+
 for (const figure of document.querySelectorAll("[data-plot]")) {
   const { series, words, ...spec } = plots[figure.dataset.plot], box = figure.querySelector(".plot"), caption = figure.querySelector("figcaption");
   if (spec.map) spec.map.values = pool(spec.map.values);
@@ -49,6 +65,8 @@ for (const figure of document.querySelectorAll("[data-plot]")) {
     box.classList.add("many");
     box.style.setProperty("--lines", 1 + Math.ceil(series.length / 2));
   }
+  const player = figure.closest(".player");
+  if (player) playing(player, plot);
   caption.prepend(tools(plot, figure));
   if (plot.map) {
     const bar = element("div", "ramp");
@@ -73,7 +91,7 @@ for (const group of document.querySelectorAll(".group")) {
 const help = element("p", "unseen", KEYS);
 help.id = "keys";
 document.querySelector("main").append(help, spoken);
-document.querySelector(".group").before(element("p", "caption hint", HINTS[matchMedia("(pointer: coarse)").matches ? "coarse" : "fine"]));
+document.querySelector(".section > .group")?.before(element("p", "caption hint", HINTS[matchMedia("(pointer: coarse)").matches ? "coarse" : "fine"]));
 
 // What comes into sight is drawn one plot a frame, so that the page scrolls smoothly.
 const later = new Set();
