@@ -1,6 +1,6 @@
 //! Chores of the project: `cargo xtask test` runs everything that must hold before a change is accepted, `cargo xtask
 //! race` times it beside its peers, `cargo xtask bench` against the limits of the machine, `cargo xtask bits` compares the
-//! bits of what it computes with a record, `cargo xtask lines` holds each crate to its budget of lines, `cargo xtask sanitize` runs the tests of unsafe code under a sanitizer, `cargo xtask
+//! bits of what it computes with a record, `cargo xtask lines` holds each crate to its budget of lines, `cargo xtask api` the library to its list of public items, `cargo xtask sanitize` runs the tests of unsafe code under a sanitizer, `cargo xtask
 //! kill` ends fits in every way in which they may end, `cargo xtask fuzz` gives changed files to every parser, `cargo xtask deny`
 //! checks the licences of what is linked, `cargo xtask docs` builds the documentation as a site and runs its tutorials, `cargo xtask documents` runs
 //! every command that the documents print, `cargo xtask
@@ -8,6 +8,7 @@
 //! `cargo xtask web` builds the laboratory in the browser and tests it there, `cargo xtask browser` reads pages in a real browser.
 
 mod adapters;
+mod api;
 mod bench;
 mod bits;
 mod browser;
@@ -40,6 +41,7 @@ usage: cargo xtask test
        cargo xtask bench …
        cargo xtask bits …
        cargo xtask lines …
+       cargo xtask api …
        cargo xtask sanitize
        cargo xtask kill …
        cargo xtask fuzz …
@@ -53,7 +55,7 @@ usage: cargo xtask test
        cargo xtask browser …
        cargo xtask web …
 
-  test   format, lines, clippy, tests (unit, integration, doc), documentation, examples, benches once, the Python package, exported models in other programs, the site of the documentation with its tutorials, every command that the documents print, pages and the laboratory in a real browser, the sanitizer, some killed fits, changed files, a small race; stops at the first failure";
+  test   format, lines, clippy, tests (unit, integration, doc), documentation, public items, examples, benches once, the Python package, exported models in other programs, the site of the documentation with its tutorials, every command that the documents print, pages and the laboratory in a real browser, the sanitizer, some killed fits, changed files, a small race; stops at the first failure";
 
 /// One command that must succeed.
 struct Step {
@@ -111,7 +113,7 @@ impl Step {
 }
 
 /// In the order of what fails soonest.
-const TEST: [Step; 18] = [
+const TEST: [Step; 19] = [
     Step {
         component: Some("rustfmt"),
         ..Step::of_cargo("format", &["fmt", "--all", "--check"])
@@ -144,6 +146,7 @@ const TEST: [Step; 18] = [
             &["doc", "--workspace", "--all-features", "--no-deps"],
         )
     },
+    Step::chore("api", &["api"]),
     Step::of_cargo(
         "examples",
         &["build", "--workspace", "--all-features", "--examples"],
@@ -207,6 +210,7 @@ fn main() -> ExitCode {
         ["race", ref flags @ ..] => race::main(flags).map(|()| None),
         ["bench", ref flags @ ..] => bench::main(flags).map(|()| None),
         ["lines", ref flags @ ..] => lines::main(flags).map(|()| None),
+        ["api", ref flags @ ..] => api::main(flags).map(|()| None),
         ["bits", ref flags @ ..] => bits::main(flags).map(|()| None),
         ["kill", ref flags @ ..] => kill::main(flags).map(|()| None),
         ["fuzz", ref flags @ ..] => fuzz::main(flags).map(|()| None),
@@ -223,6 +227,7 @@ fn main() -> ExitCode {
         ["help" | "-h" | "--help"] => {
             let of_chores = [
                 lines::USAGE,
+                api::USAGE,
                 &race::usage(),
                 bench::USAGE,
                 bits::USAGE,

@@ -5,7 +5,7 @@ use super::{Ending, Failure, Sink, Solution, Span, Stepped};
 /// Passes the state at every one of the times to `sink`; `step` makes one step of size h
 /// from time t, (t, h, x), in place, or returns the reason of a failure.
 ///
-/// Each interval between sample times is cut into equal steps of at most [`Control::step`].
+/// Each interval between sample times is cut into equal steps of at most [`super::Control::step`].
 pub fn solve(
     mut step: impl FnMut(f64, f64, &mut [f64]) -> Stepped,
     Span { x0, times, control }: Span<'_>,
