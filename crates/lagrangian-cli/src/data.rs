@@ -283,7 +283,7 @@ pub(crate) fn note_estimates(estimates: &[Estimate]) {
                 _ => "",
             };
             note!(
-                "note: {signal} was estimated by local polynomials over windows of at most {longest:.3} s{other}"
+                "note: {signal} was estimated over windows of at most {longest:.3} s{other}"
             );
         }
     }

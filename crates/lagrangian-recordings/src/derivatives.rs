@@ -1,4 +1,5 @@
-//! Velocities and accelerations estimated from the measured signals, with windows chosen from the data.
+//! Velocities and accelerations estimated from the measured signals: by splines where they are smooth, else with windows chosen from
+//! the data.
 
 use std::ops::Range;
 
@@ -8,6 +9,7 @@ use serde::Serialize;
 use super::Recording;
 use super::local_polynomial::{Filter, Series, around, median_step, segments};
 use super::low_pass::{self, LowPass};
+use super::spline::{self, Motion};
 use super::window::{Choice, choose, noise_variance};
 use lagrangian_motion::{Error, Result};
 use lagrangian_motion::{Signal, Signals, Trajectory};
@@ -33,7 +35,7 @@ pub struct EstimateOptions {
     /// If a small torque is the difference of a large inertial and a large gravity term, the noise of q̈ makes a
     /// fit shrink both; play and vibrations that move the encoders but not the drive have the same effect.
     pub low_pass: Option<f64>,
-    /// Use this window, in samples, instead of choosing one from the data.
+    /// Use this window, in samples, instead of what suits the data.
     pub window: Option<usize>,
     /// The longest window that may be chosen, in samples.
     pub longest_window: usize,
@@ -149,6 +151,12 @@ const WAYS: [DerivativeSource; 4] = [
     },
 ];
 
+/// A coordinate that is smooth, and the measured signal that tells most of it.
+struct Spline {
+    source: Source,
+    motion: Motion,
+}
+
 /// Signals that were estimated for one recording.
 pub(super) struct Fitted {
     segments: Vec<Range<usize>>,
@@ -180,18 +188,24 @@ impl Fitted {
         let q = (Source::Q, &recording.q);
         let qd = (Source::Qd, &recording.qd);
         let measured = !recording.qd.is_empty();
+        let accelerations = recording.qdd.is_empty() && options.accelerations;
+        let splines = match options.smooth || !measured || accelerations {
+            true => fitted.splines(recording, q, measured.then_some(qd.1), options),
+            false => Vec::new(),
+        };
         if options.smooth {
-            fitted.signals.q = fitted.signal(recording, "q", &[(q, 0)], options);
+            fitted.signals.q = fitted.signal(recording, "q", &[(q, 0)], &splines, options);
         }
         if !measured {
-            fitted.signals.qd = fitted.signal(recording, "qd", &[(q, 1)], options);
+            fitted.signals.qd = fitted.signal(recording, "qd", &[(q, 1)], &splines, options);
         } else if options.smooth {
-            fitted.signals.qd = fitted.signal(recording, "qd", &[(q, 1), (qd, 0)], options);
+            let sources = [(q, 1), (qd, 0)];
+            fitted.signals.qd = fitted.signal(recording, "qd", &sources, &splines, options);
         }
-        if recording.qdd.is_empty() && options.accelerations {
+        if accelerations {
             let sources = [(q, 2), (qd, 1)];
             let sources = &sources[..if measured { 2 } else { 1 }];
-            fitted.signals.qdd = fitted.signal(recording, "qdd", sources, options);
+            fitted.signals.qdd = fitted.signal(recording, "qdd", sources, &splines, options);
         }
         fitted.momenta(recording, options.smooth, options);
         fitted.finite(recording)
@@ -216,11 +230,39 @@ impl Fitted {
             return;
         }
         let p = (Source::P, &recording.p);
+        let splines = self.splines(recording, p, None, options);
         if smooth {
-            self.signals.p = self.signal(recording, "p", &[(p, 0)], options);
+            self.signals.p = self.signal(recording, "p", &[(p, 0)], &splines, options);
         }
         if options.accelerations {
-            self.signals.pd = self.signal(recording, "pd", &[(p, 1)], options);
+            self.signals.pd = self.signal(recording, "pd", &[(p, 1)], &splines, options);
+        }
+    }
+
+    /// The spline of each coordinate that is smooth enough for one, from values and perhaps rates `[len, n]`.
+    fn splines(
+        &self,
+        recording: &Recording,
+        (source, values): (Source, &Vec<f64>),
+        rates: Option<&Vec<f64>>,
+        options: &EstimateOptions,
+    ) -> Vec<Option<Spline>> {
+        let n = recording.dof();
+        let column = |y: &Vec<f64>, c: usize| y.iter().skip(c).step_by(n).copied().collect();
+        let spline = |c: usize| {
+            let rates = rates.map(|rates| column(rates, c));
+            let motion =
+                spline::interpolate(&recording.t, column(values, c), rates, &self.segments)?;
+            let source = if motion.with_rates {
+                Source::Qd
+            } else {
+                source
+            };
+            Some(Spline { source, motion })
+        };
+        match options.window {
+            Some(_) => (0..n).map(|_| None).collect(),
+            None => (0..n).into_par_iter().map(spline).collect(),
         }
     }
 
@@ -344,11 +386,35 @@ impl Fitted {
         recording: &Recording,
         signal: &'static str,
         ways: &[((Source, &Vec<f64>), usize)],
+        splines: &[Option<Spline>],
         options: &EstimateOptions,
     ) -> Vec<f64> {
         let (len, n) = (recording.len(), recording.dof());
         let mut values = vec![0.0; len * n];
+        let step = median_step(&recording.t);
         for coordinate in 0..n {
+            let estimate = |source, window: usize, noise, [inside, ends]: [f64; 2]| Estimate {
+                trajectory: recording.name.clone(),
+                signal,
+                coordinate: recording.coordinates.0[coordinate].name.clone(),
+                source,
+                window,
+                seconds: (window - 1) as f64 * step,
+                noise,
+                standard_error: inside,
+                standard_error_ends: ends,
+                left_out: self.left_out(recording),
+            };
+            if let Some(Spline { source, motion }) = &splines[coordinate] {
+                let order = ways[0].1;
+                for (row, state) in values.chunks_exact_mut(n).zip(&motion.states) {
+                    row[coordinate] = state[order];
+                }
+                let errors = motion.errors(order, &self.segments);
+                let estimate = estimate(*source, motion.window, motion.rounding, errors);
+                self.estimates.push(estimate);
+                continue;
+            }
             let choices = ways.iter().map(|((source, y), order)| {
                 let series = Series::of(recording, y, coordinate);
                 let choice = choose(series, &self.segments, Filter::of_order(*order), options);
@@ -361,18 +427,9 @@ impl Fitted {
             for segment in &self.segments {
                 apply(series, choice, segment, &mut values);
             }
-            self.estimates.push(Estimate {
-                trajectory: recording.name.clone(),
-                signal,
-                coordinate: recording.coordinates.0[coordinate].name.clone(),
-                source,
-                window: choice.window,
-                seconds: (choice.window - 1) as f64 * median_step(&recording.t),
-                noise: choice.noise,
-                standard_error: choice.standard_error(),
-                standard_error_ends: choice.risk.ends.sqrt(),
-                left_out: self.left_out(recording),
-            });
+            let errors = [choice.standard_error(), choice.risk.ends.sqrt()];
+            let estimate = estimate(source, choice.window, choice.noise, errors);
+            self.estimates.push(estimate);
         }
         values
     }

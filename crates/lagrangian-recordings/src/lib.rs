@@ -36,6 +36,7 @@ mod sample;
 mod shared;
 mod si;
 mod simulated;
+mod spline;
 mod table;
 mod unit;
 pub mod window;
