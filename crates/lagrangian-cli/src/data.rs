@@ -282,9 +282,7 @@ pub(crate) fn note_estimates(estimates: &[Estimate]) {
                 "qd" => "; a fit with --loss positions uses none",
                 _ => "",
             };
-            note!(
-                "note: {signal} was estimated over windows of at most {longest:.3} s{other}"
-            );
+            note!("note: {signal} was estimated over windows of at most {longest:.3} s{other}");
         }
     }
 }

@@ -21,12 +21,11 @@ pub(crate) const MATRIX: usize = 2;
 /// Arguments of a question: their names and values, the first of which is q; an absent one is 0.
 type Given<'a, 'py> = (&'static str, Option<&'a Bound<'py, PyAny>>);
 
+/// Writes an answer for q and q̇.
+type Answer = fn(&mut dyn Evaluator, [&[f64]; 2], &mut [f64]) -> Evaluation;
+
 /// A quantity of a state (q, q̇): its name, its axes as in [`Asked`], and its evaluation at states.
-pub(crate) struct OfState(
-    pub(crate) &'static str,
-    pub(crate) usize,
-    pub(crate) fn(&mut dyn Evaluator, [&[f64]; 2], &mut [f64]) -> Evaluation,
-);
+pub(crate) struct OfState(pub(crate) &'static str, pub(crate) usize, pub(crate) Answer);
 
 impl Model {
     /// A quantity at states, which are at rest where `qd` is absent.

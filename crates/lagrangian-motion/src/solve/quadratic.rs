@@ -5,7 +5,7 @@ use super::{SymmetricSolver, dot};
 /// Sums over the rows of a least-squares problem Y x ≈ y, or their means (theory.md, 45).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Quadratic {
-    /// YᵀY, `[K, K]`, row-major, both triangles.
+    /// `YᵀY`, `[K, K]`, row-major, both triangles.
     pub gram: Vec<f64>,
     /// Yᵀy, `[K]`.
     pub right: Vec<f64>,
@@ -33,7 +33,7 @@ impl Quadratic {
         self.right.len()
     }
 
-    /// Row k of YᵀY, `[K]`.
+    /// Row k of `YᵀY`, `[K]`.
     #[must_use]
     pub fn row(&self, k: usize) -> &[f64] {
         &self.gram[k * self.size()..][..self.size()]

@@ -205,18 +205,14 @@ impl<'a> Scaled<'a> {
         };
         for ((own, around), [best, next]) in parts.iter().zip(&splines) {
             let mut unit = self.scale;
-            for order in 0..3 {
-                let first = if order == 0 {
-                    self.values[around.start]
-                } else {
-                    0.0
-                };
+            for (order, amplified) in AMPLIFIED.into_iter().enumerate() {
+                let first = f64::from(order == 0) * self.values[around.start];
                 let difference = |k: usize| (best[k].state[order] - next[k].state[order]).powi(2);
                 for k in own.clone() {
                     let at = k - around.start;
                     let near = at.saturating_sub(2)..(at + 3).min(best.len());
-                    let variance = near.map(difference).fold(0.0, f64::max)
-                        + (AMPLIFIED[order] * rounding).powi(2);
+                    let variance =
+                        near.map(difference).fold(0.0, f64::max) + (amplified * rounding).powi(2);
                     motion.states[k][order] = (best[at].state[order] + first) * unit;
                     motion.errors[k][order] = variance.sqrt() * unit;
                 }

@@ -18,7 +18,7 @@ type Row = [f64; 2 * LARGEST + 1];
 
 /// The process with N = p + 1 components of the state.
 struct Process<const N: usize> {
-    /// G with GᵀG = Cov(u)⁻¹ for a step of length 1, lower triangular.
+    /// G with `GᵀG` = Cov(u)⁻¹ for a step of length 1, lower triangular.
     root: Matrix<N>,
 }
 
@@ -63,11 +63,14 @@ impl<const N: usize> Process<N> {
             }
         }
         let mut root = [[0.0; N]; N];
-        for column in 0..N {
-            for i in column..N {
-                let sum: f64 = (column..i).map(|k| lower[i][k] * root[k][column]).sum();
-                root[i][column] = (f64::from(i == column) - sum) / lower[i][i];
+        for (i, lower) in lower.iter().enumerate() {
+            let mut row: [f64; N] = std::array::from_fn(|j| f64::from(i == j));
+            for (factor, above) in lower.iter().zip(&root).take(i) {
+                row.iter_mut()
+                    .zip(above)
+                    .for_each(|(x, y)| *x -= factor * y);
             }
+            root[i] = row.map(|x| x / lower[i]);
         }
         Self { root }
     }
@@ -157,13 +160,14 @@ impl<const N: usize> Forward<N> {
     /// Goes over one step, whose first state is eliminated, to a sample's value and rate.
     fn advance(&mut self, step: &Step<N>, value: f64, rate: Option<f64>) {
         let mut rows = [Row::default(); 2 * LARGEST];
-        for i in 0..N {
-            rows[i][..N].copy_from_slice(&self.r[i]);
-            rows[i][2 * N] = self.z[i];
-            for j in 0..N {
-                rows[N + i][j] = -step.moved[i][j];
-                rows[N + i][N + j] = step.root[i][j];
-            }
+        let (known, steps) = rows.split_at_mut(N);
+        for (row, (r, z)) in known.iter_mut().zip(self.r.iter().zip(&self.z)) {
+            row[..N].copy_from_slice(r);
+            row[2 * N] = *z;
+        }
+        for (row, (root, moved)) in steps.iter_mut().zip(step.root.iter().zip(&step.moved)) {
+            row[..N].copy_from_slice(&moved.map(|x| -x));
+            row[N..2 * N].copy_from_slice(root);
         }
         triangularise(&mut rows[..2 * N], N, N, 2 * N + 1);
         let part = |i: usize, from: usize| std::array::from_fn(|j| rows[i][from + j]);
@@ -189,9 +193,9 @@ impl<const N: usize> Forward<N> {
             count += 1;
         }
         triangularise(&mut rows[..count], 0, N, N + 1);
-        for i in 0..N {
-            self.r[i].copy_from_slice(&rows[i][..N]);
-            self.z[i] = rows[i][N];
+        for ((r, z), row) in self.r.iter_mut().zip(&mut self.z).zip(&rows) {
+            r.copy_from_slice(&row[..N]);
+            *z = row[N];
         }
     }
 }

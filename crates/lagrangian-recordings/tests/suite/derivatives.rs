@@ -197,7 +197,10 @@ fn without_noise_the_estimate_is_exact_to_the_order_of_its_window() {
     ));
     let errors = [rms(&t, &trajectory.qd, qd), rms(&t, &trajectory.qdd, qdd)];
     assert!(errors[0] < 1e-7 && errors[1] < 1e-5, "{errors:?}");
-    assert!(errors[1] < 3.0 * estimates[1].standard_error_ends, "{estimates:?}");
+    assert!(
+        errors[1] < 3.0 * estimates[1].standard_error_ends,
+        "{estimates:?}"
+    );
     assert!(estimates.iter().all(|e| e.window <= 11), "{estimates:?}");
 }
 
