@@ -38,3 +38,14 @@ fn a_damaged_model_and_a_damaged_checkpoint_are_read_behind_their_checksums() {
         assert_eq!(run(&bytes), Ok(()), "{file}");
     }
 }
+
+#[test]
+fn a_model_of_random_features_is_refused_with_the_experiment_that_they_are_now() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus/model/features.safetensors");
+    let saved = lagrangian::SavedModel::read(fs::File::open(path).unwrap()).unwrap();
+    let error = lagrangian::Learned::load(&saved)
+        .err()
+        .map(|error| error.to_string());
+    let error = error.unwrap_or_default();
+    assert!(error.contains("experiments -- features"), "{error}");
+}

@@ -269,17 +269,24 @@ pub struct Candidate {
     pub on: fn(data: &Dataset, robot: bool) -> bool,
 }
 
+/// A family of earlier versions that is an experiment now.
+pub(crate) const EXPERIMENT: &str = "features";
+
+pub(crate) fn experiment() -> Error {
+    Error::setting(
+        "random features are no longer a `family`, but an experiment",
+        "run `cargo run --release -p experiments -- features` in the sources, or take `family` lnn",
+    )
+}
+
 impl Entry {
     /// The family of this name.
     ///
     /// # Errors
     /// [`Error::UnknownName`], with the known names; [`Error::Setting`] for one that is an experiment now.
     pub fn by_name(name: &str) -> Result<&'static Self> {
-        if name == "features" {
-            return Err(Error::setting(
-                "random features are no longer a `family`, but an experiment",
-                "run `cargo run --release -p experiments -- features` in the sources, or take `family` lnn",
-            ));
+        if name == EXPERIMENT {
+            return Err(experiment());
         }
         let found = FAMILIES.iter().find(|entry| entry.name == name);
         found.ok_or_else(|| Error::UnknownName {

@@ -8,6 +8,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::FAMILIES;
+use super::family::{EXPERIMENT, experiment};
 use super::named::{Named, Parameter};
 use crate::saved::WEIGHTS;
 use crate::saved::{self, Header, Provenance, SavedModel, Tensor};
@@ -478,8 +479,11 @@ impl Learned {
 /// Loads a model by the row of its family.
 fn load(saved: &SavedModel) -> Result<Learned> {
     let name = &*saved.header.family;
-    let entry = FAMILIES.iter().find(|entry| entry.saved_as.contains(&name));
-    let entry =
-        entry.ok_or_else(|| saved::damaged(format!("'{name}' is not a known family of models")))?;
-    (entry.load)(saved)
+    match FAMILIES.iter().find(|entry| entry.saved_as.contains(&name)) {
+        Some(entry) => (entry.load)(saved),
+        None if name == EXPERIMENT => Err(experiment()),
+        None => Err(saved::damaged(format!(
+            "'{name}' is not a known family of models"
+        ))),
+    }
 }

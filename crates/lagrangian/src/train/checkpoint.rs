@@ -64,6 +64,17 @@ const MOST_SETBACKS: i32 = 6;
 /// A loss that exceeds the best by this factor causes a rollback to the best parameters, with more damping.
 const SETBACK: f64 = 10.0;
 
+/// Settings of earlier versions by the names of today: the precision was a setting of the task before it was Adam's.
+fn renamed(mut config: Value) -> Value {
+    let task = config.as_object_mut();
+    if let Some(precision) = task.and_then(|task| task.remove("precision"))
+        && config["optimizer"]["name"] == "adam"
+    {
+        config["optimizer"]["precision"] = precision;
+    }
+    config
+}
+
 impl Checkpoint {
     pub(crate) fn fresh(parameters: Vec<f64>, memory: usize) -> Self {
         Self {
@@ -82,7 +93,8 @@ impl Checkpoint {
 
     /// Refuses to resume with other settings than those of the fit that wrote it, and names the differences.
     pub(crate) fn check_config(&self, now: &Value) -> Result<()> {
-        let changed = self.config.as_ref().and_then(|then| difference(then, now));
+        let then = self.config.clone().map(renamed);
+        let changed = then.and_then(|then| difference(&then, now));
         match changed {
             None => Ok(()),
             Some(changed) => Err(refused(format!(
