@@ -35,6 +35,8 @@ pub struct EstimateOptions {
     /// If a small torque is the difference of a large inertial and a large gravity term, the noise of q̈ makes a
     /// fit shrink both; play and vibrations that move the encoders but not the drive have the same effect.
     pub low_pass: Option<f64>,
+    /// The recordings are among others that are smooth ([`are_smooth`]): fast motions are not taken for noise.
+    pub clean: bool,
     /// Use this window, in samples, instead of what suits the data.
     pub window: Option<usize>,
     /// The longest window that may be chosen, in samples.
@@ -50,6 +52,7 @@ impl Default for EstimateOptions {
             momenta: true,
             smooth: false,
             low_pass: None,
+            clean: false,
             window: None,
             longest_window: 401,
             gap: GAP,
@@ -248,11 +251,10 @@ impl Fitted {
         options: &EstimateOptions,
     ) -> Vec<Option<Spline>> {
         let n = recording.dof();
-        let column = |y: &Vec<f64>, c: usize| y.iter().skip(c).step_by(n).copied().collect();
         let spline = |c: usize| {
-            let rates = rates.map(|rates| column(rates, c));
-            let motion =
-                spline::interpolate(&recording.t, column(values, c), rates, &self.segments)?;
+            let rates = rates.map(|rates| column(rates, n, c));
+            let (t, values) = (&recording.t, column(values, n, c));
+            let motion = spline::interpolate(t, values, rates, &self.segments, options.clean)?;
             let source = if motion.with_rates {
                 Source::Qd
             } else {
@@ -463,6 +465,26 @@ impl Fitted {
         };
         (trajectory, self.estimates)
     }
+}
+
+/// One coordinate of `[len, n]`.
+fn column(y: &[f64], n: usize, coordinate: usize) -> Vec<f64> {
+    y.iter().skip(coordinate).step_by(n).copied().collect()
+}
+
+/// Whether at least half of the coordinates of all recordings have no noise to speak of: neighbours predict a sample far better
+/// than every other sample does.
+#[must_use]
+pub fn are_smooth(recordings: &[Recording], options: &EstimateOptions) -> bool {
+    let smooth = |recording: &Recording| -> Vec<bool> {
+        let segments = segments(&recording.t, options.gap);
+        let n = recording.dof();
+        let one = |c| spline::is_smooth(&recording.t, column(&recording.q, n, c), &segments);
+        (0..n).map(one).collect()
+    };
+    let usable = recordings.par_iter().filter(|r| r.validate().is_ok());
+    let all: Vec<bool> = usable.flat_map_iter(smooth).collect();
+    2 * all.iter().filter(|smooth| **smooth).count() >= all.len().max(1)
 }
 
 /// Writes the derivative at every sample of `segment` to its index in `values` `[len, n]`.

@@ -42,7 +42,7 @@ mod unit;
 pub mod window;
 
 pub use columns::{Columns, Renamed};
-pub use derivatives::{Estimate, EstimateOptions, Source};
+pub use derivatives::{Estimate, EstimateOptions, Source, are_smooth};
 pub use drive::{Constant, DriveLayout};
 pub use format::{Format, PackageFormat};
 pub use layout::Layout;

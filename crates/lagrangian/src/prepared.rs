@@ -6,7 +6,7 @@ use crate::models::Momenta;
 use crate::train::{AutoSetting, DataFacts, FitSpec, Loss};
 use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
 use lagrangian_recordings::check::{CheckOptions, CheckReport, Verdict, check, check_validation};
-use lagrangian_recordings::{Estimate, EstimateOptions, Recording, Sampling};
+use lagrangian_recordings::{Estimate, EstimateOptions, Recording, Sampling, are_smooth};
 
 impl PrepareOptions {
     /// The low-pass that the check of the data suggests, where noise spoils the accelerations and the options name none.
@@ -207,8 +207,12 @@ pub fn estimated(
     options: &EstimateOptions,
 ) -> Result<(Vec<Trajectory>, Vec<Estimate>)> {
     let (mut trajectories, mut estimates) = (Vec::new(), Vec::new());
+    let options = EstimateOptions {
+        clean: options.clean || are_smooth(&recordings, options),
+        ..options.clone()
+    };
     for recording in recordings {
-        let (own, how) = recording.into_trajectories(options)?;
+        let (own, how) = recording.into_trajectories(&options)?;
         trajectories.extend(own);
         estimates.extend(how);
     }

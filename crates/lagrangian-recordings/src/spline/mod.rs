@@ -23,8 +23,9 @@ const BESIDE: usize = 64;
 /// Number and length of the pieces on which the order is chosen.
 const CHOOSING: usize = 6;
 const CHOOSING_LENGTH: usize = 400;
-/// Neighbours predict a smooth sample this many times better than those twice as far away.
-const SMOOTHER: f64 = 8.0;
+/// Neighbours predict a smooth sample this many times better than those twice as far away; the second number is for recordings
+/// among others that are smooth, where a prediction that is hardly better is that of a fast motion.
+const SMOOTHER: [f64; 2] = [8.0, 2.0];
 /// Predictions with errors below this part of the largest excursion are as good as the numbers.
 const ROUNDING: f64 = 1e-11;
 /// Rates are of the same motion if they differ from those of the values' spline by less than this many of its errors, or by this
@@ -70,24 +71,34 @@ struct Scaled<'a> {
     rates: Option<Vec<f64>>,
     scale: f64,
     step: f64,
+    /// As in [`SMOOTHER`].
+    smoother: f64,
 }
 
-/// Interpolates a coordinate in each of `segments`, from `values` and perhaps `rates` `[len]` at times `t`, s; `None` where they are not smooth.
+/// Whether `values` `[len]` at times `t`, s, are smooth in `segments`.
+pub(super) fn is_smooth(t: &[f64], values: Vec<f64>, segments: &[Range<usize>]) -> bool {
+    let long = segments.iter().all(|s| s.len() >= SHORTEST);
+    long && Scaled::new(t, values, segments, false).is_smooth(segments)
+}
+
+/// Interpolates a coordinate in each of `segments`, from `values` and perhaps `rates` `[len]` at times `t`, s; `None` where they
+/// are not smooth. `clean` recordings are among others that are smooth.
 pub(super) fn interpolate(
     t: &[f64],
     values: Vec<f64>,
     rates: Option<Vec<f64>>,
     segments: &[Range<usize>],
+    clean: bool,
 ) -> Option<Motion> {
     if segments.iter().any(|s| s.len() < SHORTEST) {
         return None;
     }
-    let mut scaled = Scaled::new(t, values, segments);
+    let mut scaled = Scaled::new(t, values, segments, clean);
     let alone = scaled.motion(segments)?;
     let Some(rates) = rates else {
         return Some(alone);
     };
-    if !Scaled::new(t, rates.clone(), segments).is_smooth(segments)
+    if !Scaled::new(t, rates.clone(), segments, clean).is_smooth(segments)
         || !alone.agrees(&rates, segments)
     {
         return Some(alone);
@@ -98,7 +109,7 @@ pub(super) fn interpolate(
 }
 
 impl<'a> Scaled<'a> {
-    fn new(t: &'a [f64], values: Vec<f64>, segments: &[Range<usize>]) -> Self {
+    fn new(t: &'a [f64], values: Vec<f64>, segments: &[Range<usize>], clean: bool) -> Self {
         let first = segments.first().map_or(0.0, |s| values[s.start]);
         let inside = segments.iter().flat_map(|s| &values[s.clone()]);
         let scale = inside.fold(0.0_f64, |scale, y| scale.max((y - first).abs()));
@@ -109,6 +120,7 @@ impl<'a> Scaled<'a> {
             rates: None,
             scale,
             step: median_step(t),
+            smoother: SMOOTHER[usize::from(clean)],
         }
     }
 
@@ -174,7 +186,7 @@ impl<'a> Scaled<'a> {
 
     /// Whether the best order predicts far better than from every other sample.
     fn is_smooth_at(&self, (error, order): (f64, usize), few: &[Range<usize>]) -> bool {
-        error < ROUNDING || SMOOTHER * error < self.left_out(order, few, 2)
+        error < ROUNDING || self.smoother * error < self.left_out(order, few, 2)
     }
 
     fn is_smooth(&self, segments: &[Range<usize>]) -> bool {

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use lagrangian_motion::{Coordinates, Error, Signals, Trajectory};
-use lagrangian_recordings::{Columns, Source};
+use lagrangian_recordings::{Columns, Source, are_smooth};
 use lagrangian_recordings::{Estimate, EstimateOptions, Recording};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -225,6 +225,42 @@ fn splines_follow_short_strong_accelerations_and_tell_their_error() {
         let claimed = estimates.iter().find(|e| e.signal == "qdd").unwrap();
         assert!(claimed.standard_error > 0.2 * error && claimed.standard_error < 100.0 * error);
     }
+}
+
+#[test]
+fn a_motion_that_is_fast_for_its_rate_is_smooth_among_smooth_ones() {
+    let at = |rate: f64| -> Vec<f64> { (0..50).map(|k| f64::from(k) / rate).collect() };
+    let of = |t: Vec<f64>| recording(t.clone(), t.iter().map(|t| passage(*t)[0]).collect(), None);
+    let (slow, fast) = (of(at(100.0)), of(at(24.0)));
+    let options = EstimateOptions::default();
+    assert!(are_smooth(
+        &[slow.clone(), slow.clone(), fast.clone()],
+        &options
+    ));
+    let mut swing = Swing::new(12);
+    let t = swing.times(500, 0.01);
+    assert!(!are_smooth(
+        &[
+            slow,
+            swing.recording(t.clone(), 1e-3, None),
+            swing.recording(t, 1e-2, None)
+        ],
+        &options
+    ));
+    let error = |clean: bool| {
+        let options = EstimateOptions {
+            clean,
+            ..EstimateOptions::default()
+        };
+        let (trajectory, _) = fast.clone().into_trajectory(&options).unwrap();
+        rms(&trajectory.t, &trajectory.qdd, |t| passage(t)[2])
+    };
+    assert!(
+        error(true) < 0.5 * error(false),
+        "{} {}",
+        error(true),
+        error(false)
+    );
 }
 
 #[test]
