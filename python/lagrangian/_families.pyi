@@ -23,14 +23,13 @@ class Best(Estimator):
         structure: Any Hamiltonian, one with a mass matrix, or none: the plain flow (q, q̇) → (q̇, q̈) to compare with. One of ``free``, ``mass``, ``none``. Default: free.
         momenta: What a Hamiltonian network takes for momenta: recorded ones (columns p1, p2, …), or the velocities in their place. One of ``recorded``, ``velocities``. Default: recorded, or p = m q̇ with masses.
         masses: Masses m of p = m q̇, one for each coordinate. Numbers above 0, from 1e-9 to 1e9.
+        width: Units in each hidden layer. A whole number from 1. Default: 64; 16 for delan and vin where the data are noisy.
         layers: Hidden layers. A whole number from 1. Default: 2.
+        activation: Activation of the hidden layers. One of ``softplus``, ``tanh``, ``gelu``, ``xtanh``. Default: softplus.
         order: Order of a neural ODE: (q, q̇) → (q̇, q̈), or q̈ alone. One of ``first``, ``second``. Default: second.
         dissipation: Learn viscous and Coulomb friction too.
         forces: Learn these forces too, separated by commas. Some of ``viscous``, ``coulomb``, ``stribeck``, ``load``, ``directional``, ``quadratic``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
         searches: The number of searches for the joints, each from other random directions. A whole number from 1. Default: 8.
-        width: Units in each hidden layer. A whole number from 1. Default: 64; 16 for delan and vin where the data are noisy.
-        activation: Activation of the hidden layers. One of ``softplus``, ``tanh``, ``gelu``, ``xtanh``. Default: softplus.
-        spread: The standard deviation of the random weights, for inputs of order one: larger for Lagrangians with more detail. A number above 0, from 1e-6 to 1e6. Default: 0.05.
         friction: The terms of the friction of gears (arXiv 2410.08650). One of ``m1``, ``m2``, ``m3``, ``m4``, ``m5``, ``m6``. Default: by held-out motions.
         weight: The moment m g l of the first link's weight, N·m: without a torque only ratios to it are learned. A number above 0, from 1e-9 to 1e9. Default: 1.
         loss: What is compared with the data. One of ``acceleration``, ``acceleration-relative``, ``acceleration-l1``, ``torque``, ``torque-l1``, ``torque-acceleration``, ``torque-power``, ``positions``, ``positions-trapezoidal``, ``rollout``. Default: acceleration; rollout for neural-ode; positions for vin; torque for delan where torques are recorded and accelerations certain to 0.5 %.
@@ -70,14 +69,13 @@ class Best(Estimator):
     structure: Literal["free", "mass", "none"] | None
     momenta: Literal["recorded", "velocities"] | None
     masses: Sequence[float] | None
+    width: int | None
     layers: int | None
+    activation: Literal["softplus", "tanh", "gelu", "xtanh"] | None
     order: Literal["first", "second"] | None
     dissipation: bool | None
     forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None
     searches: int | None
-    width: int | None
-    activation: Literal["softplus", "tanh", "gelu", "xtanh"] | None
-    spread: float | None
     friction: Literal["m1", "m2", "m3", "m4", "m5", "m6"] | None
     weight: float | None
     loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None
@@ -119,14 +117,13 @@ class Best(Estimator):
         structure: Literal["free", "mass", "none"] | None = ...,
         momenta: Literal["recorded", "velocities"] | None = ...,
         masses: Sequence[float] | None = ...,
+        width: int | None = ...,
         layers: int | None = ...,
+        activation: Literal["softplus", "tanh", "gelu", "xtanh"] | None = ...,
         order: Literal["first", "second"] | None = ...,
         dissipation: bool | None = ...,
         forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None = ...,
         searches: int | None = ...,
-        width: int | None = ...,
-        activation: Literal["softplus", "tanh", "gelu", "xtanh"] | None = ...,
-        spread: float | None = ...,
         friction: Literal["m1", "m2", "m3", "m4", "m5", "m6"] | None = ...,
         weight: float | None = ...,
         loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None = ...,
