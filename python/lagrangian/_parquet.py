@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 # Number of rows that are read at a time, largest number of numbers in a list, and of bytes in the name of a trajectory.
 BATCH, WIDEST, LONGEST = 1 << 13, 1 << 12, 1 << 10
 # Largest number of entries of a list in the footer: of columns, which bounds how deep they are nested, and of groups of rows.
-MOST_ENTRIES = 1 << 14
+MOST_ENTRIES = 1 << 12
 # The columns may take this many bytes, or this many times those of the file, where that is more.
 UNPACKED, PACKING = 1 << 30, 100
 # How a file is opened: checksums of pages are compared, and no more is held than a column in a group of rows, as it is in the file.

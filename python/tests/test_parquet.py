@@ -151,7 +151,7 @@ def test_files_that_claim_more_than_they_hold_are_refused_and_take_no_memory(tmp
         return good[:4] + header + good[4 + len(header) :]
 
     damaged = [first(14, 14, values) for values in (10**8, 2**31 - 1, -1)]
-    damaged += [first(2 * 10**9, 14, 2), first(14, 2 * 10**9, 2), nested(10_000), nested(200_000)]
+    damaged += [first(2 * 10**9, 14, 2), first(14, 2 * 10**9, 2), nested(4_200), nested(15_000), nested(200_000)]
     damaged += [footed(b"", 1 << 20), footed(b"", 2**32 - 1), good[:-100], b""]
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     for k, content in enumerate(damaged):
