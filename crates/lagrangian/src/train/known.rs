@@ -1,6 +1,7 @@
 //! The properties of data that choices depend on.
 
 use crate::dataset::Dataset;
+use lagrangian_motion::statistics::median_size;
 use lagrangian_recordings::{Estimate, Source};
 
 /// Accelerations are noisy where their relative standard error exceeds this.
@@ -61,19 +62,11 @@ impl DataFacts {
     }
 }
 
-/// Standard error of the accelerations of a coordinate, root mean square over the trajectories.
+/// Standard error of the accelerations of a coordinate, the median over the trajectories: noise is that of all of them, and a
+/// motion that is fast for its rate is not noise.
 fn standard_error(estimates: &[Estimate], name: &str) -> f64 {
-    let own = estimates
-        .iter()
-        .filter(|e| e.signal == "qdd" && e.coordinate == name);
-    let (sum, count) = own.fold((0.0, 0.0), |(s, c), e| {
-        (s + e.standard_error.powi(2), c + 1.0)
-    });
-    if count > 0.0 {
-        (sum / count).sqrt()
-    } else {
-        0.0
-    }
+    let own = |e: &&Estimate| e.signal == "qdd" && e.coordinate == name;
+    median_size(&mut estimates.iter().filter(own).map(|e| e.standard_error))
 }
 
 /// Standard error of the second divided difference of three positions, from the noise of the positions.
