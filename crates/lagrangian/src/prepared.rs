@@ -207,8 +207,9 @@ pub fn estimated(
     options: &EstimateOptions,
 ) -> Result<(Vec<Trajectory>, Vec<Estimate>)> {
     let (mut trajectories, mut estimates) = (Vec::new(), Vec::new());
+    let windowed = options.low_pass.is_some() || options.window.is_some();
     let options = EstimateOptions {
-        clean: options.clean || are_smooth(&recordings, options),
+        clean: options.clean || !windowed && are_smooth(&recordings, options),
         ..options.clone()
     };
     for recording in recordings {

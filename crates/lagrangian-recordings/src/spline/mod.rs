@@ -62,6 +62,18 @@ impl Motion {
         }
         [0, 1].map(|part| (sums[part] / f64::from(counts[part].max(1))).sqrt())
     }
+
+    /// Whether measured rates are those of the motion.
+    fn agrees(&self, rates: &[f64], segments: &[Range<usize>]) -> bool {
+        let mut sums = [0.0; 3];
+        for k in segments.iter().flat_map(Clone::clone) {
+            sums[0] += (rates[k] - self.states[k][1]).powi(2);
+            sums[1] += self.errors[k][1].powi(2);
+            sums[2] += rates[k].powi(2);
+        }
+        let [difference, error, size] = sums.map(f64::sqrt);
+        difference <= DIFFERING * error + NEGLIGIBLE * size
+    }
 }
 
 /// A coordinate in units of its largest excursion and of the median step.
@@ -232,20 +244,6 @@ impl<'a> Scaled<'a> {
             }
         }
         Some(motion)
-    }
-}
-
-impl Motion {
-    /// Whether measured rates are those of the motion.
-    fn agrees(&self, rates: &[f64], segments: &[Range<usize>]) -> bool {
-        let mut sums = [0.0; 3];
-        for k in segments.iter().flat_map(Clone::clone) {
-            sums[0] += (rates[k] - self.states[k][1]).powi(2);
-            sums[1] += self.errors[k][1].powi(2);
-            sums[2] += rates[k].powi(2);
-        }
-        let [difference, error, size] = sums.map(f64::sqrt);
-        difference <= DIFFERING * error + NEGLIGIBLE * size
     }
 }
 
