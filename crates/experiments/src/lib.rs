@@ -13,6 +13,7 @@ mod alarms;
 mod chains;
 mod chart;
 mod data;
+mod driver;
 mod ensembles;
 mod families;
 mod features;

@@ -38,6 +38,18 @@ pub(crate) struct Args {
     #[arg(long, value_name = "PART")]
     pub(crate) only: Option<String>,
 
+    /// Number of cases, evenly spread over all, where the experiment has cases
+    #[arg(long, value_name = "N")]
+    pub(crate) cases: Option<usize>,
+
+    /// One half of the systems, where the experiment has halves
+    #[arg(long, value_parser = ["first", "second"])]
+    pub(crate) half: Option<String>,
+
+    /// Fit with other flags too, where the experiment has them: slow
+    #[arg(long)]
+    pub(crate) flags: bool,
+
     /// Folder of the reference data [default: the variable `LAGRANGIAN_DATA`, else shared/data, else ../shared/data]
     #[arg(long, value_name = "DIR")]
     pub(crate) data: Option<PathBuf>,

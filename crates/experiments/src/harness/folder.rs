@@ -55,6 +55,11 @@ impl Folder {
         &self.0
     }
 
+    /// The text of a file of an earlier run in this folder; empty where there is none.
+    pub(crate) fn read(&self, name: &str) -> String {
+        fs::read_to_string(self.0.join(name)).unwrap_or_default()
+    }
+
     /// Writes one file.
     pub(crate) fn write(&self, name: &str, bytes: &[u8]) -> Result<()> {
         let path = self.0.join(name);

@@ -25,7 +25,7 @@ use progress::Progress;
 
 pub(crate) use history::{History, fit_with_history};
 pub(crate) use lab::Lab;
-pub(crate) use page::line;
+pub(crate) use page::{as_text, line};
 pub(crate) use results::{
     Contestant, Published, Quantity, Results, Row, contestant, contestants, less, more, neither,
     published,
@@ -91,6 +91,7 @@ const EXPERIMENTS: &[Experiment] = &[
     crate::servo::EXPERIMENT,
     crate::mistakes::EXPERIMENT,
     crate::alarms::EXPERIMENT,
+    crate::driver::EXPERIMENT,
     crate::hamiltonian::EXPERIMENT,
     crate::relativistic::EXPERIMENT,
     crate::magnetic::EXPERIMENT,
@@ -158,7 +159,7 @@ fn run(args: &Args) -> Result<()> {
     folder.write("report.html", draw::html(&report).as_bytes())?;
     match args.json {
         true => print(&serde_json::to_string_pretty(&figures)?)?,
-        false => print(&page::as_text(&summary))?,
+        false => print(&as_text(&summary))?,
     }
     if args.quick {
         eprintln!("note: {}", page::QUICK);

@@ -221,7 +221,7 @@ pub(super) fn report(experiment: &Experiment, results: Results) -> Report {
 }
 
 /// A table as lines of text, its columns aligned.
-pub(super) fn as_text(table: &Table) -> String {
+pub(crate) fn as_text(table: &Table) -> String {
     let rows: Vec<&Vec<String>> = std::iter::once(&table.header).chain(&table.rows).collect();
     let width = |k: usize| {
         let cells = rows.iter().filter_map(|row| row.get(k));
