@@ -288,3 +288,52 @@ fn list(lab: &mut Lab, records: &[Record]) -> Result<()> {
     lab.results.tables.push(table);
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+    use std::collections::HashSet;
+
+    #[test]
+    fn there_are_enough_cases_of_systems_that_move_and_both_halves_have_their_share() {
+        let all = cases();
+        let names: HashSet<String> = all.iter().map(Case::name).collect();
+        assert!(
+            names.len() == all.len() && all.len() >= 300,
+            "{} of {}",
+            names.len(),
+            all.len()
+        );
+        let first = all
+            .iter()
+            .filter(|case| case.system.half() == "first")
+            .count();
+        assert!(
+            (0.35..0.65).contains(&(first as f64 / all.len() as f64)),
+            "{first}"
+        );
+        for system in systems::all() {
+            let truth = system.build().unwrap();
+            for forced in [false, true] {
+                let motions = truth.motions(3, forced, 7);
+                let motions = motions.unwrap_or_else(|error| panic!("{}: {error}", system.name()));
+                let rows = motions.iter().map(|motion| &motion.shown);
+                assert!(rows.clone().all(|row| row.tau.is_empty() != forced));
+                let moved =
+                    rows.map(|row| row.qdd.iter().fold(0.0_f64, |most, x| most.max(x.abs())));
+                println!(
+                    "{} {forced} {} {:?}",
+                    system.name(),
+                    truth.seconds,
+                    moved.clone().collect::<Vec<_>>()
+                );
+                assert!(
+                    moved.into_iter().any(|most| most > 1e-2),
+                    "{}",
+                    system.name()
+                );
+            }
+        }
+    }
+}

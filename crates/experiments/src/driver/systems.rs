@@ -10,6 +10,7 @@ use lagrangian::{Coordinates, RolloutOptions, Trajectory, rollout};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+use super::cases::deviation;
 use crate::mistakes::sources::Path;
 
 /// A system of this table: its coordinates (`a` an angle, `l` a length), and the least and largest initial value of each
@@ -196,7 +197,7 @@ const LOSSY: &[(&str, Loss)] = &[
     ("quartic-pair", Loss::Coulomb),
     ("cart-spring", Loss::Viscous),
     ("bead-parabola", Loss::Drag),
-    ("spherical-pendulum", Loss::Viscous),
+    ("torus", Loss::Viscous),
     ("coupled-pendulums", Loss::DeadZone),
     ("three-springs", Loss::Coulomb),
     ("two-link-arm", Loss::Viscous),
@@ -245,13 +246,11 @@ impl Named {
         }
     }
 
-    /// The half that it belongs to, by the parity of a sum over the letters of its Lagrangian's name: nothing is tuned on the second.
+    /// The half that it belongs to, by a bit of the FNV-1a sum of its Lagrangian's name: nothing is tuned on the second.
     pub(super) fn half(self) -> &'static str {
-        let sum = self
-            .lagrangian
-            .bytes()
-            .fold(7_u64, |sum, byte| sum.wrapping_mul(31) ^ u64::from(byte));
-        ["first", "second"][(sum ^ sum >> 7) as usize % 2]
+        let add = |sum: u64, byte: u8| (sum ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+        let sum = self.lagrangian.bytes().fold(0xcbf2_9ce4_8422_2325, add);
+        ["first", "second"][(sum >> 16) as usize % 2]
     }
 
     fn model(self) -> Result<Box<dyn AnalyticModel>> {
@@ -276,10 +275,21 @@ impl Named {
         let mut truth = Truth {
             model,
             loss: self.loss,
+            seconds: SECONDS[0],
             force: vec![0.0; n],
             speed: vec![0.0; n],
         };
-        let motions = truth.motions(4, false, 1)?;
+        let mut motions = Vec::new();
+        for seconds in SECONDS {
+            truth.seconds = seconds;
+            let all = (0..12)
+                .map(|k| truth.motion(false, k))
+                .collect::<Result<Vec<_>>>()?;
+            motions = all.into_iter().flatten().collect();
+            if motions.len() >= 9 {
+                break;
+            }
+        }
         for (motion, k) in motions
             .iter()
             .flat_map(|m| (0..m.shown.len()).step_by(5).map(move |k| (&m.shown, k)))
@@ -311,9 +321,14 @@ impl Named {
     }
 }
 
-/// Length of a motion, s, and its samples.
-pub(super) const SECONDS: f64 = 5.0;
+/// Lengths of motions, s: the longest whose samples resolve most motions.
+const SECONDS: [f64; 3] = [5.0, 2.5, 1.25];
+/// Samples of a motion.
 pub(super) const SAMPLES: usize = 250;
+/// A motion is resolved where no acceleration moves a coordinate farther in a step than this part of its deviation, or of a radian.
+const RESOLVED: f64 = 0.05;
+/// The drive at its usual strength, in parts of the usual force.
+const DRIVEN: f64 = 0.4;
 /// Friction at the usual speed, in parts of the usual force; the dead zone in parts of that of the drive.
 const LOST: f64 = 0.15;
 
@@ -321,6 +336,8 @@ const LOST: f64 = 0.15;
 pub(super) struct Truth {
     pub(super) model: Box<dyn AnalyticModel>,
     loss: Loss,
+    /// The length of its motions, s.
+    pub(super) seconds: f64,
     /// The usual force on each coordinate, and the usual speed.
     force: Vec<f64>,
     speed: Vec<f64>,
@@ -331,6 +348,7 @@ pub(super) struct Motion {
     /// q, q̇, q̈, and the forces of the drive where there is one.
     pub(super) shown: Trajectory,
     drive: Vec<(f64, Path)>,
+    pace: f64,
 }
 
 impl Motion {
@@ -338,7 +356,7 @@ impl Motion {
     pub(super) fn drive(&self, t: f64, tau: &mut [f64]) {
         tau.fill(0.0);
         for (tau, (size, path)) in tau.iter_mut().zip(&self.drive) {
-            *tau = size * path.at(1.5 * t)[0];
+            *tau = size * path.at(self.pace * t)[0];
         }
     }
 }
@@ -346,52 +364,64 @@ impl Motion {
 impl Truth {
     /// So many motions, each from its own start and under its own forces.
     pub(super) fn motions(&self, count: usize, forced: bool, seed: u64) -> Result<Vec<Motion>> {
-        (0..count as u64)
-            .map(|k| self.motion(forced, seed.wrapping_mul(1009).wrapping_add(k)))
-            .collect()
+        let tries = (0..20 * count as u64).map(|k| seed.wrapping_mul(1009).wrapping_add(k));
+        let mut all = Vec::new();
+        for seed in tries {
+            all.extend(self.motion(forced, seed)?);
+            if all.len() == count {
+                return Ok(all);
+            }
+        }
+        Err(anyhow!("too few motions of this system are resolved"))
     }
 
-    fn motion(&self, forced: bool, seed: u64) -> Result<Motion> {
+    /// A motion; none where it ends early, or its samples do not resolve it.
+    fn motion(&self, forced: bool, seed: u64) -> Result<Option<Motion>> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let times: Vec<f64> = (0..SAMPLES)
-            .map(|k| k as f64 * SECONDS / SAMPLES as f64)
-            .collect();
+        let step = self.seconds / SAMPLES as f64;
+        let times: Vec<f64> = (0..SAMPLES).map(|k| k as f64 * step).collect();
         let options = RolloutOptions {
             rtol: 1e-10,
             atol: 1e-10,
-            max_steps: 100_000,
+            max_steps: 50_000,
             ..RolloutOptions::default()
         };
-        for _ in 0..20 {
-            let drives = if forced { &self.force[..] } else { &[] };
-            let drive = drives
+        let drives = if forced { &self.force[..] } else { &[] };
+        let drives = drives
+            .iter()
+            .map(|size| (DRIVEN * size, Path::random(&mut rng)));
+        let mut motion = Motion {
+            shown: Trajectory::default(),
+            drive: drives.collect(),
+            pace: 7.5 / self.seconds,
+        };
+        let start = self.model.sample_start(&mut rng);
+        let force = |t: f64, _: &[f64], qd: &[f64], tau: &mut [f64]| {
+            motion.drive(t, tau);
+            self.lose(qd, tau);
+        };
+        let made = rollout(&*self.model, &start.q, &start.qd, &times, &force, &options)?;
+        let (n, shown) = (start.q.len(), made.trajectory);
+        let resolved = (0..n).all(|i| {
+            let column = |x: &[f64]| x.iter().skip(i).step_by(n).copied().collect::<Vec<f64>>();
+            let most = column(&shown.qdd)
                 .iter()
-                .map(|size| (*size, Path::random(&mut rng)))
-                .collect();
-            let start = self.model.sample_start(&mut rng);
-            let mut motion = Motion {
-                shown: Trajectory::default(),
-                drive,
+                .fold(0.0_f64, |most, x| most.max(x.abs()));
+            let size = match self.model.coordinates().is_circle(i) {
+                true => 1.0,
+                false => deviation(&column(&shown.q)),
             };
-            let force = |t: f64, _: &[f64], qd: &[f64], tau: &mut [f64]| {
-                motion.drive(t, tau);
-                self.lose(qd, tau);
-            };
-            let made = rollout(&*self.model, &start.q, &start.qd, &times, &force, &options)?;
-            if !made.outcome.is_finished() {
-                continue;
-            }
-            motion.shown = made.trajectory;
-            let n = start.q.len();
-            let mut tau = vec![0.0; if forced { n * times.len() } else { 0 }];
-            times
-                .iter()
-                .zip(tau.chunks_exact_mut(n))
-                .for_each(|(t, tau)| motion.drive(*t, tau));
-            motion.shown.tau = tau;
-            return Ok(motion);
+            most * step * step <= RESOLVED * size
+        });
+        if !(made.outcome.is_finished() && resolved) {
+            return Ok(None);
         }
-        Err(anyhow!("no motion of this system ends"))
+        motion.shown = shown;
+        let mut tau = vec![0.0; if forced { n * times.len() } else { 0 }];
+        let rows = times.iter().zip(tau.chunks_exact_mut(n));
+        rows.for_each(|(t, tau)| motion.drive(*t, tau));
+        motion.shown.tau = tau;
+        Ok(Some(motion))
     }
 
     /// What is left of the forces of a drive.
@@ -407,7 +437,7 @@ impl Truth {
                 Loss::Viscous => *tau -= lost * pace,
                 Loss::Coulomb => *tau -= lost * (20.0 * pace).tanh(),
                 Loss::Drag => *tau -= lost * pace * pace.abs(),
-                Loss::DeadZone => *tau -= tau.clamp(-lost, lost),
+                Loss::DeadZone => *tau -= tau.clamp(-DRIVEN * lost, DRIVEN * lost),
             }
         }
     }
