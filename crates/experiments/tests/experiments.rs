@@ -75,6 +75,7 @@ fn a_part_that_an_experiment_does_not_have_is_refused_with_those_that_it_has() {
         ("table --only dellan", "delan"),
         ("table --only lnn:noize", "noise"),
         ("alarms --only baxter", "real or simulated"),
+        ("driver --only unicycle", "no case"),
         ("chains --only 0", "1 to 7"),
         ("chains --only five", "1 to 7"),
         ("hamiltonian --only spring", "mass_spring"),
@@ -129,6 +130,24 @@ fn good_simulated_logs_are_not_accused() {
             .sum::<f64>()
     };
     assert_eq!((sum("checked"), sum("accused")), (20.0, 0.0), "{figures:#}");
+}
+
+/// The regret of the plain command on the cases of a quick run, geometric mean: what it was, first half and second.
+const REGRET: [f64; 2] = [28.0, 23.0];
+/// The spread of its decimal logarithm over three seeds, which change all motions.
+const SPREAD: f64 = 0.4;
+
+#[test]
+fn the_plain_command_does_not_fall_behind_what_it_was() {
+    let (figures, names) = figures("driver");
+    for (half, stored) in ["first", "second"].into_iter().zip(REGRET) {
+        let value = |key: &str| figures[half][key][0].as_f64().unwrap();
+        let regret = value("regret_mean");
+        assert!(regret < stored * 10_f64.powf(SPREAD), "{half}: {regret}");
+        // Of the few that are called so one may be by chance.
+        assert!(value("useless") < 35.0 && value("flaws") <= 50.0, "{half}");
+    }
+    assert!(names.contains(&"cases.jsonl".to_string()));
 }
 
 #[test]

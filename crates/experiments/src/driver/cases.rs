@@ -6,7 +6,7 @@ use lagrangian::trajectory::Trajectory;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::systems::{Motion, Named, SAMPLES, Truth, all};
+use super::systems::{Loss, Motion, Named, SAMPLES, Truth, all};
 use crate::mistakes::case::Log;
 use crate::mistakes::sources::{normal, of_motion};
 
@@ -28,6 +28,8 @@ pub(super) struct Case {
     count: usize,
     pub(super) forced: bool,
     pub(super) flaw: Option<&'static Flaw>,
+    /// Other motions of the same kind for another seed.
+    pub(super) seed: u64,
 }
 
 /// What the command is given.
@@ -187,7 +189,10 @@ pub(super) fn cases() -> Vec<Case> {
         let system = *system;
         (0..KINDS).map(move |k| {
             let kind = (7 * at + 5 * k) % 24;
-            let (velocities, forced) = (kind / 3 % 2 == 1, kind / 12 == 1);
+            let (velocities, forced) = (
+                kind / 3 % 2 == 1,
+                kind / 12 == 1 || system.loss == Loss::DeadZone,
+            );
             Case {
                 system,
                 noise: NOISE[kind % 3],
@@ -195,6 +200,7 @@ pub(super) fn cases() -> Vec<Case> {
                 count: COUNTS[kind / 6 % 2],
                 forced,
                 flaw: None,
+                seed: 0,
             }
         })
     };
@@ -215,6 +221,7 @@ pub(super) fn cases() -> Vec<Case> {
                 count: COUNTS[0],
                 forced: flaw.forced,
                 flaw: Some(flaw),
+                seed: 0,
             }
         })
     });
@@ -240,9 +247,13 @@ impl Case {
 
     /// The seed of its motions.
     pub(super) fn seed(&self) -> u64 {
-        self.name().bytes().fold(17, |sum: u64, byte| {
-            sum.wrapping_mul(131).wrapping_add(byte.into()) % 1_000_003
-        })
+        let add = |sum: u64, byte: u8| sum.wrapping_mul(131).wrapping_add(byte.into()) % 1_000_003;
+        self.name().bytes().fold(17, add) + 7_000_003 * self.seed
+    }
+
+    /// Whether it is small enough for a quick run.
+    pub(super) fn is_small(&self) -> bool {
+        self.count == COUNTS[0] && self.system.shape().is_ok_and(|(n, _)| n <= 2)
     }
 
     /// The recordings as a file gives them.

@@ -19,6 +19,8 @@ use crate::harness::Lab;
 const NEW: usize = 12;
 /// Samples that are predicted from each start: half a second.
 const AHEAD: usize = SAMPLES / 10;
+/// The largest error of an acceleration; JSON has no infinity.
+const MOST: f64 = 1e9;
 /// What a prediction that ends early errs by, in parts of the deviation.
 const LOST: f64 = 10.0;
 
@@ -63,14 +65,14 @@ pub(super) struct Errors {
 impl Default for Errors {
     fn default() -> Self {
         Self {
-            each: vec![f64::INFINITY],
+            each: vec![MOST],
             ahead: [LOST; 2],
         }
     }
 }
 
 impl Errors {
-    /// The mean over the coordinates; a large number where there is none, which JSON can keep.
+    /// The mean over the coordinates.
     pub(super) fn acceleration(&self) -> f64 {
         let mean = self.each.iter().sum::<f64>() / self.each.len() as f64;
         if mean.is_finite() { mean.min(1e9) } else { 1e9 }
@@ -171,7 +173,7 @@ pub(super) fn measured(lab: &mut Lab, case: &Case, asked: String) -> Result<Reco
 fn spec(lab: &Lab) -> FitSpec {
     match lab.quick() {
         true => FitSpec {
-            steps: Some(40),
+            steps: Some(100),
             ..FitSpec::default()
         },
         false => FitSpec {
@@ -348,7 +350,7 @@ impl New {
             let (own, other) = (column(&predicted, i), column(&truth, i));
             let squares: f64 = own.iter().zip(&other).map(|(a, b)| (a - b).powi(2)).sum();
             let mse = squares / own.len() as f64 / deviation(&other).powi(2).max(1e-12);
-            if mse.is_finite() { mse.min(1e9) } else { 1e9 }
+            if mse.is_finite() { mse.min(MOST) } else { 1e9 }
         };
         (0..self.n).map(error).collect()
     }

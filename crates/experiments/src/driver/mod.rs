@@ -31,6 +31,7 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
     quantities: &[
         neither("cases", "cases", ""),
         less("regret_median", "regret, median", ""),
+        less("regret_mean", "geometric mean", ""),
         less("regret_most", "95 %", ""),
         less("regret_worst", "worst", ""),
         less("behind", "behind a peer", "%"),
@@ -64,7 +65,8 @@ fn run(lab: &mut Lab) -> Result<()> {
         .seconds
         .map_or("default".into(), |s| format!("{s} s"));
     let length = if lab.quick() { "quick".into() } else { seconds };
-    let asked = format!("{length}{}", if lab.args.flags { ", flags" } else { "" });
+    let flags = if lab.args.flags { ", flags" } else { "" };
+    let asked = format!("{length}{flags}, seed {}", lab.args.seed);
     let kept = lab.folder.read(KEPT);
     let mut records: Vec<Record> = kept
         .lines()
@@ -102,6 +104,8 @@ fn chosen(lab: &Lab) -> Result<Vec<Case>> {
     let mut all = cases();
     let half = lab.args.half.as_deref();
     all.retain(|case| half.is_none_or(|half| case.system.half() == half));
+    all.retain(|case| !lab.quick() || case.is_small());
+    all.iter_mut().for_each(|case| case.seed = lab.args.seed);
     all.retain(|case| {
         lab.args
             .only
@@ -179,6 +183,10 @@ fn summarise(lab: &mut Lab, half: &str, records: &[&Record]) {
     let values = [
         ("cases", records.len() as f64),
         ("regret_median", quantile(regrets.clone(), 0.5)),
+        (
+            "regret_mean",
+            (regrets.iter().map(|x| x.ln()).sum::<f64>() / regrets.len() as f64).exp(),
+        ),
         ("regret_most", quantile(regrets.clone(), 0.95)),
         ("regret_worst", quantile(regrets, 1.0)),
         ("behind", percent(good(), Record::is_behind)),
