@@ -14,6 +14,7 @@ use serde_json::{Value, json};
 use crate::harness::failure::mistake;
 use crate::harness::{Experiment, Lab, neither};
 use case::Case;
+use sources::SIX;
 use stages::{Checked, Fitted, checked, fitted};
 use table::{MISTAKES, Mistake, with_accelerations};
 
@@ -48,12 +49,19 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
 type Source = (&'static str, fn(&Lab) -> Result<Option<Case>>);
 
 /// The names of the sources.
-const PARTS: &str = "arm, free double pendulum or ur10_real";
+const PARTS: &str = "arm, free double pendulum, ur10_real, six of an arm, six pendulums, six double pendulums, six carts, six Furuta pendulums \
+                     or six free double pendulums";
 
-const SOURCES: [Source; 3] = [
+const SOURCES: [Source; 9] = [
     ("arm", sources::arm),
     ("free double pendulum", sources::pendulum),
     ("ur10_real", sources::ur10),
+    ("six of an arm", sources::six_of_arm),
+    ("six pendulums", |_| SIX[0].case(1).map(Some)),
+    ("six double pendulums", |_| SIX[1].case(1).map(Some)),
+    ("six carts", |_| SIX[2].case(1).map(Some)),
+    ("six Furuta pendulums", |_| SIX[3].case(1).map(Some)),
+    ("six free double pendulums", |_| SIX[4].case(1).map(Some)),
 ];
 
 /// The time of the fit of a network, s.

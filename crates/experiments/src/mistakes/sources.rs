@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use anyhow::{Result, anyhow};
-use lagrangian::analytic::by_name;
+use lagrangian::analytic::{by_name, systems};
 use lagrangian::mechanics::{Dissipation, Quantities};
 use lagrangian::rigid::{self, RigidBodies};
 use lagrangian::rollout::{self, rollout_many};
@@ -104,6 +104,7 @@ pub(super) fn arm(lab: &Lab) -> Result<Option<Case>> {
         validation: vec![log(3)?],
         urdf: Some((urdf.to_string(), arm_joints())),
         angles: false,
+        ..Case::default()
     }))
 }
 
@@ -128,7 +129,97 @@ pub(super) fn pendulum(lab: &Lab) -> Result<Option<Case>> {
         validation,
         urdf: None,
         angles: true,
+        ..Case::default()
     }))
+}
+
+/// A system of the table with six logs of it at 100 Hz, driven by sines or free, with friction where it is driven.
+pub(super) struct Six {
+    pub(super) system: &'static str,
+    /// The parameter in which another machine differs.
+    pub(super) length: &'static str,
+    /// The amplitude of the forces; 0 for free motions.
+    pub(super) amplitude: f64,
+}
+
+impl Six {
+    pub(super) fn case(&self, seed: u64) -> Result<Case> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut log = |longer: f64, k: u64| -> Result<Log> {
+            let usual = by_name(self.system, &[])?;
+            let system = match longer {
+                1.0 => usual,
+                _ => by_name(self.system, &[(self.length, longer * self.usual()?)])?,
+            };
+            let n = system.coordinates().dof();
+            let start = system.sample_start(&mut rng);
+            let drive = rollout::sines(n, self.amplitude, 100 * seed + k);
+            let friction = match self.amplitude > 0.0 {
+                true => 0.02 * self.amplitude,
+                false => 0.0,
+            };
+            let friction = Dissipation::viscous(vec![friction; n]);
+            let force = rollout::with_friction(&drive, &friction);
+            let times = rollout::times(8.0, 0.01)?;
+            let options = RolloutOptions::truth();
+            let mut rollouts = rollout_many(&*system, &[start], &times, &force, &options)?;
+            let mut motion = rollouts.remove(0).trajectory;
+            rollout::record_forces(&mut motion, &drive);
+            motion.add_noise(1e-4, &mut rng);
+            let mut log = of_motion(&motion, self.amplitude > 0.0);
+            log.qdd.clear();
+            Ok(log)
+        };
+        let logs: Result<Vec<Log>> = (0..6).map(|k| log(1.0, k)).collect();
+        Ok(Case {
+            logs: logs?,
+            validation: vec![log(1.0, 6)?],
+            longer: Some(log(1.4, 7)?),
+            urdf: None,
+            angles: by_name(self.system, &[])?.coordinates().is_circle(0),
+        })
+    }
+
+    /// The parameter of the usual machine.
+    fn usual(&self) -> Result<f64> {
+        let entry = systems().iter().find(|s| s.name == self.system);
+        let parameters = entry.map_or(&[][..], |s| s.parameters);
+        let own = parameters.iter().find(|p| p.name == self.length);
+        Ok(own.ok_or_else(|| anyhow!("no such parameter"))?.value)
+    }
+}
+
+/// Six logs of an arm of three joints.
+pub(super) fn six_of_arm(_: &Lab) -> Result<Option<Case>> {
+    let urdf = rigid::example("ur5").ok_or_else(|| anyhow!("there is no example 'ur5'"))?;
+    let robot = RigidBodies::with_joints(urdf, &arm_joints())?;
+    let longer = urdf.replace("0.425", "0.55").replace("0.39225", "0.5");
+    let longer = RigidBodies::with_joints(&longer, &arm_joints())?;
+    let logs: Result<Vec<Log>> = (20..26).map(|k| arm_log(&robot, 100.0, 8.0, k)).collect();
+    Ok(Some(Case {
+        logs: logs?,
+        validation: vec![arm_log(&robot, 100.0, 8.0, 26)?],
+        longer: Some(arm_log(&longer, 100.0, 8.0, 27)?),
+        urdf: Some((urdf.to_string(), arm_joints())),
+        angles: false,
+    }))
+}
+
+/// Six logs each of several systems.
+pub(super) const SIX: [Six; 5] = [
+    six("pendulum", "length", 4.0),
+    six("double-pendulum", "length2", 8.0),
+    six("cart-pole", "length", 2.0),
+    six("furuta-pendulum", "length", 0.1),
+    six("double-pendulum", "length1", 0.0),
+];
+
+const fn six(system: &'static str, length: &'static str, amplitude: f64) -> Six {
+    Six {
+        system,
+        length,
+        amplitude,
+    }
 }
 
 /// The columns of a motion.
@@ -182,5 +273,6 @@ pub(super) fn ur10(lab: &Lab) -> Result<Option<Case>> {
         validation: vec![part(end, rows)],
         urdf: Some((String::from_utf8_lossy(&urdf).into_owned(), Vec::new())),
         angles: false,
+        ..Case::default()
     }))
 }

@@ -26,6 +26,10 @@ enum Needs {
     Accelerations,
     Joints,
     Logs,
+    /// Several logs, and torques.
+    Several,
+    /// A log of a machine with other lengths.
+    Longer,
     /// Torques, and a description to compare them with.
     Description,
 }
@@ -37,7 +41,9 @@ enum Make {
 }
 
 use Make::{Case as InCase, Log as InLog};
-use Needs::{Accelerations, Description, Joints, Logs, Motion, Torques, Velocities};
+use Needs::{
+    Accelerations, Description, Joints, Logs, Longer, Motion, Several, Torques, Velocities,
+};
 
 const fn mistake(name: &'static str, needs: Needs, make: Make) -> Mistake {
     Mistake {
@@ -500,6 +506,130 @@ pub(super) const MISTAKES: &[Mistake] = &[
         Accelerations,
         InLog(|l| l.qdd = l.qd.clone()),
     ),
+    mistake(
+        "torques of one log doubled",
+        Several,
+        InCase(|c| scale(&mut c.logs[2].tau, 2.0)),
+    ),
+    mistake(
+        "torques of one log 0",
+        Several,
+        InCase(|c| scale(&mut c.logs[2].tau, 0.0)),
+    ),
+    mistake(
+        "torques of one log exchanged",
+        Several,
+        InCase(|c| c.logs[2].tau.rotate_left(1)),
+    ),
+    mistake(
+        "torques of one log negated",
+        Several,
+        InCase(|c| scale(&mut c.logs[2].tau, -1.0)),
+    ),
+    mistake(
+        "torques of one log 50 ms late",
+        Several,
+        InCase(|c| {
+            let log = &mut c.logs[2];
+            let rows = (0.05 / (log.t[1] - log.t[0])).round() as usize;
+            log.tau.iter_mut().for_each(|x| late(x, rows));
+        }),
+    ),
+    mistake(
+        "one log of a longer machine",
+        Longer,
+        InCase(|c| c.logs[2] = c.longer.take().unwrap_or_default()),
+    ),
+    mistake(
+        "torque of one joint on the side of the motor",
+        Torques,
+        InLog(|l| scale(&mut l.tau[1..2], 0.02)),
+    ),
+    mistake(
+        "torques 100 samples late",
+        Several,
+        InLog(|l| l.tau.iter_mut().for_each(|x| late(x, 100))),
+    ),
+    mistake(
+        "radians read as degrees",
+        Motion,
+        InLog(|l| {
+            scale(&mut l.q, 0.017_453_29);
+            scale(&mut l.qd, 0.017_453_29);
+        }),
+    ),
+    mistake(
+        "time as the number of the row",
+        Motion,
+        InLog(|l| {
+            l.t.iter_mut().enumerate().for_each(|(k, t)| *t = k as f64);
+            l.qd.clear();
+        }),
+    ),
+    mistake(
+        "white noise in place of the motion",
+        Motion,
+        InLog(|l| {
+            let mut rng = ChaCha8Rng::seed_from_u64(7);
+            l.q.iter_mut().flatten().for_each(|x| *x = normal(&mut rng));
+            l.qd.clear();
+        }),
+    ),
+    mistake(
+        "one torque before a dead zone",
+        Torques,
+        InLog(|l| {
+            let (low, high) = range(&l.tau[0]);
+            let width = 0.1 * (high - low);
+            l.tau[0].iter_mut().for_each(|x| *x += width * x.signum());
+        }),
+    ),
+    mistake("the torques omitted", Several, InLog(|l| l.tau.clear())),
+    mistake(
+        "the torque of the first joint omitted",
+        Torques,
+        InLog(|l| scale(&mut l.tau[..1], 0.0)),
+    ),
+    mistake(
+        "ends of two links in place of angles",
+        Joints,
+        InCase(|c| {
+            c.angles = false;
+            let logs = c.logs.iter_mut().chain(&mut c.validation);
+            logs.for_each(ends_of_links);
+        }),
+    ),
+    mistake(
+        "validation on a rounded copy",
+        Motion,
+        InCase(|c| {
+            let mut copy = c.logs[0].clone();
+            copy.each(|x| x.iter_mut().for_each(|x| *x = (1e3 * *x).round() / 1e3));
+            c.validation = vec![copy];
+        }),
+    ),
+    mistake(
+        "validation on a copy at another rate",
+        Motion,
+        InCase(|c| c.validation = vec![resampled(&c.logs[0], 0.73)]),
+    ),
+    mistake(
+        "validation that repeats a motion with other noise",
+        Motion,
+        InCase(|c| {
+            let mut rng = ChaCha8Rng::seed_from_u64(8);
+            let mut copy = resampled(&c.logs[0], 1.0);
+            for column in copy.signals().into_iter().flatten() {
+                let (low, high) = range(column);
+                let noise = 5e-5 * (high - low);
+                column
+                    .iter_mut()
+                    .for_each(|x| *x += noise * normal(&mut rng));
+            }
+            copy.keep(|k| k > 57);
+            c.validation = vec![copy];
+        }),
+    ),
     mistake("logs of two robots", Torques, InCase(another_robot)),
     unknowable(
         "a log without gravity",
@@ -562,6 +692,8 @@ impl Mistake {
             Accelerations => log.qd.len() > 1,
             Joints => log.q.len() > 1,
             Logs => good.logs.len() > 1,
+            Several => good.logs.len() > 2 && !log.tau.is_empty(),
+            Longer => good.longer.is_some(),
             Description => good.urdf.is_some(),
         };
         let mut case = good.clone();
@@ -614,6 +746,44 @@ fn range(x: &[f64]) -> (f64, f64) {
 fn shift(x: &mut [f64], part: f64) {
     let (low, high) = range(x);
     x.iter_mut().for_each(|x| *x += part * (high - low));
+}
+
+/// The positions x and y of the ends of two links of length 1 with absolute angles, in place of these.
+fn ends_of_links(log: &mut Log) {
+    let [a, b] = [0, 1].map(|i| log.q[i].clone());
+    let sum = |f: fn(f64) -> f64, second: f64| -> Vec<f64> {
+        let pairs = a.iter().zip(&b);
+        pairs.map(|(a, b)| f(*a) + second * f(*b)).collect()
+    };
+    let mut positions = Vec::new();
+    for second in [0.0, 1.0] {
+        positions.extend([sum(f64::sin, second), sum(|x| -x.cos(), second)]);
+    }
+    *log = Log {
+        t: std::mem::take(&mut log.t),
+        q: positions,
+        ..Log::default()
+    };
+}
+
+/// A log at steps that are this many times as long, by cubic interpolation.
+fn resampled(log: &Log, step: f64) -> Log {
+    let rows = ((log.t.len() - 4) as f64 / step) as usize;
+    let at = |x: &[f64], k: usize| {
+        let place = 1.0 + k as f64 * step;
+        let (row, u) = (place as usize, place.fract());
+        let [a, b, c, d] = [0, 1, 2, 3].map(|j| x[row + j - 1]);
+        let slope = [0.5 * (c - a), 0.5 * (d - b)];
+        let (u2, u3) = (u * u, u * u * u);
+        (2.0 * u3 - 3.0 * u2 + 1.0) * b
+            + (u3 - 2.0 * u2 + u) * slope[0]
+            + (3.0 * u2 - 2.0 * u3) * c
+            + (u3 - u2) * slope[1]
+    };
+    let mut copy = log.clone();
+    copy.t = (0..rows).map(|k| at(&log.t, k)).collect();
+    copy.each(|x| *x = (0..rows).map(|k| at(x, k)).collect());
+    copy
 }
 
 fn late(x: &mut Vec<f64>, rows: usize) {
