@@ -24,6 +24,15 @@ impl<'a> Column<'a> {
         range(self.iter())
     }
 
+    /// Smallest step between the values, within which they are rounded; 0 if they are all equal.
+    pub(super) fn quantum(&self) -> f64 {
+        let mut values: Vec<f64> = self.iter().collect();
+        values.sort_unstable_by(f64::total_cmp);
+        let span = values.last().unwrap_or(&0.0) - values.first().unwrap_or(&0.0);
+        let steps = values.windows(2).map(|w| w[1] - w[0]);
+        steps.filter(|d| *d > 1e-9 * span).fold(span, f64::min)
+    }
+
     pub(super) fn is_finite(&self) -> bool {
         self.iter().all(f64::is_finite)
     }

@@ -77,12 +77,29 @@ const OF_SAMPLES: [&str; 10] = [
     "unit",
 ];
 
+/// Doubts about the extent of the motion, about single samples, or about a scale: a model may be right all the same.
+const RESERVATIONS: [&str; 7] = [
+    "coupled",
+    "derivative",
+    "frozen",
+    "repeated",
+    "spikes",
+    "swings",
+    "velocity",
+];
+
 impl Item {
     /// Whether the finding says that values are wrong, and not only few or noisy.
     #[must_use]
     pub fn accuses(&self) -> bool {
         let is_about_values = self.claim.is_some() || OF_SAMPLES.contains(&self.name);
         self.verdict > Verdict::Pass && is_about_values
+    }
+
+    /// Whether values that look wrong contradict one another, and are not only few, scaled, or wrong at single samples.
+    #[must_use]
+    pub fn contradicts(&self) -> bool {
+        self.doubtful && !RESERVATIONS.contains(&self.name)
     }
 
     /// The trajectory that the item is about.

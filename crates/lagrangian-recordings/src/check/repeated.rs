@@ -1,9 +1,12 @@
 //! Repeated stretches of motion: errors on them are not errors on new motions.
 
+use std::cmp::Ordering;
 use std::collections::HashMap;
 
+use super::column::{Column, columns};
 use super::{CheckReport, Item};
 use crate::Recording;
+use crate::local_polynomial::median_step;
 use crate::sample::finalised;
 use lagrangian_motion::Signal;
 
@@ -86,10 +89,127 @@ pub fn check_validation(training: &[Recording], validation: &[Recording]) -> Che
         .filter(|s| s.first < training.len() && s.second >= training.len())
         .map(item)
         .collect();
+    let is_new = |v: &&Recording| {
+        items
+            .iter()
+            .all(|i| !i.finding.contains(&format!("'{}'", v.name)))
+    };
+    let retold = validation.iter().filter(is_new).filter_map(|v| {
+        let first = training.iter().find(|r| retells(v, r))?;
+        let finding = format!(
+            "the validation motion '{}' follows the path of '{}', which the model is fitted to, to within rounding and noise",
+            v.name, first.name
+        );
+        let remedy = "validate on other motions, or omit the validation files: some of the samples are then held back";
+        Some(Item::fail("validation", finding, remedy))
+    });
+    let retold: Vec<Item> = retold.collect();
+    items.extend(retold);
     if items.is_empty() {
         items.push(Item::pass("validation", "no sample of it is fitted to"));
     }
     CheckReport { items }
+}
+
+/// Number of places of a motion that are looked for in another, and of samples of each that are compared.
+const PLACES: usize = 24;
+const COMPARED: usize = 6;
+/// A motion is another one where more than this part of its places are not found in it.
+const MISSED: f64 = 0.1;
+/// Standard deviations of noise and rounding within which samples are equal.
+const DEVIATIONS: f64 = 4.0;
+/// With more noise than this part of the deviation nothing is told. One free coordinate fills its plane of states: there every motion
+/// comes nearer to an older one.
+const NOISY: f64 = 5e-3;
+const NOISY_PLANE: f64 = 1e-4;
+
+/// Whether a recording retells another one: each of its places, a sixth of its time long, has one in the other with positions that are
+/// equal to within noise and rounding, whatever the rates, the rounding and the noise of both.
+fn retells(copy: &Recording, of: &Recording) -> bool {
+    let n = of.dof();
+    if copy.dof() != n || n == 0 || copy.len() < 2 * WINDOW || of.len() < 2 * WINDOW {
+        return false;
+    }
+    let positions = |r| -> Vec<Column<'_>> {
+        let all = columns(r).into_iter();
+        all.filter(|c| c.signal == Signal::Q).collect()
+    };
+    let [own, other] = [positions(copy), positions(of)];
+    let noisy = if n == 1 && of.tau.is_empty() {
+        NOISY_PLANE
+    } else {
+        NOISY
+    };
+    let scale = |i: usize| {
+        // The column of position i: the noise that is present throughout contains rounding.
+        let noise = own[i].steady_noise().hypot(other[i].steady_noise());
+        let rounding = own[i].quantum().max(other[i].quantum());
+        (other[i].deviation(), noise.max(rounding))
+    };
+    let scales: Vec<(f64, f64)> = (0..n).map(scale).collect();
+    if scales
+        .iter()
+        .any(|(d, noise)| noise.partial_cmp(&(noisy * d)) != Some(Ordering::Less))
+    {
+        return false;
+    }
+    let span = |r: &Recording| r.t[r.len() - 1] - r.t[0];
+    let step = span(copy).min(span(of)) / (6 * (COMPARED - 1)) as f64;
+    let at = |r: &Recording, i: usize, t: f64| {
+        // The cubic through four samples (Lagrange).
+        let next = r.t.partition_point(|x| *x <= t);
+        let rows = next.saturating_sub(2).min(r.len() - 4)..;
+        let rows: Vec<usize> = rows.take(4).collect();
+        let term = |k: &usize| {
+            let others = rows.iter().filter(|j| *j != k);
+            others
+                .map(|j| (t - r.t[*j]) / (r.t[*k] - r.t[*j]))
+                .product::<f64>()
+                * r.q[k * n + i]
+        };
+        rows.iter().map(term).sum::<f64>()
+    };
+    // The largest difference in standard deviations, where the place of `copy` at t is laid on that of `of` at u.
+    let difference = |t: f64, u: f64| {
+        let mut worst = 0.0_f64;
+        for k in 0..COMPARED {
+            for (i, (_, noise)) in scales.iter().enumerate() {
+                let later = k as f64 * step;
+                let off = at(copy, i, t + later) - at(of, i, u + later);
+                worst = worst.max(off.abs() / noise);
+            }
+        }
+        worst
+    };
+    let last = |r: &Recording| r.t[r.len() - 1] - (COMPARED - 1) as f64 * step;
+    let begin = copy.t[0];
+    let missed = |k: &usize| {
+        let t = begin + (last(copy) - begin) * *k as f64 / (PLACES - 1) as f64;
+        let fine = median_step(&of.t);
+        let near = of.t.iter().copied().take_while(|u| *u <= last(of));
+        // Between two samples the motion goes on by up to a step: first the nearest one, then the times about it.
+        let sizes: Vec<f64> = scales.iter().map(|(d, _)| *d).collect();
+        let rough = |u: f64| {
+            let off = |(i, d): (usize, &f64)| {
+                ((at(copy, i, t) - at(of, i, u)) / d).powi(2)
+                    + ((at(copy, i, t + step) - at(of, i, u + step)) / d).powi(2)
+                    + ((at(copy, i, t + 3.0 * step) - at(of, i, u + 3.0 * step)) / d).powi(2)
+            };
+            sizes.iter().enumerate().map(off).sum::<f64>()
+        };
+        let best = near.min_by(|a, b| rough(*a).total_cmp(&rough(*b)));
+        let Some(best) = best else { return true };
+        let refined = [fine, fine / 20.0, fine / 400.0]
+            .iter()
+            .fold(best, |best, width| {
+                let about = (-20..=20).map(|k| best + f64::from(k) * width / 20.0);
+                about
+                    .min_by(|a, b| rough(*a).total_cmp(&rough(*b)))
+                    .unwrap_or(best)
+            });
+        difference(t, refined) > DEVIATIONS
+    };
+    (0..PLACES).filter(missed).count() as f64 <= MISSED * PLACES as f64
 }
 
 /// Samples that pairs of recordings share, in the order of the second; those before `from` are not compared with one another.

@@ -4,13 +4,13 @@ use std::cmp::Ordering;
 use std::f64::consts::TAU;
 
 use super::column::{Column, columns};
-use super::{Item, Verdict, frozen, range, spikes, swings};
+use super::{FEWEST_SAMPLES, Item, Verdict, frozen, range, spikes, swings};
 use crate::Recording;
 use crate::derivatives::GAP;
 use crate::local_polynomial::{median_step, segments};
 use crate::window::noise_variance;
 use lagrangian_motion::Signal;
-use lagrangian_motion::statistics::{root_mean_square, upper_median};
+use lagrangian_motion::statistics::{mean, root_mean_square, upper_median};
 
 /// A coordinate declared as an angle, or driven, with more turns than this may be in degrees …
 const MANY_TURNS: f64 = 15.0;
@@ -97,7 +97,7 @@ pub(super) fn sampled_items(recording: &Recording) -> Vec<Item> {
         .iter()
         .filter(|c| matches!(c.signal, Signal::Qd | Signal::Tau));
     items.extend(measured.filter_map(|c| spikes::item(&recording.t, c)));
-    let all_steps: Vec<f64> = columns.iter().map(quantisation_step).collect();
+    let all_steps: Vec<f64> = columns.iter().map(Column::quantum).collect();
     items.push(repeats(recording, &all_steps));
     // Goals and gains are commanded, not measured.
     let (sensors, steps): (Vec<_>, Vec<f64>) = columns
@@ -271,7 +271,46 @@ fn noise(recording: &Recording, columns: &[Column<'_>]) -> Item {
     let remedy = "is mostly noise: filter it at the source, or omit it and let it be estimated";
     let figures = columns.iter().map(|c| (c.name, figure(c)));
     let item = Item::pass("noise", "standard deviation (part of the signal's): ");
-    item.with_each(figures, remedy)
+    let item = item.with_each(figures, remedy);
+    let positions = columns.iter().filter(|c| c.signal == Signal::Q);
+    let mut known = positions.filter_map(predicted).peekable();
+    // Measured accelerations need no neighbours.
+    let loud = recording.qdd.is_empty() && known.peek().is_some() && known.all(|x| x < PREDICTED);
+    let finding = "the positions are noise: neighbouring samples do not predict one another";
+    let remedy = "check which columns are positions, the order of the rows, and the sampling rate";
+    if loud {
+        Item::fail("noise", finding, remedy)
+    } else {
+        item
+    }
+}
+
+/// Positions of which their neighbours predict less than this part cannot be told from noise.
+const PREDICTED: f64 = 0.5;
+
+/// The part of the variance of a column that follows from two neighbours on either side, by least squares; `None` where it is constant or
+/// too short.
+fn predicted(column: &Column<'_>) -> Option<f64> {
+    let values: Vec<f64> = column.iter().collect();
+    let mean = mean(&mut column.iter());
+    // Sums over the sample and those of its nearest and next neighbours: products [x, a, b] with x, a and b.
+    let mut sums = [[0.0; 3]; 3];
+    for w in values.windows(5) {
+        let own = [
+            w[2] - mean,
+            w[1] + w[3] - 2.0 * mean,
+            w[0] + w[4] - 2.0 * mean,
+        ];
+        for (row, x) in sums.iter_mut().zip(own) {
+            row.iter_mut().zip(own).for_each(|(sum, y)| *sum += x * y);
+        }
+    }
+    let [[xx, xa, xb], [_, aa, ab], [_, _, bb]] = sums;
+    let left = xa * xa * bb - 2.0 * xa * xb * ab + xb * xb * aa;
+    let explained = left / (aa * bb - ab * ab) / xx;
+    (values.len() > 2 * FEWEST_SAMPLES && xx > 0.0)
+        .then_some(explained)
+        .filter(|x| x.is_finite())
 }
 
 impl Item {
@@ -290,15 +329,6 @@ impl Item {
         self.finding += &texts.join(", ");
         self.warn_if(!bad.is_empty(), format!("{} {remedy}", bad.join(", ")))
     }
-}
-
-/// Smallest step between the values of a column; 0 if they are all equal.
-fn quantisation_step(c: &Column<'_>) -> f64 {
-    let mut values: Vec<f64> = c.iter().collect();
-    values.sort_unstable_by(f64::total_cmp);
-    let span = values.last().unwrap_or(&0.0) - values.first().unwrap_or(&0.0);
-    let steps = values.windows(2).map(|w| w[1] - w[0]);
-    steps.filter(|d| *d > 1e-9 * span).fold(span, f64::min)
 }
 
 fn quantisation(columns: &[Column<'_>], steps: &[f64]) -> Item {

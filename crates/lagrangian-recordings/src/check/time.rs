@@ -103,7 +103,17 @@ fn rate(t: &[f64]) -> Item {
 /// An item for time in whole numbers with large steps, which is unlikely to be in seconds.
 fn whole_numbers(t: &[f64]) -> Option<Item> {
     let step = median_step(t);
-    let whole = t.iter().all(|t| t.fract().abs() <= 0.0) && step >= 2.0;
+    let whole = t.iter().all(|t| t.fract().abs() <= 0.0);
+    if whole && t.windows(2).all(|w| w[1] - w[0] <= 1.0) {
+        let finding = "time counts the rows: 0, 1, 2 …";
+        let remedy = "divide it by the sampling rate, Hz: times are expected in seconds";
+        return Some(
+            Item::doubt("rate", finding, remedy)
+                .value("rate_hz", 1.0)
+                .value("step_s", 1.0),
+        );
+    }
+    let whole = whole && step >= 2.0;
     // Motions are sampled about ten to a few thousand times a second.
     let (unit, divisor) = match step {
         x if x < 500.0 => ("milliseconds", "1000"),

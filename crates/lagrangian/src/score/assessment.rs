@@ -92,10 +92,15 @@ impl Assessment {
         let mut doubts: Vec<Reason> = Vec::new();
         for item in check.items.iter().filter(|item| item.doubtful) {
             let finding = format!("the data look wrong: {}: {}", item.name, item.finding);
+            // Too little motion is a reservation; values that contradict themselves make a model of nothing.
+            let grade = match item.contradicts() {
+                true => Grade::Poor,
+                false => Grade::Fair,
+            };
             let remedy = item.remedy.clone().unwrap_or_default();
             // One of a kind is enough: the check has all of them.
             if !doubts.iter().any(|r| r.remedy == remedy) {
-                doubts.push(Reason::new(Grade::Fair, finding, remedy));
+                doubts.push(Reason::new(grade, finding, remedy));
             }
         }
         self.with(doubts)
@@ -198,19 +203,25 @@ fn of_torques(score: &Score, coordinates: &Coordinates, joints: &[Forward]) -> V
         let remedy = "record more and faster motions, or choose another model";
         reasons.push(Reason::new(Grade::Fair, finding, remedy));
     }
-    let pairs = coordinates.0.iter().zip(&error.nmse);
-    let lost: Vec<&str> = pairs
-        .filter(|(_, e)| **e >= 1.0)
-        .map(|(c, _)| c.name.as_str())
-        .collect();
-    if !lost.is_empty() && mean < 1.0 {
-        let finding = format!(
-            "the torque of {} is predicted no better than its mean",
-            lost.join(", ")
-        );
-        let remedy =
-            "excite these coordinates more, and check the signs and units of their torques";
-        reasons.push(Reason::new(Grade::Fair, finding, remedy));
+    let names = coordinates.0.iter().map(|c| c.name.as_str());
+    let is_passive = |k: usize| joints.get(k).is_some_and(|j| j.inertial_share > PASSIVE);
+    let lost = names
+        .zip(&error.nmse)
+        .enumerate()
+        .filter(|(_, (_, e))| **e >= 1.0);
+    // Each joint counts by itself, except where inertia and gravity cancel and noise remains.
+    let (passive, lost): (Vec<_>, Vec<_>) = lost.partition(|(k, _)| is_passive(*k));
+    for (grade, joints) in [(Grade::Poor, lost), (Grade::Fair, passive)] {
+        let names: Vec<&str> = joints.into_iter().map(|(_, (name, _))| name).collect();
+        if !names.is_empty() && mean < 1.0 {
+            let finding = format!(
+                "the torque of {} is predicted no better than its mean",
+                names.join(", ")
+            );
+            let remedy =
+                "excite these coordinates more, and check the signs and units of their torques";
+            reasons.push(Reason::new(grade, finding, remedy));
+        }
     }
     reasons
 }
