@@ -254,7 +254,7 @@ impl Fitted {
         let spline = |c: usize| {
             let rates = rates.map(|rates| column(rates, n, c));
             let (t, values) = (&recording.t, column(values, n, c));
-            let motion = spline::interpolate(t, values, rates, &self.segments, options.clean)?;
+            let motion = spline::estimate(t, values, rates, &self.segments, options.clean)?;
             let source = if motion.with_rates {
                 Source::Qd
             } else {
@@ -413,7 +413,7 @@ impl Fitted {
                     row[coordinate] = state[order];
                 }
                 let errors = motion.errors(order, &self.segments);
-                let estimate = estimate(*source, motion.window, motion.rounding, errors);
+                let estimate = estimate(*source, motion.window, motion.noise, errors);
                 self.estimates.push(estimate);
                 continue;
             }

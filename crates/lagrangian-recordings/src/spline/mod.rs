@@ -1,17 +1,23 @@
-//! Motions that were recorded without noise to speak of: splines through their values and rates.
+//! Motions that were recorded without noise to speak of, as splines through their values and rates, or with white noise, smoothed
+//! ([`smoother`]).
 //!
 //! A recording is taken to be smooth where a sample is predicted far better by its neighbours than by those twice as far away; noise, rounding and
 //! jitter of the stamps make both predictions equally bad. The order of the spline is the one that predicts best, and its error is
 //! the difference to the next best.
 
+mod intensity;
+mod noise;
 mod process;
+mod smoother;
 
+use std::f64::consts::LN_10;
 use std::ops::Range;
 
 use rayon::prelude::*;
 
 use super::local_polynomial::median_step;
-use process::{Knot, spline};
+use intensity::Fitted;
+use process::{Observation, Problem};
 
 /// Orders p of splines of degree 2p + 1.
 const ORDERS: [usize; 4] = [2, 3, 4, 5];
@@ -19,10 +25,12 @@ const ORDERS: [usize; 4] = [2, 3, 4, 5];
 const SHORTEST: usize = 16;
 /// Samples of a piece that is interpolated at once, and samples beside it that it is interpolated with.
 const PIECE: usize = 4096;
-const BESIDE: usize = 64;
+const BESIDE: usize = 512;
 /// Number and length of the pieces on which the order is chosen.
 const CHOOSING: usize = 6;
 const CHOOSING_LENGTH: usize = 400;
+/// ln w at which the process interpolates observations of variance 1.
+const INTERPOLATING: f64 = 7.0 * LN_10;
 /// Neighbours predict a smooth sample this many times better than those twice as far away; the second number is for recordings
 /// among others that are smooth, where a prediction that is hardly better is that of a fast motion.
 const SMOOTHER: [f64; 2] = [8.0, 2.0];
@@ -41,9 +49,9 @@ pub(super) struct Motion {
     pub(super) errors: Vec<[f64; 3]>,
     /// Samples that decide most of a state.
     pub(super) window: usize,
-    /// Standard deviation of the rounding of the values.
-    pub(super) rounding: f64,
-    /// Whether measured rates served.
+    /// Standard deviation of the noise of the values, or of their rounding.
+    pub(super) noise: f64,
+    /// Whether measured rates tell most of it.
     pub(super) with_rates: bool,
 }
 
@@ -60,7 +68,9 @@ impl Motion {
                 counts[part] += 1;
             }
         }
-        [0, 1].map(|part| (sums[part] / f64::from(counts[part].max(1))).sqrt())
+        let [inside, ends] =
+            [0, 1].map(|part| (sums[part] / f64::from(counts[part].max(1))).sqrt());
+        [if counts[0] > 0 { inside } else { ends }, ends]
     }
 
     /// Whether measured rates are those of the motion.
@@ -93,9 +103,9 @@ pub(super) fn is_smooth(t: &[f64], values: Vec<f64>, segments: &[Range<usize>]) 
     long && Scaled::new(t, values, segments, false).is_smooth(segments)
 }
 
-/// Interpolates a coordinate in each of `segments`, from `values` and perhaps `rates` `[len]` at times `t`, s; `None` where they
-/// are not smooth. `clean` recordings are among others that are smooth.
-pub(super) fn interpolate(
+/// Estimates a coordinate in each of `segments`, from `values` and perhaps `rates` `[len]` at times `t`, s; `None` where they are
+/// neither smooth nor have white noise. `clean` recordings are among others that are smooth.
+pub(super) fn estimate(
     t: &[f64],
     values: Vec<f64>,
     rates: Option<Vec<f64>>,
@@ -106,18 +116,49 @@ pub(super) fn interpolate(
         return None;
     }
     let mut scaled = Scaled::new(t, values, segments, clean);
-    let alone = scaled.motion(segments)?;
-    let Some(rates) = rates else {
-        return Some(alone);
-    };
-    if !Scaled::new(t, rates.clone(), segments, clean).is_smooth(segments)
-        || !alone.agrees(&rates, segments)
-    {
-        return Some(alone);
-    }
     let unit = scaled.step / scaled.scale;
-    scaled.rates = Some(rates.iter().map(|rate| rate * unit).collect());
-    scaled.motion(segments)
+    let in_units = |rates: &Vec<f64>| rates.iter().map(|rate| rate * unit).collect();
+    if let Some(alone) = scaled.interpolated(segments) {
+        let serves = |rates: &Vec<f64>| {
+            Scaled::new(t, rates.clone(), segments, clean).is_smooth(segments)
+                && alone.agrees(rates, segments)
+        };
+        let Some(rates) = rates.filter(serves) else {
+            return Some(alone);
+        };
+        scaled.rates = Some(in_units(&rates));
+        return scaled.interpolated(segments);
+    }
+    scaled.rates = rates.as_ref().map(in_units);
+    scaled.smoothed(segments).or_else(|| {
+        scaled.rates.take()?;
+        scaled.smoothed(segments)
+    })
+}
+
+/// Successive samples in units of the process.
+struct Piece {
+    steps: Vec<f64>,
+    observations: Vec<Observation>,
+}
+
+impl Piece {
+    fn problem(&self) -> Problem<'_> {
+        Problem {
+            steps: &self.steps,
+            observations: &self.observations,
+        }
+    }
+}
+
+/// Smooths with intensity `log_w` at all steps.
+fn constant(order: usize, piece: &Piece, log_w: f64) -> Fitted {
+    match order {
+        2 => Fitted::constant::<3>(piece, log_w),
+        3 => Fitted::constant::<4>(piece, log_w),
+        4 => Fitted::constant::<5>(piece, log_w),
+        _ => Fitted::constant::<6>(piece, log_w),
+    }
 }
 
 impl<'a> Scaled<'a> {
@@ -136,18 +177,13 @@ impl<'a> Scaled<'a> {
         }
     }
 
-    /// The spline of this order through every `stride`-th of the samples.
-    fn spline(&self, order: usize, samples: &Range<usize>, stride: usize) -> Vec<Knot> {
-        let picked = |column: &[f64]| -> Vec<f64> {
-            column[samples.clone()]
-                .iter()
-                .step_by(stride)
-                .copied()
-                .collect()
-        };
-        let unit = self.step * stride as f64;
+    /// Lengths of the steps between every `stride`-th of the samples, in as many median steps.
+    fn steps(&self, samples: &Range<usize>, stride: usize) -> Vec<f64> {
+        let times: Vec<f64> = (self.t[samples.clone()].iter().step_by(stride))
+            .map(|t| t / (self.step * stride as f64))
+            .collect();
         let length = |w: &[f64]| {
-            let length = (w[1] - w[0]) / unit;
+            let length = w[1] - w[0];
             // Stamps with rounding errors are even.
             if (length - 1.0).abs() < 1e-6 {
                 1.0
@@ -155,22 +191,25 @@ impl<'a> Scaled<'a> {
                 length.max(1e-3)
             }
         };
-        let steps: Vec<f64> = picked(self.t).windows(2).map(length).collect();
+        times.windows(2).map(length).collect()
+    }
+
+    /// Every `stride`-th of the samples, over the deviations of values and rates.
+    fn piece(&self, samples: &Range<usize>, stride: usize, [value, rate]: [f64; 2]) -> Piece {
         let first = self.values[samples.start];
-        let values: Vec<f64> = picked(&self.values).iter().map(|y| y - first).collect();
-        let rates = (self.rates.as_ref()).map(|rates| {
-            picked(rates)
-                .iter()
-                .map(|rate| rate * stride as f64)
-                .collect::<Vec<f64>>()
-        });
-        let rates = rates.as_deref();
-        match order {
-            2 => spline::<3>(&steps, &values, rates),
-            3 => spline::<4>(&steps, &values, rates),
-            4 => spline::<5>(&steps, &values, rates),
-            _ => spline::<6>(&steps, &values, rates),
+        let observation = |k: usize| Observation {
+            value: Some(((self.values[k] - first) / value, 1.0 / value)),
+            rate: (self.rates.as_ref()).map(|r| (r[k] * stride as f64 / rate, 1.0 / rate)),
+        };
+        Piece {
+            steps: self.steps(samples, stride),
+            observations: samples.clone().step_by(stride).map(observation).collect(),
         }
+    }
+
+    /// The spline of this order through every `stride`-th of the samples.
+    fn spline(&self, order: usize, samples: &Range<usize>, stride: usize) -> Fitted {
+        constant(order, &self.piece(samples, stride, [1.0; 2]), INTERPOLATING)
     }
 
     /// Root mean square of the errors of samples as their neighbours predict them.
@@ -178,10 +217,11 @@ impl<'a> Scaled<'a> {
         let (mut sum, mut count) = (0.0, 0_u32);
         for samples in few {
             let first = self.values[samples.start];
-            let knots = self.spline(order, samples, stride);
-            for (k, knot) in knots.iter().enumerate().take(knots.len() - 2).skip(2) {
+            let spline = self.spline(order, samples, stride);
+            for k in 2..spline.states.len() - 2 {
                 let value = self.values[samples.start + k * stride] - first;
-                sum += ((value - knot.state[0]) / (1.0 - knot.leverage).max(1e-12)).powi(2);
+                let rest = (1.0 - spline.variances[k][0]).max(1e-12);
+                sum += ((value - spline.states[k][0]) / rest).powi(2);
                 count += 1;
             }
         }
@@ -206,7 +246,7 @@ impl<'a> Scaled<'a> {
         self.is_smooth_at(self.orders(&few)[0], &few)
     }
 
-    fn motion(&self, segments: &[Range<usize>]) -> Option<Motion> {
+    fn interpolated(&self, segments: &[Range<usize>]) -> Option<Motion> {
         let few = few(segments);
         let orders = self.orders(&few);
         if !self.is_smooth_at(orders[0], &few) {
@@ -216,34 +256,53 @@ impl<'a> Scaled<'a> {
         let both = |(_, around): &(Range<usize>, Range<usize>)| {
             [orders[0].1, orders[1].1].map(|order| self.spline(order, around, 1))
         };
-        let splines: Vec<[Vec<Knot>; 2]> = parts.par_iter().map(both).collect();
+        let splines: Vec<[Fitted; 2]> = parts.par_iter().map(both).collect();
         let inside = segments.iter().flat_map(|s| &self.values[s.clone()]);
         let rounding = inside.fold(0.0_f64, |largest, y| largest.max(y.abs())) * f64::EPSILON;
-        let len = self.values.len();
-        let mut motion = Motion {
-            states: vec![[0.0; 3]; len],
-            errors: vec![[0.0; 3]; len],
-            window: 2 * orders[0].1 + 1,
-            rounding: rounding * self.scale,
-            with_rates: self.rates.is_some(),
-        };
+        let mut motion = self.motion(2 * orders[0].1 + 1, rounding);
+        motion.with_rates = self.rates.is_some();
         for ((own, around), [best, next]) in parts.iter().zip(&splines) {
-            let mut unit = self.scale;
-            for (order, amplified) in AMPLIFIED.into_iter().enumerate() {
-                let first = f64::from(order == 0) * self.values[around.start];
-                let difference = |k: usize| (best[k].state[order] - next[k].state[order]).powi(2);
-                for k in own.clone() {
-                    let at = k - around.start;
-                    let near = at.saturating_sub(2)..(at + 3).min(best.len());
-                    let variance =
-                        near.map(difference).fold(0.0, f64::max) + (amplified * rounding).powi(2);
-                    motion.states[k][order] = (best[at].state[order] + first) * unit;
-                    motion.errors[k][order] = variance.sqrt() * unit;
-                }
-                unit /= self.step;
-            }
+            let len = best.states.len();
+            self.write(&mut motion, own, around, &best.states, |k, order| {
+                let near = k.saturating_sub(2)..(k + 3).min(len);
+                let difference = |k: usize| (best.states[k][order] - next.states[k][order]).powi(2);
+                let largest = near.map(difference).fold(0.0, f64::max);
+                largest + (AMPLIFIED[order] * rounding).powi(2)
+            });
         }
         Some(motion)
+    }
+
+    /// A motion without states; `noise` in units of the largest excursion.
+    fn motion(&self, window: usize, noise: f64) -> Motion {
+        Motion {
+            states: vec![[0.0; 3]; self.values.len()],
+            errors: vec![[0.0; 3]; self.values.len()],
+            window,
+            noise: noise * self.scale,
+            with_rates: false,
+        }
+    }
+
+    /// Writes the `own` samples of a piece; `variance` is that of its k-th state's derivative of an order.
+    fn write(
+        &self,
+        motion: &mut Motion,
+        own: &Range<usize>,
+        around: &Range<usize>,
+        states: &[[f64; 3]],
+        variance: impl Fn(usize, usize) -> f64,
+    ) {
+        let mut unit = self.scale;
+        for order in 0..3 {
+            let first = f64::from(order == 0) * self.values[around.start];
+            for k in own.clone() {
+                let at = k - around.start;
+                motion.states[k][order] = (states[at][order] + first) * unit;
+                motion.errors[k][order] = variance(at, order).max(0.0).sqrt() * unit;
+            }
+            unit /= self.step;
+        }
     }
 }
 

@@ -1,12 +1,16 @@
-//! An interpolating spline on uneven stamps, through values and, where known, rates.
+//! A coordinate as an integrated Wiener process, smoothed with its covariance.
 //!
-//! It is the mean of an integrated Wiener process (Wahba, J. R. Statist. Soc. B 40, 1978), here of intensity [`INTENSITY`] per step beside
-//! observations of variance 1. In units h of time the state at a sample is x = (q, h q̇, …, hᵖ q⁽ᵖ⁾); over a step of d units x' = A(d) x + u with
-//! Aᵢⱼ = dʲ⁻ⁱ/(j − i)! and Cov u ∝ Q(d), Qᵢⱼ = d²ᵖ⁺¹⁻ⁱ⁻ʲ/((2p + 1 − i − j)(p − i)!(p − j)!). Observations and steps are rows of one least-squares problem, which
-//! reflections solve sample by sample (Paige and Saunders, SIAM J. Numer. Anal. 14, 1977): no covariance is subtracted from another.
+//! The p-th derivative of the coordinate is a Wiener process with intensity w. In units h of time the state at a sample is x = (q, h q̇, …, hᵖ q⁽ᵖ⁾);
+//! over a step of d units x' = A(d) x + u, Aᵢⱼ = dʲ⁻ⁱ/(j − i)!, and Cov u = w Q(d), Qᵢⱼ = d²ᵖ⁺¹⁻ⁱ⁻ʲ/((2p + 1 − i − j)(p − i)!(p − j)!).
+//! The mean is the smoothing spline of degree 2p + 1 (Wahba, J. R. Statist. Soc. B 40, 1978). Observations and steps are rows of one least-squares problem, which reflections solve
+//! sample by sample (Paige and Saunders, SIAM J. Numer. Anal. 14, 1977): no covariance is subtracted from another, and steps may be uneven.
 
-/// Variance of the p-th derivative's change in a step: far above the observations', so that the spline interpolates.
-const INTENSITY: f64 = 1e7;
+/// Values of the coordinate or its rate at a sample, each over its standard deviation, with the inverse of that.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Observation {
+    pub(super) value: Option<(f64, f64)>,
+    pub(super) rate: Option<(f64, f64)>,
+}
 
 /// A square matrix.
 type Matrix<const N: usize> = [[f64; N]; N];
@@ -17,17 +21,19 @@ const LARGEST: usize = 6;
 type Row = [f64; 2 * LARGEST + 1];
 
 /// The process with N = p + 1 components of the state.
-struct Process<const N: usize> {
-    /// G with `GᵀG` = Cov(u)⁻¹ for a step of length 1, lower triangular.
+pub(super) struct Process<const N: usize> {
+    /// G with GᵀG = Q(1)⁻¹, lower triangular.
     root: Matrix<N>,
+    log_determinant: f64,
 }
 
-/// One length of a step: G(d) and G(d) A(d).
+/// One length of a step: G(d), G(d) A(d) and ln |G(d)|, for intensity 1.
 #[derive(Clone, Copy)]
 struct Step<const N: usize> {
     length: f64,
     root: Matrix<N>,
     moved: Matrix<N>,
+    log_determinant: f64,
 }
 
 impl<const N: usize> Step<N> {
@@ -45,10 +51,10 @@ fn factorial(n: usize) -> f64 {
 }
 
 impl<const N: usize> Process<N> {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         let covariance = |i: usize, j: usize| {
             let degree = 2 * N - 1 - i - j;
-            INTENSITY / (degree as f64 * factorial(N - 1 - i) * factorial(N - 1 - j))
+            1.0 / (degree as f64 * factorial(N - 1 - i) * factorial(N - 1 - j))
         };
         let mut lower = [[0.0; N]; N];
         for i in 0..N {
@@ -63,16 +69,17 @@ impl<const N: usize> Process<N> {
             }
         }
         let mut root = [[0.0; N]; N];
-        for (i, lower) in lower.iter().enumerate() {
-            let mut row: [f64; N] = std::array::from_fn(|j| f64::from(i == j));
-            for (factor, above) in lower.iter().zip(&root).take(i) {
-                row.iter_mut()
-                    .zip(above)
-                    .for_each(|(x, y)| *x -= factor * y);
+        for column in 0..N {
+            for i in column..N {
+                let sum: f64 = (column..i).map(|k| lower[i][k] * root[k][column]).sum();
+                root[i][column] = (f64::from(i == column) - sum) / lower[i][i];
             }
-            root[i] = row.map(|x| x / lower[i]);
         }
-        Self { root }
+        let log_determinant = (0..N).map(|i| root[i][i].ln()).sum();
+        Self {
+            root,
+            log_determinant,
+        }
     }
 
     fn step(&self, length: f64) -> Step<N> {
@@ -80,10 +87,12 @@ impl<const N: usize> Process<N> {
             length,
             root: self.root,
             moved: [[0.0; N]; N],
+            log_determinant: self.log_determinant,
         };
         // Q(d) = D Q(1) D with the diagonal D = dᵖ⁻ʲ⁺½.
         let mut scale = length.sqrt();
         for j in (0..N).rev() {
+            step.log_determinant -= scale.ln();
             step.root.iter_mut().for_each(|row| row[j] /= scale);
             scale *= length;
         }
@@ -150,112 +159,197 @@ struct Kept<const N: usize> {
 }
 
 /// The samples so far: R x = z in the mean, with unit covariance.
-struct Forward<const N: usize> {
+pub(super) struct Forward<const N: usize> {
     kept: Vec<Kept<N>>,
     r: Matrix<N>,
     z: [f64; N],
+    chi_squared: f64,
+    log_determinant: f64,
+    /// Errors of the samples as those before them predict them, over their deviations; zeros while the state is unknown.
+    pub(super) innovations: Vec<f64>,
 }
 
 impl<const N: usize> Forward<N> {
-    /// Goes over one step, whose first state is eliminated, to a sample's value and rate.
-    fn advance(&mut self, step: &Step<N>, value: f64, rate: Option<f64>) {
+    /// ln p of the observations without a constant, for a flat prior of the first state.
+    pub(super) fn log_likelihood(&self) -> f64 {
+        let last: f64 = (0..N).map(|i| self.r[i][i].abs().ln()).sum();
+        self.log_determinant - last - 0.5 * self.chi_squared
+    }
+
+    /// Squared residuals, and ln p without them.
+    pub(super) fn parts(&self) -> (f64, f64) {
+        (
+            self.chi_squared,
+            self.log_likelihood() + 0.5 * self.chi_squared,
+        )
+    }
+
+    /// Goes over one step, whose first state is eliminated; writes what is known of its second one.
+    fn advance(&mut self, step: &Step<N>, log_w: f64, rest: &mut [Row; LARGEST + 2]) -> Kept<N> {
+        let scale = (-0.5 * log_w).exp();
         let mut rows = [Row::default(); 2 * LARGEST];
-        let (known, steps) = rows.split_at_mut(N);
-        for (row, (r, z)) in known.iter_mut().zip(self.r.iter().zip(&self.z)) {
-            row[..N].copy_from_slice(r);
-            row[2 * N] = *z;
-        }
-        for (row, (root, moved)) in steps.iter_mut().zip(step.root.iter().zip(&step.moved)) {
-            row[..N].copy_from_slice(&moved.map(|x| -x));
-            row[N..2 * N].copy_from_slice(root);
+        for i in 0..N {
+            rows[i][..N].copy_from_slice(&self.r[i]);
+            rows[i][2 * N] = self.z[i];
+            for j in 0..N {
+                rows[N + i][j] = -step.moved[i][j] * scale;
+                rows[N + i][N + j] = step.root[i][j] * scale;
+            }
         }
         triangularise(&mut rows[..2 * N], N, N, 2 * N + 1);
         let part = |i: usize, from: usize| std::array::from_fn(|j| rows[i][from + j]);
-        self.kept.push(Kept {
-            own: std::array::from_fn(|i| part(i, 0)),
-            next: std::array::from_fn(|i| part(i, N)),
-            z: std::array::from_fn(|i| rows[i][2 * N]),
-        });
-        let mut rest = [Row::default(); LARGEST + 2];
+        let eliminated: f64 = (0..N).map(|i| rows[i][i].abs().ln()).sum();
+        self.log_determinant += step.log_determinant - 0.5 * N as f64 * log_w - eliminated;
         for i in 0..N {
             rest[i][..=N].copy_from_slice(&rows[N + i][N..=2 * N]);
         }
-        self.absorb(rest, value, rate);
+        Kept {
+            own: std::array::from_fn(|i| part(i, 0)),
+            next: std::array::from_fn(|i| part(i, N)),
+            z: std::array::from_fn(|i| rows[i][2 * N]),
+        }
     }
 
-    /// Adds a sample to the `N` rows that tell what the others imply for it.
-    fn absorb(&mut self, mut rows: [Row; LARGEST + 2], value: f64, rate: Option<f64>) {
-        let seen = [Some(value), rate].into_iter().enumerate();
+    /// Adds a sample to the `N` rows that say what the others imply for it.
+    fn absorb(&mut self, rows: &mut [Row; LARGEST + 2], observation: &Observation) {
         let mut count = N;
-        for (column, y) in seen.filter_map(|(column, y)| Some((column, y?))) {
-            rows[count][column] = 1.0;
-            rows[count][N] = y;
-            count += 1;
+        for (column, seen) in [observation.value, observation.rate]
+            .into_iter()
+            .enumerate()
+        {
+            if let Some((y, inverse)) = seen {
+                rows[count] = Row::default();
+                rows[count][column] = inverse;
+                rows[count][N] = y;
+                self.log_determinant += inverse.ln();
+                count += 1;
+            }
         }
         triangularise(&mut rows[..count], 0, N, N + 1);
-        for ((r, z), row) in self.r.iter_mut().zip(&mut self.z).zip(&rows) {
-            r.copy_from_slice(&row[..N]);
-            *z = row[N];
+        for i in 0..N {
+            self.r[i].copy_from_slice(&rows[i][..N]);
+            self.z[i] = rows[i][N];
         }
+        let innovations = rows[N..count].iter().map(|row| row[N]);
+        self.chi_squared += innovations.clone().map(|e| e * e).sum::<f64>();
+        self.innovations.extend(innovations);
     }
 }
 
-/// The state at a sample, and the part of its value that the value itself decides.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Knot {
-    pub(super) state: [f64; 3],
-    pub(super) leverage: f64,
+/// What a smoother takes: the lengths of the steps `[len − 1]` in units of time, the samples `[len]`, and ln w of each step.
+#[derive(Clone, Copy)]
+pub(super) struct Problem<'a> {
+    pub(super) steps: &'a [f64],
+    pub(super) observations: &'a [Observation],
 }
 
-/// The spline of degree 2N − 1 at all samples; `steps` are the `len − 1` lengths between them, in units of time, and rates are per
-/// unit of time. There are more samples than N.
-pub(super) fn spline<const N: usize>(
-    steps: &[f64],
-    values: &[f64],
-    rates: Option<&[f64]>,
-) -> Vec<Knot> {
-    let process = Process::<N>::new();
-    let rate = |k: usize| rates.map(|rates| rates[k]);
-    let mut forward = Forward {
-        kept: Vec::with_capacity(steps.len()),
-        r: [[0.0; N]; N],
-        z: [0.0; N],
-    };
-    forward.absorb([Row::default(); LARGEST + 2], values[0], rate(0));
-    let mut step = process.step(1.0);
-    for (k, length) in steps.iter().enumerate() {
-        step = step.or_new(&process, *length);
-        forward.advance(&step, values[k + 1], rate(k + 1));
-    }
-    forward.back()
-}
-
-impl<const N: usize> Forward<N> {
-    /// Goes back through the samples.
-    fn back(self) -> Vec<Knot> {
-        let mut state = self.z;
-        back(&self.r, &mut state);
-        let root = inverse(&self.r);
-        let mut covariance = product(&root, &transposed(&root));
-        let knot = |state: &[f64; N], covariance: &Matrix<N>| Knot {
-            state: std::array::from_fn(|i| state[i]),
-            leverage: covariance[0][0],
+impl Problem<'_> {
+    /// Goes through the samples; `keep` stores what the way back needs.
+    pub(super) fn forward<const N: usize>(
+        self,
+        process: &Process<N>,
+        log_w: impl Fn(usize) -> f64,
+        keep: bool,
+    ) -> Forward<N> {
+        let mut out = Forward {
+            kept: Vec::with_capacity(if keep { self.steps.len() } else { 0 }),
+            r: [[0.0; N]; N],
+            z: [0.0; N],
+            chi_squared: 0.0,
+            log_determinant: 0.0,
+            innovations: Vec::new(),
         };
-        let mut out = vec![knot(&state, &covariance)];
-        for kept in self.kept.iter().rev() {
-            let passed: [f64; N] =
-                std::array::from_fn(|i| kept.next[i].iter().zip(&state).map(|(a, x)| a * x).sum());
+        let mut step = process.step(1.0);
+        for (k, observation) in self.observations.iter().enumerate() {
+            let mut rest = [Row::default(); LARGEST + 2];
+            if k > 0 {
+                step = step.or_new(process, self.steps[k - 1]);
+                let log_w = log_w(k - 1);
+                let kept = out.advance(&step, log_w, &mut rest);
+                if keep {
+                    out.kept.push(kept);
+                }
+            }
+            out.absorb(&mut rest, observation);
+        }
+        out
+    }
+
+    /// Goes back through the samples, after `forward` with the same intensities.
+    pub(super) fn backward<const N: usize>(
+        self,
+        process: &Process<N>,
+        forward: &Forward<N>,
+        log_w: impl Fn(usize) -> f64,
+    ) -> Smoothed<N> {
+        let mut state = forward.z;
+        back(&forward.r, &mut state);
+        let root = inverse(&forward.r);
+        let mut covariance = product(&root, &transposed(&root));
+        let mut out = Smoothed {
+            states: vec![(state, covariance)],
+            steps: Vec::with_capacity(self.steps.len()),
+        };
+        let mut step = process.step(1.0);
+        for (k, kept) in forward.kept.iter().enumerate().rev() {
+            step = step.or_new(process, self.steps[k]);
+            let inverse = inverse(&kept.own);
+            let next = (state, covariance);
+            let passed = times(&kept.next, &next.0);
             state = std::array::from_fn(|i| kept.z[i] - passed[i]);
             back(&kept.own, &mut state);
-            let inverse = inverse(&kept.own);
+            // x = T x' + R⁻¹ ε up to the mean, ε of unit covariance.
             let gain = product(&inverse, &kept.next);
-            let own = product(&inverse, &transposed(&inverse));
-            let ahead = product(&product(&gain, &covariance), &transposed(&gain));
-            covariance = std::array::from_fn(|i| std::array::from_fn(|j| own[i][j] + ahead[i][j]));
-            out.push(knot(&state, &covariance));
+            covariance = sum(
+                &product(&inverse, &transposed(&inverse)),
+                &product(&product(&gain, &next.1), &transposed(&gain)),
+            );
+            out.states.push((state, covariance));
+            // G (x' − A x) = (G + G A T) x' − G A R⁻¹ ε.
+            let scale = (-0.5 * log_w(k)).exp();
+            let (ahead, behind) = (times(&step.root, &next.0), times(&step.moved, &state));
+            let mean: [f64; N] = std::array::from_fn(|i| scale * (ahead[i] - behind[i]));
+            let follow = sum(&step.root, &product(&step.moved, &gain));
+            let own = product(&step.moved, &inverse);
+            let spread = sum(
+                &product(&product(&follow, &next.1), &transposed(&follow)),
+                &product(&own, &transposed(&own)),
+            );
+            out.steps.push(StepFit::new(&mean, &spread, scale * scale));
         }
-        out.reverse();
+        out.states.reverse();
+        out.steps.reverse();
         out
+    }
+}
+
+/// Means and covariances of all states, and what each step says of its intensity.
+pub(super) struct Smoothed<const N: usize> {
+    pub(super) states: Vec<([f64; N], Matrix<N>)>,
+    pub(super) steps: Vec<StepFit>,
+}
+
+/// The derivative of ln p by ln w of one step, and its Fisher information.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct StepFit {
+    pub(super) slope: f64,
+    pub(super) information: f64,
+}
+
+impl StepFit {
+    /// From the mean of G u and its covariance for intensity 1 over `scale`: ½ (E|e|² − N) and ½ |1 − C|².
+    fn new<const N: usize>(mean: &[f64; N], spread: &Matrix<N>, scale: f64) -> Self {
+        let (mut power, mut information) = (0.0, 0.0);
+        for i in 0..N {
+            power += mean[i] * mean[i] + scale * spread[i][i];
+            for j in 0..N {
+                information += (f64::from(i == j) - scale * spread[i][j]).powi(2);
+            }
+        }
+        Self {
+            slope: 0.5 * (power - N as f64),
+            information: 0.5 * information,
+        }
     }
 }
 
@@ -279,6 +373,14 @@ fn inverse<const N: usize>(r: &Matrix<N>) -> Matrix<N> {
 
 fn transposed<const N: usize>(a: &Matrix<N>) -> Matrix<N> {
     std::array::from_fn(|i| std::array::from_fn(|j| a[j][i]))
+}
+
+fn times<const N: usize>(a: &Matrix<N>, x: &[f64; N]) -> [f64; N] {
+    std::array::from_fn(|i| a[i].iter().zip(x).map(|(a, x)| a * x).sum())
+}
+
+fn sum<const N: usize>(a: &Matrix<N>, b: &Matrix<N>) -> Matrix<N> {
+    std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] + b[i][j]))
 }
 
 fn product<const N: usize>(a: &Matrix<N>, b: &Matrix<N>) -> Matrix<N> {

@@ -1,0 +1,158 @@
+//! The noise of a column, from the evidence of short blocks, each with an intensity of its own.
+
+use std::f64::consts::LN_10;
+
+use super::process::{Observation, Problem, Process};
+use super::smoother::ORDER_OF_NOISE;
+
+/// Samples of a block: the intensity hardly changes within it.
+const BLOCK: usize = 32;
+/// The most blocks that are looked at.
+const BLOCKS: usize = 120;
+/// ln(σ²/w) of the smoothers that are tried: from one that interpolates to one that fits a single polynomial.
+const LOWEST: f64 = -8.0 * LN_10;
+const RATIOS: usize = 45;
+const RATIO: f64 = 0.5 * LN_10;
+/// Ratios below those, where all follows from the first: squared residuals are proportional to the ratio.
+const BELOW: usize = 80;
+/// Step of ln σ.
+const STEP: f64 = 0.1;
+
+/// Noise of a column.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Noise {
+    /// Its standard deviation.
+    pub(super) sigma: f64,
+    /// ln of the mean intensity at [`ORDER_OF_NOISE`].
+    pub(super) log_w: f64,
+}
+
+/// Squared residuals and the rest of ln p for σ = 1, at each ratio.
+struct Block {
+    parts: Vec<(f64, f64)>,
+    /// Samples less unknowns.
+    freedom: f64,
+}
+
+impl Block {
+    fn new(steps: &[f64], y: &[f64]) -> Self {
+        let process = Process::<{ ORDER_OF_NOISE + 1 }>::new();
+        let mean = y.iter().sum::<f64>() / y.len() as f64;
+        let value = |y: &f64| Observation {
+            value: Some((y - mean, 1.0)),
+            rate: None,
+        };
+        let observations: Vec<Observation> = y.iter().map(value).collect();
+        let problem = Problem {
+            steps,
+            observations: &observations,
+        };
+        let part = |k| problem.forward(&process, |_| -ratio(k), false).parts();
+        Self {
+            parts: (0..RATIOS).map(part).collect(),
+            freedom: (y.len() - ORDER_OF_NOISE - 1) as f64,
+        }
+    }
+
+    /// ln p of the block and ln w for each ratio.
+    fn terms(&self, log_sigma: f64) -> Vec<(f64, f64)> {
+        let precision = 0.5 * (-2.0 * log_sigma).exp();
+        let term = |squares: f64, rest: f64, ratio: f64| {
+            let log_p = rest - squares * precision - self.freedom * log_sigma;
+            (log_p, 2.0 * log_sigma - ratio)
+        };
+        let tried = (self.parts.iter().enumerate()).map(|(k, (s, rest))| term(*s, *rest, ratio(k)));
+        let (first, rest) = self.parts[0];
+        let below = (1..=BELOW).map(|k| {
+            let change = -RATIO * k as f64;
+            let rest = rest + 0.5 * self.freedom * change;
+            term(first * change.exp(), rest, LOWEST + change)
+        });
+        tried.chain(below).collect()
+    }
+}
+
+fn ratio(k: usize) -> f64 {
+    LOWEST + RATIO * k as f64
+}
+
+/// ln Σ eˣ.
+fn log_sum(x: impl Iterator<Item = f64> + Clone) -> f64 {
+    let largest = x.clone().fold(f64::NEG_INFINITY, f64::max);
+    largest + x.map(|x| (x - largest).exp()).sum::<f64>().ln()
+}
+
+impl Noise {
+    /// Noise of the pieces `(steps, values)` of a column, not below that of its rounding.
+    pub(super) fn of(pieces: &[(Vec<f64>, Vec<f64>)]) -> Self {
+        let (blocks, floor) = (blocks(pieces), floor(pieces));
+        let residual = |block: &Block| (block.parts[RATIOS - 1].0 / block.freedom).sqrt();
+        let largest = blocks.iter().map(residual).fold(floor, f64::max);
+        let count = ((largest / floor).ln() / STEP).ceil() as usize;
+        let log_sigma = |k: usize| floor.ln() + STEP * k as f64;
+        let log_p = |k: usize| -> f64 {
+            let of_block = |block: &Block| {
+                let terms = block.terms(log_sigma(k));
+                log_sum(terms.iter().map(|t| t.0))
+            };
+            blocks.iter().map(of_block).sum()
+        };
+        let curve: Vec<f64> = (0..=count).map(log_p).collect();
+        let best = (0..=count).max_by(|a, b| curve[*a].total_cmp(&curve[*b]));
+        let log_sigma = log_sigma(best.unwrap_or(0));
+        Self {
+            sigma: log_sigma.exp(),
+            log_w: mean_intensity(&blocks, log_sigma),
+        }
+    }
+}
+
+/// Blocks that are spread evenly over the pieces.
+fn blocks(pieces: &[(Vec<f64>, Vec<f64>)]) -> Vec<Block> {
+    let mut places = Vec::new();
+    for (piece, (_, y)) in pieces.iter().enumerate() {
+        let count = (y.len() / BLOCK).max(1);
+        let end = |b: usize| if b == count { y.len() } else { b * BLOCK };
+        places.extend((0..count).map(|b| (piece, b * BLOCK..end(b + 1))));
+    }
+    let stride = places.len().div_ceil(BLOCKS).max(1);
+    let block = |(piece, range): &(usize, std::ops::Range<usize>)| {
+        let (steps, y) = &pieces[*piece];
+        Block::new(&steps[range.start..range.end - 1], &y[range.clone()])
+    };
+    places.iter().step_by(stride).map(block).collect()
+}
+
+/// ln of the intensity, averaged over what is known of each block and over the blocks.
+fn mean_intensity(blocks: &[Block], log_sigma: f64) -> f64 {
+    let of_block = |block: &Block| {
+        let terms = block.terms(log_sigma);
+        let total = log_sum(terms.iter().map(|t| t.0));
+        log_sum(terms.iter().map(|(log_p, log_w)| log_p - total + log_w))
+    };
+    let of_blocks: Vec<f64> = blocks.iter().map(of_block).collect();
+    log_sum(of_blocks.iter().copied()) - (blocks.len() as f64).ln()
+}
+
+/// The least deviation of a column's noise: of its rounding, or of its quantum where values repeat.
+fn floor(pieces: &[(Vec<f64>, Vec<f64>)]) -> f64 {
+    let mut values: Vec<f64> = pieces.iter().flat_map(|(_, y)| y.iter().copied()).collect();
+    let (count, largest) = (
+        values.len(),
+        values.iter().fold(0.0_f64, |m, y| m.max(y.abs())),
+    );
+    let rounding = (largest * f64::EPSILON).max(1e-18);
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    if values.len() * 20 > count * 19 {
+        return rounding;
+    }
+    let steps = values.windows(2).map(|w| w[1] - w[0]);
+    let quantum = steps
+        .filter(|d| *d > 4.0 * rounding)
+        .fold(f64::INFINITY, f64::min);
+    match quantum.is_finite() {
+        true => quantum / 12.0_f64.sqrt(),
+        false => rounding,
+    }
+}
