@@ -18,6 +18,8 @@ pub struct Samples {
     /// positions and h⁺ from it. In this case q is the middle one, q̇ the velocity to it, q̈ the second divided difference, and
     /// τ the mean over both steps.
     pub steps: Vec<f64>,
+    /// The weight of each sample's residuals, `[m]`, else empty: all weigh the same.
+    pub weights: Vec<f64>,
 }
 
 impl Deref for Samples {
@@ -42,6 +44,7 @@ impl Samples {
             n,
             signals,
             steps: Vec::new(),
+            weights: Vec::new(),
         }
     }
 

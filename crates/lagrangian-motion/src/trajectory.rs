@@ -15,6 +15,8 @@ pub struct Trajectory {
     pub t: Vec<f64>,
     /// The known signals at these times, `[len, n]` each; q and q̇ are always present.
     pub signals: Signals,
+    /// Standard errors of the accelerations, `[len, n]`, in their unit; empty where these were measured.
+    pub errors: Vec<f64>,
 }
 
 impl Deref for Trajectory {
@@ -46,6 +48,7 @@ impl Trajectory {
             name: name.into(),
             t,
             signals,
+            errors: Vec::new(),
         }
     }
 
@@ -76,9 +79,12 @@ impl Trajectory {
     /// The samples of a range within the motion.
     #[must_use]
     pub fn part(&self, range: Range<usize>) -> Self {
+        let n = self.dof();
+        let errors = self.errors.get(range.start * n..range.end * n);
         Self {
             name: self.name.clone(),
-            signals: self.signals.rows(self.dof(), &range),
+            signals: self.signals.rows(n, &range),
+            errors: errors.map_or(Vec::new(), <[f64]>::to_vec),
             t: self.t[range].to_vec(),
         }
     }
@@ -101,6 +107,7 @@ impl Trajectory {
             name: self.name.clone(),
             t: self.t.iter().map(|t| t * (1.0 / alpha)).collect(),
             signals: self.signals.as_ref().map(scaled),
+            errors: Vec::new(),
         }
     }
 
@@ -126,6 +133,9 @@ impl Trajectory {
             if needed || !values.is_empty() {
                 self.check_signal(signal.name(), values, len * n)?;
             }
+        }
+        if !self.errors.is_empty() {
+            self.check_signal("errors", &self.errors, len * n)?;
         }
         let Some(k) = self.t.windows(2).position(|w| w[1] <= w[0]) else {
             return Ok(());

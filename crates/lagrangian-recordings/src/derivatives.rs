@@ -165,6 +165,8 @@ pub(super) struct Fitted {
     segments: Vec<Range<usize>>,
     /// Empty where a signal was not estimated.
     signals: Signals,
+    /// Standard errors of the estimated accelerations, `[len, n]`; empty where they are not estimated.
+    errors: Vec<f64>,
     estimates: Vec<Estimate>,
 }
 
@@ -183,6 +185,7 @@ impl Fitted {
         let mut fitted = Self {
             segments: all,
             signals: Signals::default(),
+            errors: Vec::new(),
             estimates: Vec::new(),
         };
         if let Some(cutoff) = options.low_pass {
@@ -393,6 +396,7 @@ impl Fitted {
     ) -> Vec<f64> {
         let (len, n) = (recording.len(), recording.dof());
         let mut values = vec![0.0; len * n];
+        let mut standard_errors = vec![0.0; len * n];
         let step = median_step(&recording.t);
         for coordinate in 0..n {
             let estimate = |source, window: usize, noise, [inside, ends]: [f64; 2]| Estimate {
@@ -409,8 +413,9 @@ impl Fitted {
             };
             if let Some(Spline { source, motion }) = &splines[coordinate] {
                 let order = ways[0].1;
-                for (row, state) in values.chunks_exact_mut(n).zip(&motion.states) {
-                    row[coordinate] = state[order];
+                for (k, (state, error)) in motion.states.iter().zip(&motion.errors).enumerate() {
+                    let at = k * n + coordinate;
+                    (values[at], standard_errors[at]) = (state[order], error[order]);
                 }
                 let errors = motion.errors(order, &self.segments);
                 let estimate = estimate(*source, motion.window, motion.noise, errors);
@@ -428,10 +433,21 @@ impl Fitted {
             };
             for segment in &self.segments {
                 apply(series, choice, segment, &mut values);
+                let half = choice.window / 2;
+                for k in segment.clone() {
+                    let at_end = k - segment.start < half || segment.end - 1 - k < half;
+                    standard_errors[k * n + coordinate] = match at_end {
+                        true => choice.risk.ends.sqrt(),
+                        false => choice.standard_error(),
+                    };
+                }
             }
             let errors = [choice.standard_error(), choice.risk.ends.sqrt()];
             let estimate = estimate(source, choice.window, choice.noise, errors);
             self.estimates.push(estimate);
+        }
+        if signal == "qdd" {
+            self.errors = standard_errors;
         }
         values
     }
@@ -462,6 +478,7 @@ impl Fitted {
             name: recording.name,
             t: rows(recording.t, 1),
             signals: signals.map(|_, values| rows(values, n)),
+            errors: rows(self.errors, n),
         };
         (trajectory, self.estimates)
     }

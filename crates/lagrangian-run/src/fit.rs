@@ -13,7 +13,9 @@ use crate::error::{Context, Result};
 use crate::folder::{CHECKPOINT, MODEL, RunFolder};
 use crate::metrics::Tensorboard;
 use crate::record::RunRecord;
+use crate::resolved::of_fit;
 use crate::watch::Watch;
+use toml::Value;
 
 impl RunFolder {
     /// The state from which a run resumes; `None` for a run that begins, or that had not written one.
@@ -65,6 +67,11 @@ impl RunFolder {
         if selection.tried.len() > 1 {
             begun.choices = choices.to_vec();
             begun.tried.clone_from(&selection.tried);
+            let fits = begun.resolved.get_mut("fit").and_then(Value::as_table_mut);
+            if let Some(fits) = fits {
+                let own = of_fit(&selection.chosen.config)?;
+                fits.insert(selection.fit.model.family().into(), own.into());
+            }
             self.update_record(begun)?;
         }
         let model = selection.fit.model.save(provenance)?.to_bytes()?;

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use lagrangian::FitConfig;
 use lagrangian::fit::ResolvedConfig;
 use lagrangian::saved::Preparation;
 use lagrangian::{Layout, PrepareOptions};
@@ -81,10 +82,23 @@ pub(crate) fn resolved(
     let mut fits = Map::new();
     for candidate in candidates {
         let config = serde_json::to_value(&candidate.config).context(failed, "")?;
-        fits.insert(candidate.config.family.name().into(), config);
+        fits.insert(candidate.name.clone(), in_short(config));
     }
-    let fits = in_short(Value::Object(fits));
-    let text = toml::to_string(&for_toml(json!({ "data": data, "fit": fits })));
+    table(json!({ "data": data, "fit": fits }))
+}
+
+/// The settings of a fit, as in the table of [`resolved`].
+///
+/// # Errors
+/// As [`resolved`].
+pub(crate) fn of_fit(config: &FitConfig) -> Result<Table> {
+    let failed = "cannot write the settings as TOML";
+    table(in_short(serde_json::to_value(config).context(failed, "")?))
+}
+
+fn table(value: Value) -> Result<Table> {
+    let failed = "cannot write the settings as TOML";
+    let text = toml::to_string(&for_toml(value));
     toml::from_str(&text.context(failed, "")?).context(failed, "")
 }
 

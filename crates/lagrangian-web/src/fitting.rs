@@ -106,7 +106,7 @@ impl Fitting {
             check,
             ..
         } = prepared;
-        // OK because one family is requested, which gives one candidate.
+        // OK because the page requests one family, which gives one candidate.
         let chosen = candidates.pop().ok_or(NO_MODEL)?;
         let evaluation = Evaluation {
             motions,

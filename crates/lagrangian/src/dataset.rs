@@ -9,7 +9,9 @@ use lagrangian_mechanics::lagrangian::Scaling;
 use lagrangian_motion::Samples;
 use lagrangian_motion::Signal;
 use lagrangian_motion::solve::quadratic::Quadratic;
-use lagrangian_motion::statistics::{column, deviation, mean, positive, root_mean_square, size};
+use lagrangian_motion::statistics::{
+    column, deviation, mean, median_size, positive, root_mean_square, size,
+};
 use lagrangian_motion::{Coordinates, Error, Result, Signals, Trajectory};
 
 pub use momenta::Momenta;
@@ -79,7 +81,11 @@ impl Dataset {
         let n = coordinates.dof();
         let forced = is_forced(train);
         let (train_times, validation_times) = (Timeline::of(train), Timeline::of(validation));
-        let (train, validation) = (samples(n, train)?, samples(n, validation)?);
+        let errors = [train, validation].map(errors);
+        let (mut train, mut validation) = (samples(n, train)?, samples(n, validation)?);
+        let usual = usual(&errors[0], &train);
+        train.weights = weights(&errors[0], &usual);
+        validation.weights = weights(&errors[1], &usual);
         for part in [&train, &validation] {
             check_parameters(&coordinates, part)?;
         }
@@ -387,6 +393,40 @@ fn samples(n: usize, trajectories: &[Trajectory]) -> Result<Samples> {
         signal.clear();
     }
     Ok(out)
+}
+
+/// Standard errors of the accelerations of all samples, `[m, n]`, 0 where they were measured; empty where all were.
+fn errors(trajectories: &[Trajectory]) -> Vec<f64> {
+    if trajectories.iter().all(|t| t.errors.is_empty()) {
+        return Vec::new();
+    }
+    let own = |t: &Trajectory| match t.errors.is_empty() {
+        true => vec![0.0; t.q.len()],
+        false => t.errors.clone(),
+    };
+    trajectories.iter().flat_map(own).collect()
+}
+
+/// An error of this part of the accelerations is less than what models leave.
+const SMALL_ERROR: f64 = 1e-3;
+
+/// The errors of each acceleration, `[n]`, up to which samples weigh alike: the median, and what no model would notice.
+fn usual(errors: &[f64], samples: &Samples) -> Vec<f64> {
+    let n = samples.n;
+    let size = size(&samples.qdd, n);
+    let median = column(errors, n, |own| median_size(own));
+    let pairs = median.iter().zip(size);
+    pairs.map(|(m, size)| m.hypot(SMALL_ERROR * size)).collect()
+}
+
+/// The weights of samples whose accelerations have these errors, 1/√(1 + mean (error/usual)²); empty where all were measured.
+fn weights(errors: &[f64], usual: &[f64]) -> Vec<f64> {
+    let n = usual.len();
+    let weight = |own: &[f64]| {
+        let squares = own.iter().zip(usual).map(|(e, u)| (e / u).powi(2));
+        1.0 / (1.0 + squares.sum::<f64>() / n as f64).sqrt()
+    };
+    errors.chunks_exact(n.max(1)).map(weight).collect()
 }
 
 /// Refuses parameters with a velocity or an acceleration.

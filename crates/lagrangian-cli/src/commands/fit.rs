@@ -270,10 +270,9 @@ fn note_candidates(candidates: &[ResolvedConfig]) {
         );
     }
     if candidates.len() > 1 {
-        let names = candidates.iter().map(|c| c.config.family.name());
-        let names: Vec<&str> = names.collect();
+        let names: Vec<&str> = candidates.iter().map(|c| &*c.name).collect();
         note!(
-            "note: {} are tried and compared by their torque errors on held-out samples (--model chooses one)",
+            "note: {} are tried and compared on held-out samples (--model chooses one)",
             names.join(", ")
         );
     }
@@ -289,7 +288,7 @@ fn fit(ready: PreparedFit, place: &RunTarget, mode: OutputMode) -> Result<Finish
     let kept = ready.fit(Some(place), &mut shown);
     shown.finish(&match kept.as_ref().map(|kept| &kept.selection) {
         Ok(own) if own.tried.len() > 1 => {
-            let (count, kept) = (own.tried.len(), own.chosen.config.family.name());
+            let (count, kept) = (own.tried.len(), &own.chosen.name);
             format!("{count} models were tried, {kept} is kept")
         }
         Ok(own) => format!(

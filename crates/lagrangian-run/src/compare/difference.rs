@@ -77,7 +77,7 @@ impl LoadedRun {
         let only = || fits.values().next().filter(|_| fits.len() == 1);
         let best = || {
             let tried = record.tried.iter();
-            let known = tried.filter_map(|one| Some((one.torque_nmse?, &one.family)));
+            let known = tried.filter_map(|one| Some((one.shown().1?, one.shown().0)));
             fits.get(known.min_by(|a, b| a.0.total_cmp(&b.0))?.1)
         };
         own.or_else(only).or_else(best)?.as_table()

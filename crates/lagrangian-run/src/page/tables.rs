@@ -45,16 +45,17 @@ pub fn score_tables(
 /// The models that were compared.
 fn tried(page: &Page) -> Table {
     let row = |c: &CandidateResult| {
-        let error = match (c.torque_nmse, &c.failure) {
+        let (name, error) = c.shown();
+        let error = match (error, &c.failure) {
             (Some(error), _) => format!("{} %", short(100.0 * error)),
             (None, Some(failure)) => failure.clone(),
             (None, None) => String::new(),
         };
-        vec![c.family.clone(), error, format!("{:.1} s", c.seconds)]
+        vec![name.into(), error, format!("{:.1} s", c.seconds)]
     };
     Table::new(
-        "Models that were tried: the squared error of their torques over the variance, mean over the joints, on samples that were held back.",
-        &["model", "torque error", "time"],
+        "Models that were tried: the squared error of their torques, or of the accelerations of free motions, in parts of its size, on samples that were held back.",
+        &["model", "error", "time"],
         page.record.tried.iter().map(row).collect(),
     )
 }

@@ -104,6 +104,9 @@ fn append(all: &Samples, block: Range<usize>, to: &mut Samples) {
             to.extend(&from[block.start * n..block.end * n]);
         }
     }
+    if !all.weights.is_empty() {
+        to.weights.extend(&all.weights[block.clone()]);
+    }
     if !all.steps.is_empty() {
         to.steps.extend(&all.steps[2 * block.start..2 * block.end]);
     }

@@ -4,6 +4,7 @@ mod allowed;
 mod choice;
 mod forward;
 mod fresh;
+mod screening;
 mod selection;
 mod settings;
 mod stepper;

@@ -5,8 +5,10 @@ use serde_json::json;
 
 use super::choice::{ResolvedConfig, foreign, present};
 use crate::dataset::Dataset;
-use crate::fit::{Fit, FitConfig, SECONDS, fit};
-use crate::models::Entry;
+use crate::fit::screening::{self, Screened, screen};
+use crate::fit::{Fit, FitConfig, OptimizerName, SECONDS, fit};
+use crate::models::{Candidate, Entry};
+use crate::saved;
 use crate::score::{CandidateResult, torque_error};
 use crate::train::checkpoint::Checkpoint;
 use crate::train::known::DataFacts;
@@ -24,6 +26,9 @@ const FORCES: [&str; 3] = ["viscous", "coulomb", "offset"];
 /// by the strength of their assumptions, and one with weaker assumptions must halve the error to be kept.
 const MARGIN: f64 = 0.5;
 
+/// The steps of a fit of free motions where neither steps nor seconds are given.
+const STEPS: usize = 400;
+
 /// The best of several fits.
 #[derive(Debug)]
 pub struct Selection {
@@ -36,8 +41,9 @@ pub struct Selection {
 }
 
 impl FitConfig {
-    /// The settings of all fits of a request: one, where it names a family. Where it does not, and forces were recorded, several
-    /// families are tried: the robot of a description, a chain of rigid bodies, and a network with a mass matrix and friction.
+    /// The settings of all fits of a request: one, where it names a family. Where it does not, several models are tried: where forces
+    /// were recorded the robot of a description, a chain of rigid bodies, and a network with a mass matrix and friction; of free motions
+    /// a mass matrix with a potential, Lagrangians of any form, all with friction, and a plain network.
     ///
     /// # Errors
     /// As [`FitConfig::for_data`].
@@ -47,8 +53,15 @@ impl FitConfig {
         spec: &FitSpec,
     ) -> Result<Vec<ResolvedConfig>> {
         let known = DataFacts::of(dataset, estimates);
-        let candidates = spec.checked()?.candidates(dataset)?;
-        candidates.iter().map(|own| own.choose(&known)).collect()
+        let candidates = spec.checked()?.candidates(dataset)?.into_iter();
+        let chosen = |(name, spec): (String, FitSpec)| {
+            let chosen = spec.choose(&known)?;
+            Ok(match &*name {
+                "" => chosen,
+                _ => ResolvedConfig { name, ..chosen },
+            })
+        };
+        candidates.map(chosen).collect()
     }
 }
 
@@ -65,42 +78,59 @@ impl FitSpec {
         self.family.is_none() && self.nominal.is_none() && (self.has_robot() || silent())
     }
 
-    fn candidates(&self, dataset: &Dataset) -> Result<Vec<Self>> {
-        let entries = match self.is_open() && dataset.train.steps.is_empty() {
+    /// The requests for the models that are tried, with the name of each.
+    fn candidates(&self, dataset: &Dataset) -> Result<Vec<(String, Self)>> {
+        let tried = match self.is_open() && dataset.train.steps.is_empty() {
             true => Entry::tried(dataset, self.has_robot()),
             false => Vec::new(),
         };
-        match entries[..] {
-            [] => return Ok(vec![self.clone()]),
-            [alone] => {
+        match tried[..] {
+            [] => return Ok(vec![(String::new(), self.clone())]),
+            [(alone, _)] => {
                 let family = Some(alone.name.into());
-                return Ok(vec![Self {
+                let spec = Self {
                     family,
                     ..self.clone()
-                }]);
+                };
+                return Ok(vec![(String::new(), spec)]);
             }
             _ => (),
         }
         let given = present(&self.settings);
-        let tried = |name: &str| entries.iter().any(|entry| entry.has(name));
-        if let Some(name) = given.keys().find(|name| !tried(name)) {
-            let families: Vec<&str> = entries.iter().map(|entry| entry.name).collect();
+        let known = |name: &str| tried.iter().any(|(entry, _)| entry.has(name));
+        if let Some(name) = given.keys().find(|name| !known(name)) {
+            let families: Vec<&str> = tried.iter().map(|(entry, _)| entry.name).collect();
             return Err(foreign(
                 name,
                 &format!("the models that are tried ({})", families.join(", ")),
             ));
         }
-        let entries = entries.into_iter();
-        Ok(entries.map(|entry| self.of_candidate(entry)).collect())
+        let own = |(entry, own): &(&Entry, &Candidate)| {
+            let spec = self.of_candidate(entry, own, dataset.forced);
+            (format!("{}{}", entry.name, own.with), spec)
+        };
+        Ok(tried.iter().map(own).collect())
     }
 
-    /// The request for one of several families, with the settings that this family has.
-    fn of_candidate(&self, entry: &Entry) -> Self {
+    /// The request for one of several models, with the settings that its family has.
+    fn of_candidate(&self, entry: &Entry, candidate: &Candidate, forced: bool) -> Self {
         let mut spec = self.clone();
         spec.family = Some(entry.name.into());
         spec.settings.retain(|name, _| entry.has(name));
         if (entry.default)().abilities().solved {
             spec.training.retain(|name, _| name == "forward");
+            return spec;
+        }
+        for (name, value) in candidate.settings {
+            let value = serde_json::from_str(value).unwrap_or_default();
+            spec.settings.entry(*name).or_insert(value);
+        }
+        // A part of the time is for the other models.
+        spec.seconds = self.seconds.map(|seconds| 0.5 * seconds);
+        if !forced {
+            let natural = OptimizerName::Natural;
+            (spec.training.entry("optimizer")).or_insert(json!(natural));
+            spec.steps = self.steps.or(self.seconds.is_none().then_some(STEPS));
             return spec;
         }
         let friction = ["forces", "dissipation"];
@@ -113,7 +143,6 @@ impl FitSpec {
         spec.training
             .entry("loss")
             .or_insert(json!(Loss::TORQUE.name()));
-        // Half of the time is for families that are solved at once.
         if self.steps.is_none() {
             spec.seconds = Some(0.5 * self.seconds.unwrap_or(SECONDS));
         }
@@ -122,7 +151,8 @@ impl FitSpec {
 }
 
 /// Fits all candidates and keeps the one with the smallest torque error on the validation samples, where a later candidate must
-/// halve the error of an earlier one. `resume` continues from a checkpoint of the last candidate that has one.
+/// halve the error of an earlier one. Those of free motions are trained for a few steps and compared by their accelerations; the best is
+/// trained on, without its friction where it needs none. `resume` continues from a checkpoint of the candidate that wrote it.
 ///
 /// # Errors
 /// As [`fit`](fn@super::fit), where none of them can be fitted.
@@ -133,6 +163,9 @@ pub fn select(
     observer: &mut dyn Observer,
 ) -> Result<Selection> {
     let several = candidates.len() > 1;
+    if several && !dataset.forced {
+        return select_free(dataset, candidates, resume, observer);
+    }
     let mut best: Option<(f64, Fit, ResolvedConfig)> = None;
     let mut failure = None;
     let mut tried = Vec::new();
@@ -149,6 +182,7 @@ pub fn select(
             torque_nmse: (several && fitted.is_ok()).then_some(error),
             seconds: clock.elapsed().as_secs_f64(),
             failure: fitted.as_ref().err().map(Error::to_string),
+            ..CandidateResult::default()
         });
         match fitted {
             Ok(fit) => {
@@ -173,6 +207,39 @@ pub fn select(
             .choices
             .insert(0, AutoSetting::new("model", family, reason(&tried)));
     }
+    Ok(Selection { fit, chosen, tried })
+}
+
+/// Trains the best of several models of free motions.
+fn select_free(
+    dataset: &Dataset,
+    candidates: Vec<ResolvedConfig>,
+    resume: Option<&Checkpoint>,
+    observer: &mut dyn Observer,
+) -> Result<Selection> {
+    let wrote = |own: &ResolvedConfig| {
+        let settings = saved::describe(&own.config);
+        resume.is_some_and(|own| settings.is_ok_and(|now| own.check_config(&now).is_ok()))
+    };
+    let free = candidates
+        .iter()
+        .filter_map(ResolvedConfig::without_friction);
+    let begun = candidates.iter().cloned().chain(free).find(wrote);
+    let (mut chosen, tried, reason) = match begun {
+        Some(chosen) => (
+            chosen,
+            Vec::new(),
+            "it was chosen when the fit began".into(),
+        ),
+        None => {
+            let Screened { chosen, tried } = screen(dataset, candidates, observer)?;
+            let reason = screening::reason(&tried);
+            (chosen, tried, reason)
+        }
+    };
+    let fit = fit(dataset, &chosen.config, resume, observer)?;
+    let setting = AutoSetting::new("model", &*chosen.name, reason);
+    chosen.choices.insert(0, setting);
     Ok(Selection { fit, chosen, tried })
 }
 

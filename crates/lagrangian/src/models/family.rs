@@ -254,17 +254,21 @@ pub struct Entry {
     pub saved_as: &'static [&'static str],
     /// Loads a saved model.
     pub load: fn(&SavedModel) -> Result<Learned>,
-    /// The data on which it is tried where a request names no family; `None` for a family that is only fitted by name.
-    pub candidate: Option<Candidate>,
+    /// How it is tried where a request names no family; empty for a family that is only fitted by name.
+    pub candidates: &'static [Candidate],
     /// Whether it describes machines of joints, whose angles are measured from the link before.
     pub jointed: bool,
 }
 
-/// The data on which a family is tried where a request names none.
+/// A model that is tried where a request names no family.
 #[derive(Debug, Clone, Copy)]
 pub struct Candidate {
-    /// The place among the families that are tried: those that take most for granted come first.
+    /// The place among the models that are tried: those that take most for granted come first.
     pub rank: u8,
+    /// What its name says after that of the family.
+    pub with: &'static str,
+    /// The settings that are not the defaults.
+    pub settings: &'static [(&'static str, &'static str)],
     /// Whether it is tried on these data, with the description of a robot or without.
     pub on: fn(data: &Dataset, robot: bool) -> bool,
 }
@@ -301,6 +305,22 @@ impl Entry {
     }
 }
 
+impl Candidate {
+    /// On free motions, whose forces nothing tells.
+    pub(crate) const fn of_free(
+        rank: u8,
+        with: &'static str,
+        settings: &'static [(&'static str, &'static str)],
+    ) -> Self {
+        Self {
+            rank,
+            with,
+            settings,
+            on: |data, robot| !robot && !data.forced && data.train.goal.is_empty(),
+        }
+    }
+}
+
 impl Entry {
     /// Whether the family has a setting of this name.
     #[must_use]
@@ -308,15 +328,13 @@ impl Entry {
         self.settings.iter().any(|setting| setting.name == name)
     }
 
-    /// The families that are tried on these data, with the description of a robot or without.
-    pub(crate) fn tried(data: &Dataset, robot: bool) -> Vec<&'static Self> {
-        let rank = |entry: &Self| {
-            let own = entry.candidate?;
-            (own.on)(data, robot).then_some(own.rank)
-        };
-        let mut entries: Vec<&Self> = FAMILIES.iter().filter(|e| rank(e).is_some()).collect();
-        entries.sort_by_key(|entry| rank(entry));
-        entries
+    /// The models that are tried on these data, with the description of a robot or without.
+    pub(crate) fn tried(data: &Dataset, robot: bool) -> Vec<(&'static Self, &'static Candidate)> {
+        let own = |entry: &'static Self| entry.candidates.iter().map(move |own| (entry, own));
+        let all = FAMILIES.iter().flat_map(own);
+        let mut all: Vec<_> = all.filter(|(_, own)| (own.on)(data, robot)).collect();
+        all.sort_by_key(|(_, own)| own.rank);
+        all
     }
 
     /// Whether it takes the description of a robot.

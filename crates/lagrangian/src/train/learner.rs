@@ -10,7 +10,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::forces::{Drive, Forces};
-use super::loss::{Loss, Weighting};
+use super::loss::Loss;
 use super::positions::Points;
 use lagrangian_mechanics::lagrangian::Jet;
 use lagrangian_motion::Coordinates;
@@ -138,6 +138,7 @@ impl<T: Real> Work<T> {
                 n,
                 signals: Signals::default().map(|_, _: ()| vec![0.0; samples * n]),
                 steps: vec![0.0; 2 * samples],
+                weights: vec![1.0; samples],
             },
             linear: Linearisation {
                 residual: vec![0.0; samples * m],
@@ -172,10 +173,18 @@ impl<T: Real> Work<T> {
         let (n, samples) = (data.n, self.samples);
         self.count = indices.len();
         let index = |s: usize| indices[if s < indices.len() { s } else { 0 }];
-        let Samples { signals, steps, .. } = &mut self.states;
+        let Samples {
+            signals,
+            steps,
+            weights,
+            ..
+        } = &mut self.states;
+        if data.weights.is_empty() {
+            weights.fill(1.0);
+        }
         let signals = data.signals.iter().zip(signals.iter_mut());
         let columns = signals.map(|((_, from), (_, to))| (from, to, n));
-        let all = columns.chain([(&data.steps, steps, 2)]);
+        let all = columns.chain([(&data.steps, steps, 2), (&data.weights, weights, 1)]);
         for (source, target, n) in all.filter(|(source, ..)| !source.is_empty()) {
             for (s, target) in (0..samples).zip(target.chunks_exact_mut(n)) {
                 let row = &source[index(s) * n..][..n];
@@ -353,16 +362,17 @@ impl<'a, T: Real> dyn Learner<T> + 'a {
     pub(crate) fn residuals(&self, packed: &Packed<T>, extra: &[f64], work: &mut Work<T>) {
         self.unweighted_residuals(packed, extra, work);
         let LearnerShape { loss, weights, .. } = self.facts();
-        if loss.weighting == Weighting::Uniform {
-            return;
-        }
-        let n = weights.len();
-        for (s, qdd) in work.states.qdd.chunks_exact(n).enumerate() {
-            let weight = loss.sample_weight(qdd, weights);
-            let residual = work.linear.residual[s * n..][..n].iter_mut();
-            residual.for_each(|r| *r *= weight);
-            let d = work.linear.d[s * n * n..][..n * n].iter_mut();
-            d.for_each(|d| *d *= weight);
+        let states = work.states.qdd.chunks_exact(weights.len());
+        for (s, (qdd, own)) in states.zip(&work.states.weights).enumerate() {
+            let weight = own * loss.sample_weight(qdd, weights);
+            if weight != 1.0 {
+                let Linearisation { residual, d, .. } = &mut work.linear;
+                for values in [residual, d] {
+                    let each = values.len() / work.samples;
+                    let values = values[s * each..][..each].iter_mut();
+                    values.for_each(|x| *x *= weight);
+                }
+            }
         }
     }
     /// Projects the parameters onto their domain.

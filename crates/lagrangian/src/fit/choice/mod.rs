@@ -28,6 +28,8 @@ use lagrangian_recordings::Estimate;
 /// All settings of a fit, with those that were chosen.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResolvedConfig {
+    /// The name among several that are tried: that of the family, with what distinguishes it from others of the family.
+    pub name: String,
     /// The settings.
     pub config: FitConfig,
     /// The settings that the request omitted, with the chosen values.
@@ -136,6 +138,7 @@ impl FitSpec {
             choices.retain(|choice| !DESCENT.contains(&choice.setting.as_str()));
         }
         Ok(ResolvedConfig {
+            name: entry.name.into(),
             config: FitConfig {
                 family,
                 training: TrainingTask {

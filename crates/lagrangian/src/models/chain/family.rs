@@ -19,15 +19,17 @@ pub(crate) const ENTRY: Entry = Entry {
     read: family::read::<ChainConfig>,
     saved_as: &[],
     load: |saved| Ok(robot::load(saved)?.into()),
-    candidate: Some(Candidate {
+    candidates: &[Candidate {
         rank: 2,
+        with: "",
+        settings: &[],
         on: |data, _| {
             let coordinates = &data.coordinates;
             data.forced
                 && coordinates.dof() <= MAX_JOINTS
                 && coordinates.parameters().next().is_none()
         },
-    }),
+    }],
     jointed: true,
 };
 

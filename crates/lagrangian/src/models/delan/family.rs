@@ -27,10 +27,15 @@ pub(crate) const ENTRY: Entry = Entry {
     read: family::read::<DelanConfig>,
     saved_as: &[NAME],
     load: |saved| load(saved, Inertia::Configuration),
-    candidate: Some(Candidate {
-        rank: 3,
-        on: |data, _| data.forced,
-    }),
+    candidates: &[
+        Candidate::of_free(0, " with friction", &[("dissipation", "true")]),
+        Candidate {
+            rank: 3,
+            with: "",
+            settings: &[],
+            on: |data, _| data.forced,
+        },
+    ],
     jointed: false,
 };
 

@@ -30,7 +30,7 @@ pub(crate) const ENTRY: Entry = Entry {
     read,
     saved_as: &[NAME],
     load,
-    candidate: None,
+    candidates: &[],
     jointed: false,
 };
 

@@ -6,7 +6,7 @@ use super::{Form, Lnn, LnnConfig, LnnShape, UNITS};
 use crate::dataset::Dataset;
 use crate::models::NetworkShape;
 use crate::models::family::{
-    self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained,
+    self, Abilities, BoxedLearner, Candidate, Entry, Family, Plan, Residuals, Trained,
 };
 use crate::models::learned::{Description, Learned, LearnedLagrangian, Stored};
 use crate::models::settings as shared;
@@ -27,7 +27,18 @@ pub(crate) const ENTRY: Entry = Entry {
     read: family::read::<LnnConfig>,
     saved_as: &[NAME],
     load,
-    candidate: None,
+    candidates: &[
+        Candidate::of_free(
+            1,
+            ", convex, with friction",
+            &[("form", "\"convex\""), ("dissipation", "true")],
+        ),
+        Candidate::of_free(
+            2,
+            " with friction",
+            &[("form", "\"free\""), ("dissipation", "true")],
+        ),
+    ],
     jointed: false,
 };
 

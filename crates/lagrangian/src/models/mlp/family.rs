@@ -4,7 +4,7 @@ use super::{Direction, Mlp, MlpConfig, MlpScaling, MlpShape};
 use crate::dataset::Dataset;
 use crate::models::NetworkShape;
 use crate::models::family::{
-    self, Abilities, BoxedLearner, Entry, Family, Plan, Residuals, Trained,
+    self, Abilities, BoxedLearner, Candidate, Entry, Family, Plan, Residuals, Trained,
 };
 use crate::models::learned::{Description, FittedModel, Learned, Stored};
 use crate::models::neural_ode;
@@ -25,7 +25,7 @@ pub(crate) const ENTRY: Entry = Entry {
     read: family::read::<MlpConfig>,
     saved_as: &[NAME],
     load: |saved| Ok(Mlp::load(saved, saved.weights()?)?.into()),
-    candidate: None,
+    candidates: &[Candidate::of_free(3, "", &[])],
     jointed: false,
 };
 

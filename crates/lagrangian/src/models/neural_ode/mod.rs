@@ -28,7 +28,7 @@ pub(crate) const ENTRY: Entry = Entry {
     read: family::read::<NeuralOdeConfig>,
     saved_as: &[NAME],
     load,
-    candidate: None,
+    candidates: &[],
     jointed: false,
 };
 

@@ -35,10 +35,12 @@ pub(crate) const ENTRY: Entry = Entry {
         chain::SAVED_AS => Ok(chain::load(saved)?.into()),
         _ => Ok(robot::load(saved)?.into()),
     },
-    candidate: Some(Candidate {
+    candidates: &[Candidate {
         rank: 1,
+        with: "",
+        settings: &[],
         on: |data, robot| robot && data.forced,
-    }),
+    }],
     jointed: true,
 };
 

@@ -30,10 +30,12 @@ pub(crate) const ENTRY: Entry = Entry {
     read: family::read::<ServoConfig>,
     saved_as: &[NAME],
     load: |saved| Ok(load(saved)?.into()),
-    candidate: Some(Candidate {
+    candidates: &[Candidate {
         rank: 0,
+        with: "",
+        settings: &[],
         on: |data, robot| !robot && !data.forced && !data.train.goal.is_empty(),
-    }),
+    }],
     jointed: true,
 };
 

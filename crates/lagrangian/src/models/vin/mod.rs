@@ -20,7 +20,7 @@ pub(crate) const ENTRY: Entry = Entry {
     read,
     saved_as: &[NAME],
     load: |saved| delan::load(saved, Inertia::Constant),
-    candidate: None,
+    candidates: &[],
     jointed: false,
 };
 

@@ -1,0 +1,215 @@
+//! Several models of free motions: each is trained for a few steps, and the one that explains held-out samples best is trained on.
+
+use std::ops::ControlFlow;
+
+use nets::Instant;
+
+use super::choice::ResolvedConfig;
+use crate::dataset::Dataset;
+use crate::fit::{Fit, fit};
+use crate::score::CandidateResult;
+use crate::train::forces::ForceTerms;
+use crate::train::observer::{Observer, Progress};
+use crate::train::task::Budget;
+use lagrangian_mechanics::Model;
+use lagrangian_motion::statistics::mean;
+use lagrangian_motion::{Error, Result, Samples};
+
+/// Steps after which models are compared: the better of two is then better to the end, nearly always.
+const STEPS: usize = 100;
+/// Neighbouring samples whose errors are counted as one.
+const BLOCK: usize = 25;
+/// Held-out errors below this part of the mean square are explained: no other model is tried.
+const EXPLAINED: f64 = 1e-8;
+
+/// The candidate to train on, and all that were tried.
+pub(super) struct Screened {
+    pub(super) chosen: ResolvedConfig,
+    pub(super) tried: Vec<CandidateResult>,
+}
+
+/// A candidate with its held-out errors, one for each block.
+struct Screening {
+    chosen: ResolvedConfig,
+    errors: Vec<f64>,
+}
+
+/// Trains each of the candidates for a few steps. The first of them stays unless the held-out error of another is less by more than
+/// the standard error of the difference; friction stays only where it lowers that error by as much.
+///
+/// # Errors
+/// That of the last fit, where none of them can be fitted, or the observer ended the first.
+pub(super) fn screen(
+    dataset: &Dataset,
+    candidates: Vec<ResolvedConfig>,
+    observer: &mut dyn Observer,
+) -> Result<Screened> {
+    let parts = candidates.len();
+    let mut own = Trials {
+        dataset,
+        parts,
+        observer,
+        tried: Vec::new(),
+        ended: false,
+    };
+    let mut best: Option<Screening> = None;
+    let mut failure = None;
+    for candidate in candidates {
+        match own.trial(candidate) {
+            Ok(next) => {
+                if best.as_ref().is_none_or(|best| best.is_worse(&next)) {
+                    best = Some(next);
+                }
+            }
+            Err(error) => failure = Some(error),
+        }
+        let explained = |best: &Screening| mean(&mut best.errors.iter().copied()) < EXPLAINED;
+        if own.ended || best.as_ref().is_some_and(explained) {
+            break;
+        }
+    }
+    let Some(mut best) = best else {
+        return Err(failure.unwrap_or_else(|| Error::argument("candidates", 0, "at least one")));
+    };
+    if let Some(without) = best.chosen.without_friction().filter(|_| !own.ended)
+        && let Ok(without) = own.trial(without)
+        && !without.is_worse(&best)
+    {
+        best = without;
+    }
+    Ok(Screened {
+        chosen: best.chosen,
+        tried: own.tried,
+    })
+}
+
+struct Trials<'a> {
+    dataset: &'a Dataset,
+    parts: usize,
+    observer: &'a mut dyn Observer,
+    tried: Vec<CandidateResult>,
+    ended: bool,
+}
+
+impl Trials<'_> {
+    fn trial(&mut self, chosen: ResolvedConfig) -> Result<Screening> {
+        let clock = Instant::now();
+        let mut config = chosen.config.clone();
+        let (steps, seconds) = match config.budget {
+            Budget::Steps(steps) => (steps.min(STEPS), f64::INFINITY),
+            Budget::Seconds(seconds) => (STEPS, seconds / self.parts as f64),
+        };
+        config.budget = Budget::Steps(steps);
+        let mut shown = Shown {
+            name: &chosen.name,
+            seconds,
+            observer: self.observer,
+            ended: false,
+        };
+        let fitted = fit(self.dataset, &config, None, &mut shown);
+        self.ended |= shown.ended;
+        let errors = fitted.as_ref().map(|fit| held_out(fit, self.dataset));
+        let error = errors.as_ref().map(|own| mean(&mut own.iter().copied()));
+        self.tried.push(CandidateResult {
+            family: config.family.name().into(),
+            name: chosen.name.clone(),
+            acceleration_nmse: error.ok(),
+            seconds: clock.elapsed().as_secs_f64(),
+            failure: fitted.as_ref().err().map(Error::to_string),
+            ..CandidateResult::default()
+        });
+        let errors = errors.unwrap_or_default();
+        fitted.map(|_| Screening { chosen, errors })
+    }
+}
+
+impl Screening {
+    /// Whether the mean error of another is less by more than the standard error of the difference.
+    fn is_worse(&self, other: &Self) -> bool {
+        let pairs = self.errors.iter().zip(&other.errors);
+        let gains: Vec<f64> = pairs.map(|(own, other)| own - other).collect();
+        let gain = mean(&mut gains.iter().copied());
+        let spread = mean(&mut gains.iter().map(|one| (one - gain).powi(2)));
+        let uncertain = (spread / (gains.len().max(2) - 1) as f64).sqrt();
+        // Errors that are not finite are worse than all others.
+        let finite = |own: &Self| own.errors.iter().all(|e| e.is_finite());
+        !finite(self) && finite(other) || gain > uncertain
+    }
+}
+
+impl ResolvedConfig {
+    /// The same without friction; `None` where there is none.
+    pub(super) fn without_friction(&self) -> Option<Self> {
+        let with = " with friction";
+        let mut free = self.clone();
+        free.name = self.name.strip_suffix(with)?.into();
+        free.config.training.forces = ForceTerms::default();
+        Some(free)
+    }
+}
+
+/// The squared errors of the accelerations of a model on validation samples, or on the training samples without them, over their
+/// mean squares, each sample with its weight; means over blocks of neighbours.
+fn held_out(fit: &Fit, dataset: &Dataset) -> Vec<f64> {
+    let samples: &Samples = match dataset.validation.len() {
+        0 => &dataset.train,
+        _ => &dataset.validation,
+    };
+    let (n, scale) = (samples.n, dataset.acceleration_scale());
+    let mut qdd = vec![0.0; samples.qdd.len()];
+    let mut evaluator = fit.model.evaluator();
+    let Samples { signals: s, .. } = samples;
+    if evaluator
+        .forward_dynamics(&s.q, &s.qd, &s.tau, &mut qdd)
+        .singular()
+        > 0
+    {
+        qdd.fill(f64::INFINITY);
+    }
+    let error = |(k, (a, b)): (usize, (&f64, &f64))| {
+        let weight = samples.weights.get(k / n).unwrap_or(&1.0);
+        (weight * (a - b) / scale[k % n]).powi(2)
+    };
+    let errors: Vec<f64> = qdd
+        .iter()
+        .zip(&samples.qdd)
+        .enumerate()
+        .map(error)
+        .collect();
+    let blocks = errors.chunks(BLOCK * n);
+    blocks.map(|own| mean(&mut own.iter().copied())).collect()
+}
+
+/// Shows a trial as a stage of the fit, and ends it in time.
+struct Shown<'a> {
+    name: &'a str,
+    seconds: f64,
+    observer: &'a mut dyn Observer,
+    ended: bool,
+}
+
+impl Observer for Shown<'_> {
+    fn progress(&mut self, progress: &Progress) -> ControlFlow<()> {
+        if self.observer.stage(self.name, progress.share).is_break() {
+            self.ended = true;
+        }
+        match self.ended || progress.seconds > self.seconds {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    }
+}
+
+/// What was tried, for the reason of a choice.
+pub(super) fn reason(tried: &[CandidateResult]) -> String {
+    let error = |own: &CandidateResult| match own.acceleration_nmse {
+        Some(error) => format!("{} {error:.1e}", own.name),
+        None => format!("{} failed", own.name),
+    };
+    let errors: Vec<String> = tried.iter().map(error).collect();
+    format!(
+        "it explains the accelerations of held-out samples best, or as well and takes more for granted; squared errors in parts of \
+         their mean square after {STEPS} steps: {}",
+        errors.join(", ")
+    )
+}
