@@ -34,6 +34,8 @@ pub struct ResolvedConfig {
     pub config: FitConfig,
     /// The settings that the request omitted, with the chosen values.
     pub choices: Vec<AutoSetting>,
+    /// The standard deviation of each position's noise, `[n]`, where long rollouts can average it; else empty.
+    pub noise: Vec<f64>,
 }
 
 impl FitConfig {
@@ -139,6 +141,7 @@ impl FitSpec {
         }
         Ok(ResolvedConfig {
             name: entry.name.into(),
+            noise: Vec::new(),
             config: FitConfig {
                 family,
                 training: TrainingTask {
