@@ -4,7 +4,6 @@ mod allowed;
 mod choice;
 mod forward;
 mod fresh;
-mod refine;
 mod screening;
 mod selection;
 mod settings;
@@ -12,7 +11,6 @@ mod stepper;
 
 pub use choice::ResolvedConfig;
 pub use fresh::fresh;
-pub use refine::{RefinedFit, refine};
 pub use selection::{Selection, select};
 pub use settings::{DampingName, OptimizerName, ROLLOUT_SETTINGS, SETTINGS, TrainingSettings};
 pub use stepper::Stepper;

@@ -100,7 +100,12 @@ impl Trials<'_> {
             Budget::Seconds(seconds) => (STEPS, seconds / self.parts as f64),
         };
         config.budget = Budget::Steps(steps);
-        let mut shown = Shown::new(&chosen.name, seconds, self.observer);
+        let mut shown = Shown {
+            name: &chosen.name,
+            seconds,
+            observer: self.observer,
+            ended: false,
+        };
         let fitted = fit(self.dataset, &config, None, &mut shown);
         self.ended |= shown.ended;
         let errors = fitted.as_ref().map(|fit| held_out(fit, self.dataset));
@@ -119,21 +124,17 @@ impl Trials<'_> {
 }
 
 impl Screening {
+    /// Whether the mean error of another is less by more than the standard error of the difference.
     fn is_worse(&self, other: &Self) -> bool {
-        is_worse(&self.errors, &other.errors)
+        let pairs = self.errors.iter().zip(&other.errors);
+        let gains: Vec<f64> = pairs.map(|(own, other)| own - other).collect();
+        let gain = mean(&mut gains.iter().copied());
+        let spread = mean(&mut gains.iter().map(|one| (one - gain).powi(2)));
+        let uncertain = (spread / (gains.len().max(2) - 1) as f64).sqrt();
+        // Errors that are not finite are worse than all others.
+        let finite = |own: &Self| own.errors.iter().all(|e| e.is_finite());
+        !finite(self) && finite(other) || gain > uncertain
     }
-}
-
-/// Whether the mean of these errors exceeds that of others by more than the standard error of the difference.
-pub(super) fn is_worse(errors: &[f64], others: &[f64]) -> bool {
-    let pairs = errors.iter().zip(others);
-    let gains: Vec<f64> = pairs.map(|(own, other)| own - other).collect();
-    let gain = mean(&mut gains.iter().copied());
-    let spread = mean(&mut gains.iter().map(|one| (one - gain).powi(2)));
-    let uncertain = (spread / (gains.len().max(2) - 1) as f64).sqrt();
-    // Errors that are not finite are worse than all others.
-    let finite = |errors: &[f64]| errors.iter().all(|e| e.is_finite());
-    !finite(errors) && finite(others) || gain > uncertain
 }
 
 impl ResolvedConfig {
@@ -149,7 +150,7 @@ impl ResolvedConfig {
 
 /// The squared errors of the accelerations of a model on validation samples, or on the training samples without them, over their
 /// mean squares, each sample with its weight; means over blocks of neighbours.
-pub(super) fn held_out(fit: &Fit, dataset: &Dataset) -> Vec<f64> {
+fn held_out(fit: &Fit, dataset: &Dataset) -> Vec<f64> {
     let samples: &Samples = match dataset.validation.len() {
         0 => &dataset.train,
         _ => &dataset.validation,
@@ -180,22 +181,11 @@ pub(super) fn held_out(fit: &Fit, dataset: &Dataset) -> Vec<f64> {
 }
 
 /// Shows a trial as a stage of the fit, and ends it in time.
-pub(super) struct Shown<'a> {
+struct Shown<'a> {
     name: &'a str,
     seconds: f64,
     observer: &'a mut dyn Observer,
     ended: bool,
-}
-
-impl<'a> Shown<'a> {
-    pub(super) fn new(name: &'a str, seconds: f64, observer: &'a mut dyn Observer) -> Self {
-        Self {
-            name,
-            seconds,
-            observer,
-            ended: false,
-        }
-    }
 }
 
 impl Observer for Shown<'_> {

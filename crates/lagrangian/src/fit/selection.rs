@@ -1,14 +1,11 @@
 //! Several models for the same data, of which the best on held-out samples is kept.
 
-use std::ops::ControlFlow;
-
 use nets::Instant;
 use serde_json::json;
 
 use super::choice::{ResolvedConfig, foreign, present};
 use crate::dataset::Dataset;
-use crate::fit::refine::refine;
-use crate::fit::screening::{self, Screened, Shown, held_out, is_worse, screen};
+use crate::fit::screening::{self, Screened, screen};
 use crate::fit::{Fit, FitConfig, OptimizerName, SECONDS, fit};
 use crate::models::{Candidate, Entry};
 use crate::saved;
@@ -16,14 +13,11 @@ use crate::score::{CandidateResult, torque_error};
 use crate::train::checkpoint::Checkpoint;
 use crate::train::known::DataFacts;
 use crate::train::loss::Loss;
-use crate::train::observer::{Ending, Observer, Progress};
-use crate::train::shooting::Shooting;
+use crate::train::observer::{Ending, Observer};
 use crate::train::spec::{AutoSetting, FitSpec};
-use crate::train::task::Budget;
-use lagrangian_motion::statistics::{mean, median_size};
-use lagrangian_motion::{Coordinate, Samples};
+use lagrangian_motion::Samples;
 use lagrangian_motion::{Error, Result};
-use lagrangian_recordings::{Estimate, Source};
+use lagrangian_recordings::Estimate;
 
 /// The friction that is learned beside a network of a driven machine.
 const FORCES: [&str; 3] = ["viscous", "coulomb", "offset"];
@@ -64,11 +58,7 @@ impl FitConfig {
             let chosen = spec.choose(&known)?;
             Ok(match &*name {
                 "" => chosen,
-                _ => ResolvedConfig {
-                    name,
-                    noise: noise(dataset, estimates, &known),
-                    ..chosen
-                },
+                _ => ResolvedConfig { name, ..chosen },
             })
         };
         candidates.map(chosen).collect()
@@ -184,7 +174,7 @@ pub fn select(
         let own = resume.filter(|_| !chosen.config.family.abilities().solved);
         let fitted = fit(dataset, &chosen.config, own, observer);
         let error = fitted.as_ref().map_or(f64::INFINITY, |fit| match several {
-            true => torque_held_out(fit, dataset),
+            true => held_out(fit, dataset),
             false => 0.0,
         });
         tried.push(CandidateResult {
@@ -235,7 +225,7 @@ fn select_free(
         .iter()
         .filter_map(ResolvedConfig::without_friction);
     let begun = candidates.iter().cloned().chain(free).find(wrote);
-    let (mut chosen, mut tried, reason) = match begun {
+    let (mut chosen, tried, reason) = match begun {
         Some(chosen) => (
             chosen,
             Vec::new(),
@@ -247,116 +237,14 @@ fn select_free(
             (chosen, tried, reason)
         }
     };
-    let (fit, refined) = refined(dataset, &chosen, resume, observer)?;
-    tried.extend(refined);
+    let fit = fit(dataset, &chosen.config, resume, observer)?;
     let setting = AutoSetting::new("model", &*chosen.name, reason);
     chosen.choices.insert(0, setting);
     Ok(Selection { fit, chosen, tried })
 }
 
-/// Networks of more parameters are not refined: a step takes the square of their number for each sample.
-const MOST: usize = 3000;
-
-/// The noise of positions whose accelerations are so uncertain that long rollouts know more of the motion; empty where they are not,
-/// or where velocities were measured too.
-fn noise(dataset: &Dataset, estimates: &[Estimate], known: &DataFacts) -> Vec<f64> {
-    let coordinates = dataset.coordinates.0.iter();
-    let own = |c: &Coordinate| {
-        let own =
-            |e: &&Estimate| e.signal == "qd" && e.source == Source::Q && e.coordinate == c.name;
-        median_size(&mut estimates.iter().filter(own).map(|e| e.noise))
-    };
-    let noise: Vec<f64> = coordinates.map(own).collect();
-    match known.uncertain() && !dataset.forced && noise.iter().all(|noise| *noise > 0.0) {
-        true => noise,
-        false => Vec::new(),
-    }
-}
-
-/// A fit, refined by long rollouts where its data are noisy and it explains held-out samples as well after that.
-fn refined(
-    dataset: &Dataset,
-    chosen: &ResolvedConfig,
-    resume: Option<&Checkpoint>,
-    observer: &mut dyn Observer,
-) -> Result<(Fit, Option<CandidateResult>)> {
-    let mut kept = Kept {
-        parameters: resume.map_or(Vec::new(), |own| own.best_parameters.clone()),
-        observer,
-    };
-    let plain = fit(dataset, &chosen.config, resume, &mut kept)?;
-    let Kept {
-        parameters,
-        observer,
-    } = kept;
-    let can = !chosen.noise.is_empty()
-        && plain.model.lagrangian().is_some()
-        && (1..=MOST).contains(&parameters.len())
-        && plain.ending != Ending::Interrupted;
-    if !can {
-        return Ok((plain, None));
-    }
-    let clock = Instant::now();
-    let name = format!("{}, by long rollouts", chosen.name);
-    let seconds = match chosen.config.budget {
-        Budget::Seconds(seconds) => seconds,
-        Budget::Steps(_) => f64::INFINITY,
-    };
-    let mut shown = Shown::new(&name, seconds, observer);
-    let given = (&*parameters, &*chosen.noise);
-    let refined = refine(
-        dataset,
-        &chosen.config,
-        given,
-        &Shooting::default(),
-        &mut shown,
-    );
-    let (before, after) = (
-        held_out(&plain, dataset),
-        refined.as_ref().map(|own| held_out(&own.fit, dataset)),
-    );
-    let result = CandidateResult {
-        family: chosen.config.family.name().into(),
-        acceleration_nmse: after
-            .as_ref()
-            .ok()
-            .map(|own| mean(&mut own.iter().copied())),
-        seconds: clock.elapsed().as_secs_f64(),
-        failure: refined.as_ref().err().map(Error::to_string),
-        name,
-        ..CandidateResult::default()
-    };
-    let better = after.is_ok_and(|after| !is_worse(&after, &before));
-    let fit = match refined {
-        Ok(own) if better => Fit {
-            model: own.fit.model,
-            seconds: plain.seconds + own.fit.seconds,
-            ..plain
-        },
-        _ => plain,
-    };
-    Ok((fit, Some(result)))
-}
-
-/// Keeps the parameters of the model of a fit.
-struct Kept<'a> {
-    parameters: Vec<f64>,
-    observer: &'a mut dyn Observer,
-}
-
-impl Observer for Kept<'_> {
-    fn progress(&mut self, progress: &Progress) -> ControlFlow<()> {
-        self.observer.progress(progress)
-    }
-
-    fn checkpoint(&mut self, checkpoint: &Checkpoint) -> Result<()> {
-        self.parameters.clone_from(&checkpoint.best_parameters);
-        self.observer.checkpoint(checkpoint)
-    }
-}
-
 /// The torque error of a model on validation samples, or on the training samples without validation samples.
-fn torque_held_out(fit: &Fit, dataset: &Dataset) -> f64 {
+fn held_out(fit: &Fit, dataset: &Dataset) -> f64 {
     let samples: &Samples = match dataset.validation.len() {
         0 => &dataset.train,
         _ => &dataset.validation,

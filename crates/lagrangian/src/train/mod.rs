@@ -19,7 +19,6 @@ pub(crate) mod rollout;
 pub mod run;
 mod schedule;
 mod shape;
-pub(crate) mod shooting;
 pub mod spec;
 pub(crate) mod task;
 #[cfg(test)]
@@ -43,7 +42,6 @@ pub use problem::{
 pub use rollout::{Observe, RolloutLoss, Start};
 pub use schedule::cosine;
 pub use shape::{NetworkShape, Parts};
-pub use shooting::Shooting;
 pub(crate) use spec::LOSS;
 pub use spec::{AutoSetting, FitSpec};
 pub use task::{Budget, Optimizer, TrainingTask};

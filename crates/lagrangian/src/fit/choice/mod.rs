@@ -34,8 +34,6 @@ pub struct ResolvedConfig {
     pub config: FitConfig,
     /// The settings that the request omitted, with the chosen values.
     pub choices: Vec<AutoSetting>,
-    /// The standard deviation of each position's noise, `[n]`, where long rollouts can average it; else empty.
-    pub noise: Vec<f64>,
 }
 
 impl FitConfig {
@@ -141,7 +139,6 @@ impl FitSpec {
         }
         Ok(ResolvedConfig {
             name: entry.name.into(),
-            noise: Vec::new(),
             config: FitConfig {
                 family,
                 training: TrainingTask {

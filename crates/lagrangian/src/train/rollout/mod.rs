@@ -30,9 +30,8 @@ mod segments;
 mod shoot;
 pub(crate) mod step;
 #[cfg(test)]
-pub(crate) mod tests;
+mod tests;
 mod unit;
 
 pub use config::{Observe, RolloutLoss, Start};
 pub(crate) use descend::{RolloutDescent, RolloutProblems, RolloutValidation, SegmentOrder};
-pub(crate) use segments::Recorded;

@@ -7,20 +7,20 @@ use lagrangian_motion::Samples;
 
 /// The recorded motion that segments are cut from.
 #[derive(Clone, Copy)]
-pub(crate) struct Recorded<'a> {
-    pub(crate) coordinates: &'a Coordinates,
-    pub(crate) samples: &'a Samples,
-    pub(crate) times: &'a Timeline,
+pub(super) struct Recorded<'a> {
+    pub(super) coordinates: &'a Coordinates,
+    pub(super) samples: &'a Samples,
+    pub(super) times: &'a Timeline,
     /// The source of the momenta, where states are (q, p).
-    pub(crate) momenta: Option<&'a Momenta>,
+    pub(super) momenta: Option<&'a Momenta>,
 }
 
 impl<'a> Recorded<'a> {
-    pub(crate) fn train(dataset: &'a Dataset, momenta: Option<&'a Momenta>) -> Self {
+    pub(super) fn train(dataset: &'a Dataset, momenta: Option<&'a Momenta>) -> Self {
         Self::of(dataset, momenta, (&dataset.train, &dataset.train_times))
     }
 
-    pub(crate) fn validation(dataset: &'a Dataset, momenta: Option<&'a Momenta>) -> Self {
+    pub(super) fn validation(dataset: &'a Dataset, momenta: Option<&'a Momenta>) -> Self {
         let held = (&dataset.validation, &dataset.validation_times);
         Self::of(dataset, momenta, held)
     }
@@ -39,7 +39,7 @@ impl<'a> Recorded<'a> {
     }
 
     /// The samples that start segments of `horizon` samples, `stride` apart within each trajectory.
-    pub(crate) fn starts(&self, horizon: usize, stride: usize) -> Vec<usize> {
+    pub(super) fn starts(&self, horizon: usize, stride: usize) -> Vec<usize> {
         let runs = self.times.runs();
         let of_run = |run: std::ops::Range<usize>| {
             let end = run.end.saturating_sub(horizon);
@@ -49,7 +49,7 @@ impl<'a> Recorded<'a> {
     }
 
     /// Component `c` of the recorded state at sample `i`.
-    pub(crate) fn state(&self, i: usize, c: usize) -> f64 {
+    pub(super) fn state(&self, i: usize, c: usize) -> f64 {
         let (n, samples) = (self.samples.n, self.samples);
         if c < n {
             return samples.q[i * n + c];
@@ -63,7 +63,7 @@ impl<'a> Recorded<'a> {
     }
 
     /// a − b of component `c`, angles on the circle.
-    pub(crate) fn difference(&self, c: usize, a: f64, b: f64) -> f64 {
+    pub(super) fn difference(&self, c: usize, a: f64, b: f64) -> f64 {
         use std::f64::consts::{PI, TAU};
         let difference = a - b;
         if c < self.samples.n && self.coordinates.is_circle(c) && difference.is_finite() {
@@ -76,7 +76,7 @@ impl<'a> Recorded<'a> {
     /// Weights of the components of a state, `[2n]`: one over the deviation of each (of an angle at most that of a
     /// uniform one), and over the distance that a state moves within the horizon in these units, so that a loss of 1 is that of a
     /// system at rest.
-    pub(crate) fn weights(&self, horizon: usize) -> Vec<f64> {
+    pub(super) fn weights(&self, horizon: usize) -> Vec<f64> {
         let d = 2 * self.samples.n;
         let mut weights: Vec<f64> = (0..d).map(|c| 1.0 / self.deviation(c)).collect();
         let (mut sum, mut count) = (0.0, 0.0);
@@ -95,7 +95,7 @@ impl<'a> Recorded<'a> {
         weights
     }
 
-    pub(crate) fn deviation(&self, c: usize) -> f64 {
+    fn deviation(&self, c: usize) -> f64 {
         let m = self.samples.len().max(1) as f64;
         let values = || (0..self.samples.len()).map(|i| self.state(i, c));
         let mean = values().sum::<f64>() / m;
