@@ -251,8 +251,7 @@ fn real_robots_are_fitted_with_their_descriptions() {
         assert_eq!(open["tried"][0]["family"], "rigid");
         // A joint that gravity explains does not hide those that fail without friction: most of the UR10's, two of the Panda's.
         let without = of("--model rigid --dissipation=false");
-        let verdict = if robot == "ur10" { "poor" } else { "fair" };
-        assert_eq!(without["verdict"], verdict, "{without}");
+        assert_eq!(without["verdict"], "poor", "{without}");
         let reasons = without["assessment"]["reasons"].to_string();
         assert!(reasons.contains("is predicted no better than its mean"));
     }

@@ -413,7 +413,7 @@ fn a_description_that_explains_much_less_than_a_chain_lowers_the_verdict() {
             family: (*family).into(),
             torque_nmse: *error,
             seconds: 1.0,
-            failure: None,
+            ..CandidateResult::default()
         };
         let candidates: Vec<CandidateResult> = errors.iter().map(candidate).collect();
         let assessment = Assessment::new(&model, &motions, &score).of_selected(&candidates);
