@@ -394,9 +394,8 @@ impl Fitted {
         splines: &[Option<Spline>],
         options: &EstimateOptions,
     ) -> Vec<f64> {
-        let (len, n) = (recording.len(), recording.dof());
-        let mut values = vec![0.0; len * n];
-        let mut standard_errors = vec![0.0; len * n];
+        let n = recording.dof();
+        let [mut values, mut standard_errors] = [0.0, 0.0].map(|x| vec![x; recording.len() * n]);
         let step = median_step(&recording.t);
         for coordinate in 0..n {
             let estimate = |source, window: usize, noise, [inside, ends]: [f64; 2]| Estimate {
@@ -418,8 +417,7 @@ impl Fitted {
                     (values[at], standard_errors[at]) = (state[order], error[order]);
                 }
                 let errors = motion.errors(order, &self.segments);
-                let estimate = estimate(*source, motion.window, motion.noise, errors);
-                self.estimates.push(estimate);
+                (self.estimates).push(estimate(*source, motion.window, motion.noise, errors));
                 continue;
             }
             let choices = ways.iter().map(|((source, y), order)| {
@@ -431,20 +429,16 @@ impl Fitted {
             let Some((source, series, choice)) = best else {
                 continue;
             };
+            let errors = [choice.standard_error(), choice.risk.ends.sqrt()];
             for segment in &self.segments {
                 apply(series, choice, segment, &mut values);
-                let half = choice.window / 2;
                 for k in segment.clone() {
-                    let at_end = k - segment.start < half || segment.end - 1 - k < half;
-                    standard_errors[k * n + coordinate] = match at_end {
-                        true => choice.risk.ends.sqrt(),
-                        false => choice.standard_error(),
-                    };
+                    let beside = (k - segment.start).min(segment.end - 1 - k);
+                    let at_end = usize::from(beside < choice.window / 2);
+                    standard_errors[k * n + coordinate] = errors[at_end];
                 }
             }
-            let errors = [choice.standard_error(), choice.risk.ends.sqrt()];
-            let estimate = estimate(source, choice.window, choice.noise, errors);
-            self.estimates.push(estimate);
+            (self.estimates).push(estimate(source, choice.window, choice.noise, errors));
         }
         if signal == "qdd" {
             self.errors = standard_errors;

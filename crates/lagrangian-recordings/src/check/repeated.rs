@@ -123,6 +123,9 @@ const DEVIATIONS: f64 = 4.0;
 const NOISY: f64 = 5e-3;
 const NOISY_PLANE: f64 = 1e-4;
 
+/// The most times of a motion that a place of another one is looked for at, before the best is refined.
+const LOOKED_AT: usize = 4096;
+
 /// Whether a recording retells another one: each of its places, a sixth of its time long, has one in the other with positions that are
 /// equal to within noise and rounding, whatever the rates, the rounding and the noise of both.
 fn retells(copy: &Recording, of: &Recording) -> bool {
@@ -135,10 +138,9 @@ fn retells(copy: &Recording, of: &Recording) -> bool {
         all.filter(|c| c.signal == Signal::Q).collect()
     };
     let [own, other] = [positions(copy), positions(of)];
-    let noisy = if n == 1 && of.tau.is_empty() {
-        NOISY_PLANE
-    } else {
-        NOISY
+    let noisy = match n == 1 && of.tau.is_empty() {
+        true => NOISY_PLANE,
+        false => NOISY,
     };
     let scale = |i: usize| {
         // The column of position i: the noise that is present throughout contains rounding.
@@ -147,69 +149,94 @@ fn retells(copy: &Recording, of: &Recording) -> bool {
         (other[i].deviation(), noise.max(rounding))
     };
     let scales: Vec<(f64, f64)> = (0..n).map(scale).collect();
-    if scales
-        .iter()
-        .any(|(d, noise)| noise.partial_cmp(&(noisy * d)) != Some(Ordering::Less))
-    {
+    let told = |(d, noise): &(f64, f64)| noise.partial_cmp(&(noisy * d)) == Some(Ordering::Less);
+    if !scales.iter().all(told) {
         return false;
     }
     let span = |r: &Recording| r.t[r.len() - 1] - r.t[0];
     let step = span(copy).min(span(of)) / (6 * (COMPARED - 1)) as f64;
-    let at = |r: &Recording, i: usize, t: f64| {
-        // The cubic through four samples (Lagrange).
-        let next = r.t.partition_point(|x| *x <= t);
-        let rows = next.saturating_sub(2).min(r.len() - 4)..;
-        let rows: Vec<usize> = rows.take(4).collect();
-        let term = |k: &usize| {
-            let others = rows.iter().filter(|j| *j != k);
-            others
-                .map(|j| (t - r.t[*j]) / (r.t[*k] - r.t[*j]))
-                .product::<f64>()
-                * r.q[k * n + i]
-        };
-        rows.iter().map(term).sum::<f64>()
+    let pair = Pair {
+        copy,
+        of,
+        scales,
+        step,
     };
-    // The largest difference in standard deviations, where the place of `copy` at t is laid on that of `of` at u.
-    let difference = |t: f64, u: f64| {
-        let mut worst = 0.0_f64;
-        for k in 0..COMPARED {
-            for (i, (_, noise)) in scales.iter().enumerate() {
-                let later = k as f64 * step;
-                let off = at(copy, i, t + later) - at(of, i, u + later);
-                worst = worst.max(off.abs() / noise);
-            }
-        }
-        worst
-    };
-    let last = |r: &Recording| r.t[r.len() - 1] - (COMPARED - 1) as f64 * step;
-    let begin = copy.t[0];
+    let (begin, last) = (copy.t[0], pair.last(copy));
     let missed = |k: &usize| {
-        let t = begin + (last(copy) - begin) * *k as f64 / (PLACES - 1) as f64;
-        let fine = median_step(&of.t);
-        let near = of.t.iter().copied().take_while(|u| *u <= last(of));
-        // Between two samples the motion goes on by up to a step: first the nearest one, then the times about it.
-        let sizes: Vec<f64> = scales.iter().map(|(d, _)| *d).collect();
-        let rough = |u: f64| {
-            let off = |(i, d): (usize, &f64)| {
-                ((at(copy, i, t) - at(of, i, u)) / d).powi(2)
-                    + ((at(copy, i, t + step) - at(of, i, u + step)) / d).powi(2)
-                    + ((at(copy, i, t + 3.0 * step) - at(of, i, u + 3.0 * step)) / d).powi(2)
-            };
-            sizes.iter().enumerate().map(off).sum::<f64>()
-        };
-        let best = near.min_by(|a, b| rough(*a).total_cmp(&rough(*b)));
-        let Some(best) = best else { return true };
-        let refined = [fine, fine / 20.0, fine / 400.0]
-            .iter()
-            .fold(best, |best, width| {
-                let about = (-20..=20).map(|k| best + f64::from(k) * width / 20.0);
-                about
-                    .min_by(|a, b| rough(*a).total_cmp(&rough(*b)))
-                    .unwrap_or(best)
-            });
-        difference(t, refined) > DEVIATIONS
+        let t = begin + (last - begin) * *k as f64 / (PLACES - 1) as f64;
+        let place = pair.nearest(t);
+        place.is_none_or(|u| pair.difference(t, u) > DEVIATIONS)
     };
     (0..PLACES).filter(missed).count() as f64 <= MISSED * PLACES as f64
+}
+
+/// Two recordings of which one may retell the other.
+struct Pair<'a> {
+    copy: &'a Recording,
+    of: &'a Recording,
+    /// Deviation of each position and its noise.
+    scales: Vec<(f64, f64)>,
+    /// The time between two states that are compared, s.
+    step: f64,
+}
+
+impl Pair<'_> {
+    /// The last time at which a place of a recording can begin.
+    fn last(&self, r: &Recording) -> f64 {
+        r.t[r.len() - 1] - (COMPARED - 1) as f64 * self.step
+    }
+
+    /// The differences of all positions where the place of `copy` at t is laid on that of `of` at u, after `later` steps.
+    fn differences(&self, t: f64, u: f64, later: usize) -> impl Iterator<Item = f64> {
+        let later = later as f64 * self.step;
+        (0..self.scales.len())
+            .map(move |i| position(self.copy, i, t + later) - position(self.of, i, u + later))
+    }
+
+    /// The largest difference in standard deviations of the noise.
+    fn difference(&self, t: f64, u: f64) -> f64 {
+        let all = (0..COMPARED).flat_map(|k| self.differences(t, u, k).zip(&self.scales));
+        all.fold(0.0, |worst, (d, (_, noise))| worst.max(d.abs() / noise))
+    }
+
+    /// The squared difference at three times in deviations of the motion.
+    fn distance(&self, t: f64, u: f64) -> f64 {
+        let all = [0, 1, 3].into_iter();
+        let all = all.flat_map(|k| self.differences(t, u, k).zip(&self.scales));
+        all.map(|(d, (deviation, _))| (d / deviation).powi(2)).sum()
+    }
+
+    /// The time in `of` whose place resembles that of `copy` at t most: between two samples the motion goes on by up to a step, so
+    /// first the nearest of the samples, then the times about it.
+    fn nearest(&self, t: f64) -> Option<f64> {
+        let every = self.of.len().div_ceil(LOOKED_AT);
+        let fine = every as f64 * median_step(&self.of.t);
+        let last = self.last(self.of);
+        let times = self.of.t.iter().copied().step_by(every);
+        let least = |times: &mut dyn Iterator<Item = f64>| {
+            let distances = times.map(|u| (u, self.distance(t, u)));
+            Some(distances.min_by(|a, b| a.1.total_cmp(&b.1))?.0)
+        };
+        let mut best = least(&mut times.take_while(|u| *u <= last))?;
+        for width in [fine, fine / 20.0, fine / 400.0] {
+            let mut about = (-20..=20).map(|k| best + f64::from(k) * width / 20.0);
+            best = least(&mut about)?;
+        }
+        Some(best)
+    }
+}
+
+/// Position i of a recording at time t: the cubic through four samples (Lagrange).
+fn position(r: &Recording, i: usize, t: f64) -> f64 {
+    let next = r.t.partition_point(|x| *x <= t);
+    let first = next.saturating_sub(2).min(r.len() - 4);
+    let rows = first..first + 4;
+    let term = |k: usize| {
+        let others = rows.clone().filter(|j| *j != k);
+        let basis = others.map(|j| (t - r.t[j]) / (r.t[k] - r.t[j]));
+        basis.product::<f64>() * r.q[k * r.dof() + i]
+    };
+    rows.clone().map(term).sum()
 }
 
 /// Samples that pairs of recordings share, in the order of the second; those before `from` are not compared with one another.

@@ -118,7 +118,6 @@ impl FitSpec {
         let forces = ForceTerms::take(&mut settings)?;
         let loss = loss(&training, &mut choices)?;
         let family = (entry.read)(Value::Object(settings)).map_err(|e| setting_error(&e))?;
-        let rollout = self.rollout(loss)?;
         let nominal = self.nominal.as_deref().map(|text| self.robot(text));
         let mut training = TrainingChoices {
             asked: training,
@@ -143,7 +142,7 @@ impl FitSpec {
                 family,
                 training: TrainingTask {
                     loss,
-                    rollout,
+                    rollout: self.rollout(loss)?,
                     optimizer,
                     budget,
                     batch,
