@@ -203,15 +203,15 @@ impl PreparedFit {
         })
     }
 
-    /// Refuses settings that do not suit the data, where the fitted family is known.
+    /// Refuses settings that do not suit the data, where the fitted family is known, or all that are tried are trained with them.
     ///
     /// # Errors
     /// As [`FitConfig::validate`].
     pub fn validate(&self) -> Result<()> {
-        if let [only] = &self.candidates[..] {
-            only.config.validate(&self.prepared.dataset)?;
-        }
-        Ok(())
+        let dataset = &self.prepared.dataset;
+        let known = self.candidates.len() == 1 || !dataset.forced;
+        let mut all = self.candidates.iter().filter(|_| known);
+        Ok(all.try_for_each(|own| own.config.validate(dataset))?)
     }
 
     /// Fits, and writes record, metrics, checkpoints and the model to the folder where one is given; `shown` observes the fit and

@@ -77,12 +77,14 @@ const OF_SAMPLES: [&str; 10] = [
     "unit",
 ];
 
-/// Doubts about the extent of the motion, about single samples, or about a scale: a model may be right all the same.
-const RESERVATIONS: [&str; 7] = [
+/// Doubts about the extent of the motion, about single samples, about a scale, or about a small part of the forces: a model may be
+/// right all the same.
+const RESERVATIONS: [&str; 8] = [
     "coupled",
     "derivative",
     "frozen",
     "repeated",
+    "sign",
     "spikes",
     "swings",
     "velocity",
