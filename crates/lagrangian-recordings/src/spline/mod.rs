@@ -294,7 +294,7 @@ impl<'a> Scaled<'a> {
         variance: impl Fn(usize, usize) -> f64,
     ) {
         let mut unit = self.scale;
-        for order in 0..3 {
+        for order in [0, 1, 2] {
             let first = f64::from(order == 0) * self.values[around.start];
             for k in own.clone() {
                 let at = k - around.start;

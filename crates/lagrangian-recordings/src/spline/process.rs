@@ -5,6 +5,11 @@
 //! The mean is the smoothing spline of degree 2p + 1 (Wahba, J. R. Statist. Soc. B 40, 1978). Observations and steps are rows of one least-squares problem, which reflections solve
 //! sample by sample (Paige and Saunders, SIAM J. Numer. Anal. 14, 1977): no covariance is subtracted from another, and steps may be uneven.
 
+#![allow(
+    clippy::needless_range_loop,
+    reason = "indices of matrices read as in their formulas"
+)]
+
 /// Values of the coordinate or its rate at a sample, each over its standard deviation, with the inverse of that.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Observation {
@@ -22,7 +27,7 @@ type Row = [f64; 2 * LARGEST + 1];
 
 /// The process with N = p + 1 components of the state.
 pub(super) struct Process<const N: usize> {
-    /// G with GᵀG = Q(1)⁻¹, lower triangular.
+    /// G with `GᵀG` = Q(1)⁻¹, lower triangular.
     root: Matrix<N>,
     log_determinant: f64,
 }

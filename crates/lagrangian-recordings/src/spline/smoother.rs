@@ -126,8 +126,8 @@ mod tests {
             (((3.0 * t).sin() + 0.01 * noise) / quantum).round() * quantum
         };
         let values: Vec<f64> = t.iter().map(&mut value).collect();
-        let all = [0..1000];
-        Scaled::new(&t, values, &all, false).smoothed(&all)
+        let all = std::slice::from_ref(&(0..1000));
+        Scaled::new(&t, values, all, false).smoothed(all)
     }
 
     #[test]

@@ -365,7 +365,7 @@ impl<'a, T: Real> dyn Learner<T> + 'a {
         let states = work.states.qdd.chunks_exact(weights.len());
         for (s, (qdd, own)) in states.zip(&work.states.weights).enumerate() {
             let weight = own * loss.sample_weight(qdd, weights);
-            if weight != 1.0 {
+            if (weight - 1.0).abs() > 0.0 {
                 let Linearisation { residual, d, .. } = &mut work.linear;
                 for values in [residual, d] {
                     let each = values.len() / work.samples;
