@@ -75,8 +75,8 @@ pub(crate) struct FitArgs {
 #[derive(Debug, Clone, Args, Serialize, Deserialize)]
 #[command(next_help_heading = "Model")]
 pub(crate) struct ModelArgs {
-    /// The family of models [default: lnn; where torques are recorded and no setting of a model or loss is given, several
-    /// are tried and compared by their torque errors on held-out samples]
+    /// The family of models [default: where no setting of a model or loss is given, several are tried and compared on
+    /// held-out samples, by torques where these are recorded, else by accelerations; otherwise lnn]
     #[arg(long, value_parser = families())]
     pub(crate) model: Option<String>,
 

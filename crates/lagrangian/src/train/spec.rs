@@ -44,7 +44,8 @@ pub struct FitSpec {
     /// The number of steps after which the fit ends.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steps: Option<usize>,
-    /// The time after which it ends, s, where no number of steps is given; a minute without both.
+    /// The time after which it ends, s, where no number of steps is given; without both a minute, or 400 steps where several models of
+    /// free motions are tried.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seconds: Option<f64>,
     /// The seed of weights, split and batches.
