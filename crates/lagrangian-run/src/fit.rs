@@ -8,6 +8,7 @@ use lagrangian::{
     fit::{ResolvedConfig, Selection, select},
     train::AutoSetting,
 };
+use toml::Value;
 
 use crate::error::{Context, Result};
 use crate::folder::{CHECKPOINT, MODEL, RunFolder};
@@ -15,7 +16,6 @@ use crate::metrics::Tensorboard;
 use crate::record::RunRecord;
 use crate::resolved::of_fit;
 use crate::watch::Watch;
-use toml::Value;
 
 impl RunFolder {
     /// The state from which a run resumes; `None` for a run that begins, or that had not written one.

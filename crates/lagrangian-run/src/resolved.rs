@@ -56,6 +56,8 @@ impl Columns {
     }
 }
 
+const FAILED: &str = "cannot write the settings as TOML";
+
 /// The reading and the preparation of the data, and the settings of each fit, as a table that is equal after a round trip through a file.
 ///
 /// # Errors
@@ -67,7 +69,6 @@ pub(crate) fn resolved(
     held_back: bool,
     candidates: &[ResolvedConfig],
 ) -> Result<Table> {
-    let failed = "cannot write the settings as TOML";
     let (first, others) = columns.layouts.unwrap_or_default();
     let data = json!({
         "columns": first,
@@ -81,7 +82,7 @@ pub(crate) fn resolved(
     });
     let mut fits = Map::new();
     for candidate in candidates {
-        let config = serde_json::to_value(&candidate.config).context(failed, "")?;
+        let config = serde_json::to_value(&candidate.config).context(FAILED, "")?;
         fits.insert(candidate.name.clone(), in_short(config));
     }
     table(json!({ "data": data, "fit": fits }))
@@ -92,14 +93,12 @@ pub(crate) fn resolved(
 /// # Errors
 /// As [`resolved`].
 pub(crate) fn of_fit(config: &FitConfig) -> Result<Table> {
-    let failed = "cannot write the settings as TOML";
-    table(in_short(serde_json::to_value(config).context(failed, "")?))
+    table(in_short(serde_json::to_value(config).context(FAILED, "")?))
 }
 
 fn table(value: Value) -> Result<Table> {
-    let failed = "cannot write the settings as TOML";
     let text = toml::to_string(&for_toml(value));
-    toml::from_str(&text.context(failed, "")?).context(failed, "")
+    toml::from_str(&text.context(FAILED, "")?).context(FAILED, "")
 }
 
 /// Replaces a robot's description by its size, since the file is among the data. That of a simulated robot stays, as it is the truth.

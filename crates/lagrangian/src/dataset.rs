@@ -147,6 +147,14 @@ impl Dataset {
         })
     }
 
+    /// The samples that models are compared on: those of validation, or of training without them.
+    pub(crate) fn compared(&self) -> &Samples {
+        match self.validation.is_empty() {
+            true => &self.train,
+            false => &self.validation,
+        }
+    }
+
     /// The scales of this data: deviations of lines, root mean squares of velocities, and an energy for which the
     /// inertia of the data is of order one.
     #[must_use]

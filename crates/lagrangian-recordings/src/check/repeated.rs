@@ -80,36 +80,29 @@ pub fn check_validation(training: &[Recording], validation: &[Recording]) -> Che
             second.name,
             all[s.first].name
         );
-        let remedy = "validate on other motions, or omit the validation files: some of the samples are then held back";
-        Item::fail("validation", finding, remedy).value("samples", samples as f64)
+        Item::fail("validation", finding, OTHERS).value("samples", samples as f64)
     };
-    let found = shared(&all, training.len());
-    let mut items: Vec<Item> = found
-        .iter()
-        .filter(|s| s.first < training.len() && s.second >= training.len())
-        .map(item)
-        .collect();
-    let is_new = |v: &&Recording| {
-        items
-            .iter()
-            .all(|i| !i.finding.contains(&format!("'{}'", v.name)))
-    };
-    let retold = validation.iter().filter(is_new).filter_map(|v| {
-        let first = training.iter().find(|r| retells(v, r))?;
+    let mut found = shared(&all, training.len());
+    found.retain(|s| s.first < training.len() && s.second >= training.len());
+    let is_new = |k: &usize| found.iter().all(|s| s.second != *k);
+    let positions: Vec<_> = all.iter().map(|r| Positions::of(r)).collect();
+    let retold = (training.len()..all.len()).filter(is_new).filter_map(|k| {
+        let own = &positions[k];
+        let first = (0..training.len()).find(|first| own.retell(&positions[*first]))?;
         let finding = format!(
             "the validation motion '{}' follows the path of '{}', which the model is fitted to, to within rounding and noise",
-            v.name, first.name
+            all[k].name, all[first].name
         );
-        let remedy = "validate on other motions, or omit the validation files: some of the samples are then held back";
-        Some(Item::fail("validation", finding, remedy))
+        Some(Item::fail("validation", finding, OTHERS))
     });
-    let retold: Vec<Item> = retold.collect();
-    items.extend(retold);
+    let mut items: Vec<Item> = found.iter().map(item).chain(retold).collect();
     if items.is_empty() {
         items.push(Item::pass("validation", "no sample of it is fitted to"));
     }
     CheckReport { items }
 }
+
+const OTHERS: &str = "validate on other motions, or omit the validation files: some of the samples are then held back";
 
 /// Number of places of a motion that are looked for in another, and of samples of each that are compared.
 const PLACES: usize = 24;
@@ -126,48 +119,45 @@ const NOISY_PLANE: f64 = 1e-4;
 /// The most times of a motion that a place of another one is looked for at, before the best is refined.
 const LOOKED_AT: usize = 4096;
 
-/// Whether a recording retells another one: each of its places, a sixth of its time long, has one in the other with positions that are
-/// equal to within noise and rounding, whatever the rates, the rounding and the noise of both.
-fn retells(copy: &Recording, of: &Recording) -> bool {
-    let n = of.dof();
-    if copy.dof() != n || n == 0 || copy.len() < 2 * WINDOW || of.len() < 2 * WINDOW {
-        return false;
+/// A recording, with deviation, noise and rounding of each position; those of one that is too short to be compared are not known.
+struct Positions<'a> {
+    recording: &'a Recording,
+    sizes: Vec<[f64; 3]>,
+}
+
+impl<'a> Positions<'a> {
+    fn of(recording: &'a Recording) -> Self {
+        let all = columns(recording).into_iter();
+        let all = all.filter(|_| recording.len() >= 2 * WINDOW);
+        let size = |c: Column<'_>| [c.deviation(), c.steady_noise(), c.quantum()];
+        Self {
+            recording,
+            sizes: all.filter(|c| c.signal == Signal::Q).map(size).collect(),
+        }
     }
-    let positions = |r| -> Vec<Column<'_>> {
-        let all = columns(r).into_iter();
-        all.filter(|c| c.signal == Signal::Q).collect()
-    };
-    let [own, other] = [positions(copy), positions(of)];
-    let noisy = match n == 1 && of.tau.is_empty() {
-        true => NOISY_PLANE,
-        false => NOISY,
-    };
-    let scale = |i: usize| {
-        // The column of position i: the noise that is present throughout contains rounding.
-        let noise = own[i].steady_noise().hypot(other[i].steady_noise());
-        let rounding = own[i].quantum().max(other[i].quantum());
-        (other[i].deviation(), noise.max(rounding))
-    };
-    let scales: Vec<(f64, f64)> = (0..n).map(scale).collect();
-    let told = |(d, noise): &(f64, f64)| noise.partial_cmp(&(noisy * d)) == Some(Ordering::Less);
-    if !scales.iter().all(told) {
-        return false;
+
+    /// Whether it retells another one: each of its places, a sixth of its time long, has one in the other with positions that are equal
+    /// to within noise and rounding, whatever the rates, the rounding and the noise of both.
+    fn retell(&self, other: &Self) -> bool {
+        let (copy, of) = (self.recording, other.recording);
+        let n = of.dof();
+        if copy.dof() != n || n == 0 || copy.len() < 2 * WINDOW || of.len() < 2 * WINDOW {
+            return false;
+        }
+        let noisy = match n == 1 && of.tau.is_empty() {
+            true => NOISY_PLANE,
+            false => NOISY,
+        };
+        // The noise that is present throughout contains rounding.
+        let scale = |(own, other): (&[f64; 3], &[f64; 3])| {
+            let noise = own[1].hypot(other[1]);
+            (other[0], noise.max(own[2].max(other[2])))
+        };
+        let scales: Vec<(f64, f64)> = self.sizes.iter().zip(&other.sizes).map(scale).collect();
+        let told =
+            |(d, noise): &(f64, f64)| noise.partial_cmp(&(noisy * d)) == Some(Ordering::Less);
+        scales.iter().all(told) && Pair::new(copy, of, scales).is_found()
     }
-    let span = |r: &Recording| r.t[r.len() - 1] - r.t[0];
-    let step = span(copy).min(span(of)) / (6 * (COMPARED - 1)) as f64;
-    let pair = Pair {
-        copy,
-        of,
-        scales,
-        step,
-    };
-    let (begin, last) = (copy.t[0], pair.last(copy));
-    let missed = |k: &usize| {
-        let t = begin + (last - begin) * *k as f64 / (PLACES - 1) as f64;
-        let place = pair.nearest(t);
-        place.is_none_or(|u| pair.difference(t, u) > DEVIATIONS)
-    };
-    (0..PLACES).filter(missed).count() as f64 <= MISSED * PLACES as f64
 }
 
 /// Two recordings of which one may retell the other.
@@ -180,7 +170,28 @@ struct Pair<'a> {
     step: f64,
 }
 
-impl Pair<'_> {
+impl<'a> Pair<'a> {
+    fn new(copy: &'a Recording, of: &'a Recording, scales: Vec<(f64, f64)>) -> Self {
+        let span = |r: &Recording| r.t[r.len() - 1] - r.t[0];
+        Self {
+            copy,
+            of,
+            scales,
+            step: span(copy).min(span(of)) / (6 * (COMPARED - 1)) as f64,
+        }
+    }
+
+    /// Whether nearly all places of `copy` are found in `of`.
+    fn is_found(&self) -> bool {
+        let (begin, last) = (self.copy.t[0], self.last(self.copy));
+        let missed = |k: &usize| {
+            let t = begin + (last - begin) * *k as f64 / (PLACES - 1) as f64;
+            let place = self.nearest(t);
+            place.is_none_or(|u| self.difference(t, u) > DEVIATIONS)
+        };
+        (0..PLACES).filter(missed).count() as f64 <= MISSED * PLACES as f64
+    }
+
     /// The last time at which a place of a recording can begin.
     fn last(&self, r: &Recording) -> f64 {
         r.t[r.len() - 1] - (COMPARED - 1) as f64 * self.step

@@ -155,11 +155,7 @@ impl<'a, const N: usize> Search<'a, N> {
     }
 
     fn smooth(&self) -> Smoothed<N> {
-        let backward = |log_w: &[f64]| {
-            self.problem
-                .backward(&self.process, &self.forward, |k| log_w[k])
-        };
-        backward(&self.log_w)
+        (self.problem).backward(&self.process, &self.forward, |k| self.log_w[k])
     }
 
     /// The knot before a step, and the part of the way to the next one.

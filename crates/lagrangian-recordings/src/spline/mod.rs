@@ -130,9 +130,10 @@ pub(super) fn estimate(
         return scaled.interpolated(segments);
     }
     scaled.rates = rates.as_ref().map(in_units);
-    scaled.smoothed(segments).or_else(|| {
+    let noise = scaled.noise(&scaled.values, segments);
+    scaled.smoothed(segments, noise).or_else(|| {
         scaled.rates.take()?;
-        scaled.smoothed(segments)
+        scaled.smoothed(segments, noise)
     })
 }
 

@@ -53,14 +53,16 @@ fn are_white(pieces: &[Fitted]) -> bool {
 }
 
 impl Scaled<'_> {
-    /// The smoothed motion, unless the noise is not white or the rates contradict the values.
-    pub(super) fn smoothed(&self, segments: &[Range<usize>]) -> Option<Motion> {
-        let noise_of = |column: &[f64]| {
-            let piece = |s: &Range<usize>| (self.steps(s, 1), column[s.clone()].to_vec());
-            Noise::of(&segments.iter().map(piece).collect::<Vec<_>>())
-        };
-        let noise = noise_of(&self.values);
-        let noise_of_rates = self.rates.as_deref().map_or(1.0, |r| noise_of(r).sigma);
+    /// The noise of values or rates.
+    pub(super) fn noise(&self, column: &[f64], segments: &[Range<usize>]) -> Noise {
+        let piece = |s: &Range<usize>| (self.steps(s, 1), column[s.clone()].to_vec());
+        Noise::of(&segments.iter().map(piece).collect::<Vec<_>>())
+    }
+
+    /// The smoothed motion from values with this noise, unless the noise is not white or the rates contradict the values.
+    pub(super) fn smoothed(&self, segments: &[Range<usize>], noise: Noise) -> Option<Motion> {
+        let rates = self.rates.as_deref();
+        let noise_of_rates = rates.map_or(1.0, |rates| self.noise(rates, segments).sigma);
         let sigma = noise.sigma;
         let piece = |s: &Range<usize>| self.piece(s, 1, [sigma, noise_of_rates]);
         let first = length(ORDER_OF_NOISE, sigma, noise.log_w);
@@ -127,7 +129,8 @@ mod tests {
         };
         let values: Vec<f64> = t.iter().map(&mut value).collect();
         let all = std::slice::from_ref(&(0..1000));
-        Scaled::new(&t, values, all, false).smoothed(all)
+        let scaled = Scaled::new(&t, values, all, false);
+        scaled.smoothed(all, scaled.noise(&scaled.values, all))
     }
 
     #[test]

@@ -12,7 +12,7 @@ use crate::train::forces::ForceTerms;
 use crate::train::observer::{Observer, Progress};
 use crate::train::task::Budget;
 use lagrangian_mechanics::Model;
-use lagrangian_motion::statistics::mean;
+use lagrangian_motion::statistics::{deviation, mean};
 use lagrangian_motion::{Error, Result, Samples};
 
 /// Steps after which models are compared: the better of two is then better to the end, nearly always.
@@ -129,8 +129,8 @@ impl Screening {
         let pairs = self.errors.iter().zip(&other.errors);
         let gains: Vec<f64> = pairs.map(|(own, other)| own - other).collect();
         let gain = mean(&mut gains.iter().copied());
-        let spread = mean(&mut gains.iter().map(|one| (one - gain).powi(2)));
-        let uncertain = (spread / (gains.len().max(2) - 1) as f64).sqrt();
+        let spread = deviation(&mut gains.iter().copied());
+        let uncertain = spread / ((gains.len().max(2) - 1) as f64).sqrt();
         // Errors that are not finite are worse than all others.
         let finite = |own: &Self| own.errors.iter().all(|e| e.is_finite());
         !finite(self) && finite(other) || gain > uncertain
@@ -151,10 +151,7 @@ impl ResolvedConfig {
 /// The squared errors of the accelerations of a model on validation samples, or on the training samples without them, over their
 /// mean squares, each sample with its weight; means over blocks of neighbours.
 fn held_out(fit: &Fit, dataset: &Dataset) -> Vec<f64> {
-    let samples: &Samples = match dataset.validation.len() {
-        0 => &dataset.train,
-        _ => &dataset.validation,
-    };
+    let samples = dataset.compared();
     let (n, scale) = (samples.n, dataset.acceleration_scale());
     let mut qdd = vec![0.0; samples.qdd.len()];
     let mut evaluator = fit.model.evaluator();

@@ -15,7 +15,6 @@ use crate::train::known::DataFacts;
 use crate::train::loss::Loss;
 use crate::train::observer::{Ending, Observer};
 use crate::train::spec::{AutoSetting, FitSpec};
-use lagrangian_motion::Samples;
 use lagrangian_motion::{Error, Result};
 use lagrangian_recordings::Estimate;
 
@@ -125,9 +124,10 @@ impl FitSpec {
             let value = serde_json::from_str(value).unwrap_or_default();
             spec.settings.entry(*name).or_insert(value);
         }
-        // A part of the time is for the other models.
-        spec.seconds = self.seconds.map(|seconds| 0.5 * seconds);
+        // Half of the time is for the other models.
+        let half = |seconds: f64| 0.5 * seconds;
         if !forced {
+            spec.seconds = self.seconds.map(half);
             let natural = OptimizerName::Natural;
             (spec.training.entry("optimizer")).or_insert(json!(natural));
             spec.steps = self.steps.or(self.seconds.is_none().then_some(STEPS));
@@ -144,7 +144,7 @@ impl FitSpec {
             .entry("loss")
             .or_insert(json!(Loss::TORQUE.name()));
         if self.steps.is_none() {
-            spec.seconds = Some(0.5 * self.seconds.unwrap_or(SECONDS));
+            spec.seconds = Some(half(self.seconds.unwrap_or(SECONDS)));
         }
         spec
     }
@@ -245,11 +245,7 @@ fn select_free(
 
 /// The torque error of a model on validation samples, or on the training samples without validation samples.
 fn held_out(fit: &Fit, dataset: &Dataset) -> f64 {
-    let samples: &Samples = match dataset.validation.len() {
-        0 => &dataset.train,
-        _ => &dataset.validation,
-    };
-    torque_error(&fit.model, samples).map_or(f64::INFINITY, |error| error.nmse_mean)
+    torque_error(&fit.model, dataset.compared()).map_or(f64::INFINITY, |error| error.nmse_mean)
 }
 
 fn reason(tried: &[CandidateResult]) -> String {

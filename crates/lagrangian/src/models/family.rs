@@ -306,6 +306,16 @@ impl Entry {
 }
 
 impl Candidate {
+    /// With its defaults.
+    pub(crate) const fn new(rank: u8, on: fn(&Dataset, bool) -> bool) -> Self {
+        Self {
+            rank,
+            with: "",
+            settings: &[],
+            on,
+        }
+    }
+
     /// On free motions, whose forces nothing tells.
     pub(crate) const fn of_free(
         rank: u8,
@@ -313,10 +323,11 @@ impl Candidate {
         settings: &'static [(&'static str, &'static str)],
     ) -> Self {
         Self {
-            rank,
             with,
             settings,
-            on: |data, robot| !robot && !data.forced && data.train.goal.is_empty(),
+            ..Self::new(rank, |data, robot| {
+                !robot && !data.forced && data.train.goal.is_empty()
+            })
         }
     }
 }

@@ -24,7 +24,7 @@ pub struct CandidateResult {
 }
 
 impl CandidateResult {
-    /// The name of the model, and its held-out error with the signal that it is of.
+    /// The name of the model, and its held-out error, of torques or else of accelerations.
     #[must_use]
     pub fn shown(&self) -> (&str, Option<f64>) {
         let name = match &*self.name {

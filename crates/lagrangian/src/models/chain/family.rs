@@ -19,17 +19,10 @@ pub(crate) const ENTRY: Entry = Entry {
     read: family::read::<ChainConfig>,
     saved_as: &[],
     load: |saved| Ok(robot::load(saved)?.into()),
-    candidates: &[Candidate {
-        rank: 2,
-        with: "",
-        settings: &[],
-        on: |data, _| {
-            let coordinates = &data.coordinates;
-            data.forced
-                && coordinates.dof() <= MAX_JOINTS
-                && coordinates.parameters().next().is_none()
-        },
-    }],
+    candidates: &[Candidate::new(2, |data, _| {
+        let coordinates = &data.coordinates;
+        data.forced && coordinates.dof() <= MAX_JOINTS && coordinates.parameters().next().is_none()
+    })],
     jointed: true,
 };
 

@@ -29,12 +29,7 @@ pub(crate) const ENTRY: Entry = Entry {
     load: |saved| load(saved, Inertia::Configuration),
     candidates: &[
         Candidate::of_free(0, " with friction", &[("dissipation", "true")]),
-        Candidate {
-            rank: 3,
-            with: "",
-            settings: &[],
-            on: |data, _| data.forced,
-        },
+        Candidate::new(3, |data, _| data.forced),
     ],
     jointed: false,
 };

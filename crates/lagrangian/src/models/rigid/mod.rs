@@ -35,12 +35,7 @@ pub(crate) const ENTRY: Entry = Entry {
         chain::SAVED_AS => Ok(chain::load(saved)?.into()),
         _ => Ok(robot::load(saved)?.into()),
     },
-    candidates: &[Candidate {
-        rank: 1,
-        with: "",
-        settings: &[],
-        on: |data, robot| robot && data.forced,
-    }],
+    candidates: &[Candidate::new(1, |data, robot| robot && data.forced)],
     jointed: true,
 };
 

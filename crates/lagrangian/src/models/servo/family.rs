@@ -30,12 +30,9 @@ pub(crate) const ENTRY: Entry = Entry {
     read: family::read::<ServoConfig>,
     saved_as: &[NAME],
     load: |saved| Ok(load(saved)?.into()),
-    candidates: &[Candidate {
-        rank: 0,
-        with: "",
-        settings: &[],
-        on: |data, robot| !robot && !data.forced && !data.train.goal.is_empty(),
-    }],
+    candidates: &[Candidate::new(0, |data, robot| {
+        !robot && !data.forced && !data.train.goal.is_empty()
+    })],
     jointed: true,
 };
 
