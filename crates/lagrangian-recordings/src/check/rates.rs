@@ -15,6 +15,8 @@ use lagrangian_motion::statistics::root_mean_square;
 
 /// A lag is searched up to this many samples in both directions.
 const LONGEST_LAG: usize = 30;
+/// A lag that leaves at most this multiple of what the best one leaves unexplained is as good.
+const PERIODIC: f64 = 4.0;
 /// Correlation below which a rate is not the derivative.
 const POOR: f64 = 0.5;
 /// Correlation below which a rate is a poor measurement.
@@ -233,9 +235,17 @@ fn moments(v: &[f64], d: &[f64], lag: isize) -> Sums {
 fn relate(v: &[f64], d: &[f64]) -> Relation {
     let longest = LONGEST_LAG.min(v.len() / 4) as isize;
     let at = |lag: isize| moments(v, d, lag).correlation().abs();
-    let best = (-longest..=longest)
-        .max_by(|a, b| at(*a).total_cmp(&at(*b)).then(b.abs().cmp(&a.abs())))
-        .unwrap_or(0);
+    let all: Vec<f64> = (-longest - 1..=longest + 1).map(at).collect();
+    let at = |lag: isize| all[(lag + longest + 1).unsigned_abs()];
+    let most = (-longest..=longest).map(at).fold(0.0, f64::max);
+    // A periodic motion agrees with itself half a period later too: the least of the lags that are hardly worse is meant.
+    let is_peak = |lag: &isize| at(*lag) >= at(lag - 1).max(at(lag + 1));
+    let is_as_good =
+        |lag: &isize| 1.0 - at(*lag).powi(2) <= PERIODIC * (1.0 - most.powi(2)) + 1e-12;
+    let peaks = (-longest..=longest).filter(|lag| is_peak(lag) && is_as_good(lag));
+    let first = peaks.min_by_key(|lag| lag.abs());
+    let at_end = || (-longest..=longest).find(|lag| at(*lag) == most);
+    let best = first.or_else(at_end).unwrap_or(0);
     let (before, peak, after) = (at(best - 1), at(best), at(best + 1));
     let curvature = before - 2.0 * peak + after;
     // The vertex of the parabola through the three correlations.
