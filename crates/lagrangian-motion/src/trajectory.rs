@@ -15,8 +15,8 @@ pub struct Trajectory {
     pub t: Vec<f64>,
     /// The known signals at these times, `[len, n]` each; q and q̇ are always present.
     pub signals: Signals,
-    /// Standard errors of the accelerations, `[len, n]`, in their unit; empty where these were measured.
-    pub errors: Vec<f64>,
+    /// Standard errors of q, q̇ and q̈, `[len, n]` each, in their units; empty where they are not known.
+    pub errors: Signals,
 }
 
 impl Deref for Trajectory {
@@ -48,7 +48,7 @@ impl Trajectory {
             name: name.into(),
             t,
             signals,
-            errors: Vec::new(),
+            errors: Signals::default(),
         }
     }
 
@@ -80,11 +80,10 @@ impl Trajectory {
     #[must_use]
     pub fn part(&self, range: Range<usize>) -> Self {
         let n = self.dof();
-        let errors = self.errors.get(range.start * n..range.end * n);
         Self {
             name: self.name.clone(),
             signals: self.signals.rows(n, &range),
-            errors: errors.map_or(Vec::new(), <[f64]>::to_vec),
+            errors: self.errors.rows(n, &range),
             t: self.t[range].to_vec(),
         }
     }
@@ -107,7 +106,7 @@ impl Trajectory {
             name: self.name.clone(),
             t: self.t.iter().map(|t| t * (1.0 / alpha)).collect(),
             signals: self.signals.as_ref().map(scaled),
-            errors: Vec::new(),
+            errors: Signals::default(),
         }
     }
 
@@ -134,8 +133,8 @@ impl Trajectory {
                 self.check_signal(signal.name(), values, len * n)?;
             }
         }
-        if !self.errors.is_empty() {
-            self.check_signal("errors", &self.errors, len * n)?;
+        for (_, errors) in self.errors.iter().filter(|(_, own)| !own.is_empty()) {
+            self.check_signal("errors", errors, len * n)?;
         }
         let Some(k) = self.t.windows(2).position(|w| w[1] <= w[0]) else {
             return Ok(());

@@ -29,6 +29,8 @@ pub struct EstimateOptions {
     pub momenta: bool,
     /// Also replace measured q and q̇ by their local polynomials.
     pub smooth: bool,
+    /// Keep measured q and q̇ where their noise is white too; otherwise the smoothed ones take their place beside estimated q̈.
+    pub raw: bool,
     /// Cut-off of a low-pass without phase for all signals, τ too, Hz: motion and forces keep the same band of frequencies.
     /// q̇ and q̈ are derivatives of q, or of a measured q̇ that is less noisy. Half a period of the cut-off is omitted at each end.
     ///
@@ -51,6 +53,7 @@ impl Default for EstimateOptions {
             accelerations: true,
             momenta: true,
             smooth: false,
+            raw: false,
             low_pass: None,
             clean: false,
             window: None,
@@ -126,6 +129,8 @@ pub struct Estimate {
     pub standard_error_ends: f64,
     /// Number of samples that were omitted because too few are between two gaps.
     pub left_out: usize,
+    /// Whether the whole recording tells it, by a spline or a smoother with an error for each sample, instead of windows or a low-pass.
+    pub whole: bool,
 }
 
 /// A measured signal with its derivatives.
@@ -165,8 +170,8 @@ pub(super) struct Fitted {
     segments: Vec<Range<usize>>,
     /// Empty where a signal was not estimated.
     signals: Signals,
-    /// Standard errors of the estimated accelerations, `[len, n]`; empty where they are not estimated.
-    errors: Vec<f64>,
+    /// Standard errors of the states, `[len, n]`; empty where they are not known.
+    errors: Signals,
     estimates: Vec<Estimate>,
 }
 
@@ -185,7 +190,7 @@ impl Fitted {
         let mut fitted = Self {
             segments: all,
             signals: Signals::default(),
-            errors: Vec::new(),
+            errors: Signals::default(),
             estimates: Vec::new(),
         };
         if let Some(cutoff) = options.low_pass {
@@ -199,19 +204,18 @@ impl Fitted {
             true => fitted.splines(recording, q, measured.then_some(qd.1), options),
             false => Vec::new(),
         };
-        if options.smooth {
-            fitted.signals.q = fitted.signal(recording, "q", &[(q, 0)], &splines, options);
-        }
-        if !measured {
-            fitted.signals.qd = fitted.signal(recording, "qd", &[(q, 1)], &splines, options);
-        } else if options.smooth {
-            let sources = [(q, 1), (qd, 0)];
-            fitted.signals.qd = fitted.signal(recording, "qd", &sources, &splines, options);
+        let sources = |orders: [usize; 2]| {
+            let all = [(q, orders[0]), (qd, orders[1])];
+            all[..if measured { 2 } else { 1 }].to_vec()
+        };
+        if options.smooth || accelerations && !options.raw {
+            fitted.signal(recording, Signal::Q, &[(q, 0)], &splines, options);
+            fitted.signal(recording, Signal::Qd, &sources([1, 0]), &splines, options);
+        } else if !measured {
+            fitted.signal(recording, Signal::Qd, &[(q, 1)], &splines, options);
         }
         if accelerations {
-            let sources = [(q, 2), (qd, 1)];
-            let sources = &sources[..if measured { 2 } else { 1 }];
-            fitted.signals.qdd = fitted.signal(recording, "qdd", sources, &splines, options);
+            fitted.signal(recording, Signal::Qdd, &sources([2, 1]), &splines, options);
         }
         fitted.momenta(recording, options.smooth, options);
         fitted.finite(recording)
@@ -238,10 +242,10 @@ impl Fitted {
         let p = (Source::P, &recording.p);
         let splines = self.splines(recording, p, None, options);
         if smooth {
-            self.signals.p = self.signal(recording, "p", &[(p, 0)], &splines, options);
+            self.signal(recording, Signal::P, &[(p, 0)], &splines, options);
         }
         if options.accelerations {
-            self.signals.pd = self.signal(recording, "pd", &[(p, 1)], &splines, options);
+            self.signal(recording, Signal::Pd, &[(p, 1)], &splines, options);
         }
     }
 
@@ -364,6 +368,7 @@ impl Fitted {
                     standard_error,
                     standard_error_ends: standard_error,
                     left_out: 0,
+                    whole: false,
                 });
             }
             for (segment, filter) in self.segments.iter().zip(filters) {
@@ -385,22 +390,29 @@ impl Fitted {
         recording.len() - self.segments.iter().map(Range::len).sum::<usize>()
     }
 
-    /// Estimates one signal, each coordinate from the source with the smallest risk.
+    /// Estimates one signal, each coordinate from the source with the smallest risk. A measured one stays where nothing is better.
     fn signal(
         &mut self,
         recording: &Recording,
-        signal: &'static str,
+        signal: Signal,
         ways: &[((Source, &Vec<f64>), usize)],
         splines: &[Option<Spline>],
         options: &EstimateOptions,
-    ) -> Vec<f64> {
+    ) {
         let n = recording.dof();
+        let measured = recording.values(signal).filter(|_| !options.smooth);
+        let order = ways[0].1;
+        let better =
+            |spline: &Option<Spline>| matches!(spline, Some(own) if own.motion.is_better(order));
+        if measured.is_some() && !splines.iter().any(better) {
+            return;
+        }
         let [mut values, mut standard_errors] = [0.0, 0.0].map(|x| vec![x; recording.len() * n]);
         let step = median_step(&recording.t);
         for coordinate in 0..n {
             let estimate = |source, window: usize, noise, [inside, ends]: [f64; 2]| Estimate {
                 trajectory: recording.name.clone(),
-                signal,
+                signal: signal.name(),
                 coordinate: recording.coordinates.0[coordinate].name.clone(),
                 source,
                 window,
@@ -409,9 +421,21 @@ impl Fitted {
                 standard_error: inside,
                 standard_error_ends: ends,
                 left_out: self.left_out(recording),
+                whole: splines[coordinate].is_some(),
             };
+            if let Some(measured) = measured.filter(|_| !better(&splines[coordinate])) {
+                let noise = noise_variance(
+                    Series::of(recording, measured, coordinate),
+                    &self.segments,
+                    3,
+                    8,
+                );
+                for at in (coordinate..measured.len()).step_by(n) {
+                    (values[at], standard_errors[at]) = (measured[at], noise.sqrt());
+                }
+                continue;
+            }
             if let Some(Spline { source, motion }) = &splines[coordinate] {
-                let order = ways[0].1;
                 for (k, (state, error)) in motion.states.iter().zip(&motion.errors).enumerate() {
                     let at = k * n + coordinate;
                     (values[at], standard_errors[at]) = (state[order], error[order]);
@@ -440,10 +464,8 @@ impl Fitted {
             }
             (self.estimates).push(estimate(source, choice.window, choice.noise, errors));
         }
-        if signal == "qdd" {
-            self.errors = standard_errors;
-        }
-        values
+        *self.signals.get_mut(signal) = values;
+        *self.errors.get_mut(signal) = standard_errors;
     }
 
     pub(super) fn into_trajectory(
@@ -472,7 +494,7 @@ impl Fitted {
             name: recording.name,
             t: rows(recording.t, 1),
             signals: signals.map(|_, values| rows(values, n)),
-            errors: rows(self.errors, n),
+            errors: self.errors.map(|_, values| rows(values, n)),
         };
         (trajectory, self.estimates)
     }

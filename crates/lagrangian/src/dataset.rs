@@ -405,12 +405,12 @@ fn samples(n: usize, trajectories: &[Trajectory]) -> Result<Samples> {
 
 /// Standard errors of the accelerations of all samples, `[m, n]`, 0 where they were measured; empty where all were.
 fn errors(trajectories: &[Trajectory]) -> Vec<f64> {
-    if trajectories.iter().all(|t| t.errors.is_empty()) {
+    if trajectories.iter().all(|t| t.errors.qdd.is_empty()) {
         return Vec::new();
     }
-    let own = |t: &Trajectory| match t.errors.is_empty() {
+    let own = |t: &Trajectory| match t.errors.qdd.is_empty() {
         true => vec![0.0; t.q.len()],
-        false => t.errors.clone(),
+        false => t.errors.qdd.clone(),
     };
     trajectories.iter().flat_map(own).collect()
 }

@@ -118,6 +118,7 @@ impl Prepared {
         }
         let mut estimates = EstimateOptions {
             momenta: needs.momenta,
+            raw: needs.positions || needs.horizon > 0,
             ..options.estimates()
         };
         let coordinates = same_coordinates(&training, &validation)?;
@@ -129,6 +130,10 @@ impl Prepared {
         let low_pass = of_samples
             .then(|| options.chosen_low_pass(&check))
             .flatten();
+        let low_pass = match low_pass {
+            Some(_) if is_white(&training, &estimates)? => None,
+            other => other,
+        };
         if let Some(hertz) = low_pass.as_ref().and_then(|choice| choice.value.as_f64()) {
             estimates.low_pass = Some(hertz);
         }
@@ -159,6 +164,14 @@ impl Prepared {
             held_out,
         })
     }
+}
+
+/// Whether most accelerations of the recordings need no low-pass: their noise is white, or there is none.
+fn is_white(recordings: &[Recording], options: &EstimateOptions) -> Result<bool> {
+    let (_, how) = estimated(recordings.to_vec(), options)?;
+    let of = how.iter().filter(|own| own.signal == "qdd");
+    let whole = of.clone().filter(|own| own.whole).count();
+    Ok(2 * whole >= of.count().max(1))
 }
 
 /// A name whose numbers are padded with zeros: in this order 2 comes before 10.

@@ -53,9 +53,16 @@ pub(super) struct Motion {
     pub(super) noise: f64,
     /// Whether measured rates tell most of it.
     pub(super) with_rates: bool,
+    /// Whether it goes through all values.
+    exact: bool,
 }
 
 impl Motion {
+    /// Whether its derivative of this order is better than a measured one.
+    pub(super) fn is_better(&self, order: usize) -> bool {
+        !self.exact || order > 0 && !self.with_rates
+    }
+
     /// Standard errors of the derivative of this order, root mean square: all samples but half a window at the ends of
     /// the segments, and those.
     pub(super) fn errors(&self, order: usize, segments: &[Range<usize>]) -> [f64; 2] {
@@ -282,6 +289,7 @@ impl<'a> Scaled<'a> {
             window,
             noise: noise * self.scale,
             with_rates: false,
+            exact: true,
         }
     }
 

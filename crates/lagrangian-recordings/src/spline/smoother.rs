@@ -86,6 +86,7 @@ impl Scaled<'_> {
         let log_w = fitted.iter().map(|f| f.log_w).sum::<f64>() / fitted.len() as f64;
         let length = length(order, sigma, log_w);
         let mut motion = self.motion(2 * (length.min(1e9) as usize).max(2) + 1, sigma);
+        motion.exact = false;
         motion.with_rates = self.rates.is_some() && noise_of_rates * length < sigma;
         for ((own, around), fitted) in parts.iter().zip(&fitted) {
             let variance = |k: usize, order: usize| fitted.variances[k][order];

@@ -389,7 +389,7 @@ fn what_makes_a_nominal_model_worse_is_told_as_poor() {
         name: "unloaded".into(),
         t: (0..200).map(|k| 0.01 * f64::from(k)).collect(),
         signals: unloaded.signals,
-        errors: Vec::new(),
+        ..Trajectory::default()
     }];
     let score = score(&model, &motions, &RolloutOptions::default()).unwrap();
     let assessment = Assessment::new(&model, &motions, &score);
@@ -405,7 +405,7 @@ fn a_description_that_explains_much_less_than_a_chain_lowers_the_verdict() {
         name: "arm".into(),
         t: (0..200).map(|k| 0.01 * f64::from(k)).collect(),
         signals: samples(&arm(), 200, 7).signals,
-        errors: Vec::new(),
+        ..Trajectory::default()
     }];
     let score = score(&model, &motions, &RolloutOptions::default()).unwrap();
     let graded = |errors: &[(&str, Option<f64>)]| {
