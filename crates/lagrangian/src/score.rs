@@ -34,6 +34,7 @@ pub use restarts::{RESTARTS, RestartScore, restart};
 pub use valid_time::{ValidTime, valid_prediction_time};
 
 pub(crate) use errors::Errors;
+pub(crate) use inertia::poles;
 
 use errors::add_torques;
 use predictable::predictable_seconds;

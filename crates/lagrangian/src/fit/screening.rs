@@ -7,7 +7,7 @@ use nets::Instant;
 use super::choice::ResolvedConfig;
 use crate::dataset::Dataset;
 use crate::fit::{Fit, fit};
-use crate::score::CandidateResult;
+use crate::score::{CandidateResult, poles};
 use crate::train::forces::ForceTerms;
 use crate::train::observer::{Observer, Progress};
 use crate::train::task::Budget;
@@ -19,6 +19,10 @@ use lagrangian_motion::{Error, Result, Samples};
 const STEPS: usize = 100;
 /// Neighbouring samples whose errors are counted as one.
 const BLOCK: usize = 25;
+/// A candidate that is better where accelerations are well known may be worse by this factor where they are not.
+const ELSEWHERE: f64 = 1.1;
+/// A model that leaves less than this part is not replaced by one with poles.
+const USEFUL: f64 = 0.1;
 /// Held-out errors below this part of the mean square are explained: no other model is tried.
 const EXPLAINED: f64 = 1e-8;
 
@@ -28,10 +32,21 @@ pub(super) struct Screened {
     pub(super) tried: Vec<CandidateResult>,
 }
 
-/// A candidate with its held-out errors, one for each block.
+/// A candidate with its held-out errors.
 struct Screening {
     chosen: ResolvedConfig,
-    errors: Vec<f64>,
+    errors: HeldOut,
+}
+
+/// The squared errors of accelerations over their mean squares.
+#[derive(Default)]
+pub(super) struct HeldOut {
+    /// Of samples with their weights, a mean for each block.
+    blocks: Vec<f64>,
+    /// The mean of all samples alike, those of fast motions too, whose accelerations are uncertain and weigh little.
+    alike: f64,
+    /// Whether M is definite in some states and indefinite in others: between them accelerations have poles.
+    poles: bool,
 }
 
 /// Trains each of the candidates for a few steps. The first of them stays unless the held-out error of another is less by more than
@@ -63,7 +78,7 @@ pub(super) fn screen(
             }
             Err(error) => failure = Some(error),
         }
-        let explained = |best: &Screening| mean(&mut best.errors.iter().copied()) < EXPLAINED;
+        let explained = |best: &Screening| best.errors.mean() < EXPLAINED;
         if own.ended || best.as_ref().is_some_and(explained) {
             break;
         }
@@ -109,7 +124,7 @@ impl Trials<'_> {
         let fitted = fit(self.dataset, &config, None, &mut shown);
         self.ended |= shown.ended;
         let errors = fitted.as_ref().map(|fit| held_out(fit, self.dataset));
-        let error = errors.as_ref().map(|own| mean(&mut own.iter().copied()));
+        let error = errors.as_ref().map(HeldOut::mean);
         self.tried.push(CandidateResult {
             family: config.family.name().into(),
             name: chosen.name.clone(),
@@ -124,16 +139,25 @@ impl Trials<'_> {
 }
 
 impl Screening {
-    /// Whether the mean error of another is less by more than the standard error of the difference.
+    /// Whether the mean error of another is less by more than the standard error of the difference, and not greater where
+    /// accelerations are uncertain or were not recorded.
     fn is_worse(&self, other: &Self) -> bool {
-        let pairs = self.errors.iter().zip(&other.errors);
+        let pairs = self.errors.blocks.iter().zip(&other.errors.blocks);
         let gains: Vec<f64> = pairs.map(|(own, other)| own - other).collect();
         let gain = mean(&mut gains.iter().copied());
         let spread = deviation(&mut gains.iter().copied());
         let uncertain = spread / ((gains.len().max(2) - 1) as f64).sqrt();
         // Errors that are not finite are worse than all others.
-        let finite = |own: &Self| own.errors.iter().all(|e| e.is_finite());
-        !finite(self) && finite(other) || gain > uncertain
+        let finite = |own: &Self| own.errors.blocks.iter().all(|e| e.is_finite());
+        let elsewhere = other.errors.alike <= ELSEWHERE * self.errors.alike
+            && (!other.errors.poles || self.errors.poles || self.errors.mean() > USEFUL);
+        !finite(self) && finite(other) || gain > uncertain && elsewhere
+    }
+}
+
+impl HeldOut {
+    pub(super) fn mean(&self) -> f64 {
+        mean(&mut self.blocks.iter().copied())
     }
 }
 
@@ -149,8 +173,8 @@ impl ResolvedConfig {
 }
 
 /// The squared errors of the accelerations of a model on validation samples, or on the training samples without them, over their
-/// mean squares, each sample with its weight; means over blocks of neighbours.
-fn held_out(fit: &Fit, dataset: &Dataset) -> Vec<f64> {
+/// mean squares.
+pub(super) fn held_out(fit: &Fit, dataset: &Dataset) -> HeldOut {
     let samples = dataset.compared();
     let (n, scale) = (samples.n, dataset.acceleration_scale());
     let mut qdd = vec![0.0; samples.qdd.len()];
@@ -163,18 +187,20 @@ fn held_out(fit: &Fit, dataset: &Dataset) -> Vec<f64> {
     {
         qdd.fill(f64::INFINITY);
     }
-    let error = |(k, (a, b)): (usize, (&f64, &f64))| {
-        let weight = samples.weights.get(k / n).unwrap_or(&1.0);
-        (weight * (a - b) / scale[k % n]).powi(2)
-    };
-    let errors: Vec<f64> = qdd
-        .iter()
-        .zip(&samples.qdd)
-        .enumerate()
-        .map(error)
+    let pairs = qdd.iter().zip(&samples.qdd).enumerate();
+    let alike: Vec<f64> = pairs
+        .map(|(k, (a, b))| ((a - b) / scale[k % n]).powi(2))
+        .collect();
+    let weight = |k: usize| samples.weights.get(k / n).map_or(1.0, |w| w * w);
+    let errors: Vec<f64> = (alike.iter().enumerate())
+        .map(|(k, error)| weight(k) * error)
         .collect();
     let blocks = errors.chunks(BLOCK * n);
-    blocks.map(|own| mean(&mut own.iter().copied())).collect()
+    HeldOut {
+        blocks: blocks.map(|own| mean(&mut own.iter().copied())).collect(),
+        alike: mean(&mut alike.iter().copied()),
+        poles: poles(&fit.model, &s.q, &s.qd) > 0.0,
+    }
 }
 
 /// Shows a trial as a stage of the fit, and ends it in time.

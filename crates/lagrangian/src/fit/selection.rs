@@ -25,7 +25,12 @@ const FORCES: [&str; 3] = ["viscous", "coulomb", "offset"];
 /// by the strength of their assumptions, and one with weaker assumptions must halve the error to be kept.
 const MARGIN: f64 = 0.5;
 
-/// The steps of a fit of free motions where neither steps nor seconds are given.
+/// A model that leaves more than this part of the torques explains none.
+const HALF: f64 = 0.5;
+/// Torque errors up to this multiple are the same.
+const SAME: f64 = 1.1;
+
+/// The steps of a fit of accelerations where neither steps nor seconds are given.
 const STEPS: usize = 400;
 
 /// The best of several fits.
@@ -52,16 +57,31 @@ impl FitConfig {
         spec: &FitSpec,
     ) -> Result<Vec<ResolvedConfig>> {
         let known = DataFacts::of(dataset, estimates);
-        let candidates = spec.checked()?.candidates(dataset)?.into_iter();
-        let chosen = |(name, spec): (String, FitSpec)| {
-            let chosen = spec.choose(&known)?;
-            Ok(match &*name {
-                "" => chosen,
-                _ => ResolvedConfig { name, ..chosen },
+        let mut candidates = spec.checked()?.candidates(dataset)?;
+        // Accelerations of a real machine tell less of it than its torques.
+        candidates.retain(|own| !(own.by_motion && known.filtered));
+        let chosen = |own: Request| {
+            let chosen = own.spec.choose(&known)?;
+            let name = match own.name {
+                name if name.is_empty() => chosen.name,
+                name => name,
+            };
+            Ok(ResolvedConfig {
+                name,
+                by_motion: own.by_motion,
+                ..chosen
             })
         };
-        candidates.map(chosen).collect()
+        candidates.into_iter().map(chosen).collect()
     }
+}
+
+/// The request for one of several models.
+#[derive(Default)]
+struct Request {
+    name: String,
+    by_motion: bool,
+    spec: FitSpec,
 }
 
 impl FitSpec {
@@ -77,23 +97,22 @@ impl FitSpec {
         self.family.is_none() && self.nominal.is_none() && (self.has_robot() || silent())
     }
 
-    /// The requests for the models that are tried, with the name of each.
-    fn candidates(&self, dataset: &Dataset) -> Result<Vec<(String, Self)>> {
+    /// The requests for the models that are tried.
+    fn candidates(&self, dataset: &Dataset) -> Result<Vec<Request>> {
         let tried = match self.is_open() && dataset.train.steps.is_empty() {
             true => Entry::tried(dataset, self.has_robot()),
             false => Vec::new(),
         };
-        match tried[..] {
-            [] => return Ok(vec![(String::new(), self.clone())]),
-            [(alone, _)] => {
-                let family = Some(alone.name.into());
-                let spec = Self {
-                    family,
-                    ..self.clone()
-                };
-                return Ok(vec![(String::new(), spec)]);
-            }
-            _ => (),
+        if tried.len() < 2 {
+            let family = tried.first().map(|(alone, _)| alone.name.into());
+            let spec = Self {
+                family: family.or_else(|| self.family.clone()),
+                ..self.clone()
+            };
+            return Ok(vec![Request {
+                spec,
+                ..Request::default()
+            }]);
         }
         let given = present(&self.settings);
         let known = |name: &str| tried.iter().any(|(entry, _)| entry.has(name));
@@ -104,9 +123,10 @@ impl FitSpec {
                 &format!("the models that are tried ({})", families.join(", ")),
             ));
         }
-        let own = |(entry, own): &(&Entry, &Candidate)| {
-            let spec = self.of_candidate(entry, own, dataset.forced);
-            (format!("{}{}", entry.name, own.with), spec)
+        let own = |(entry, own): &(&Entry, &Candidate)| Request {
+            name: format!("{}{}", entry.name, own.with),
+            by_motion: own.by_motion,
+            spec: self.of_candidate(entry, own, dataset.forced),
         };
         Ok(tried.iter().map(own).collect())
     }
@@ -120,25 +140,24 @@ impl FitSpec {
             spec.training.retain(|name, _| name == "forward");
             return spec;
         }
-        for (name, value) in candidate.settings {
+        let given = |name: &&str| self.settings.contains_key(*name);
+        if forced && entry.has("forces") && !["forces", "dissipation"].iter().any(given) {
+            spec.settings.insert("forces".into(), json!(FORCES));
+        }
+        let own = candidate.settings.iter();
+        for (name, value) in own.filter(|own| !(forced && own.0 == "dissipation")) {
             let value = serde_json::from_str(value).unwrap_or_default();
             spec.settings.entry(*name).or_insert(value);
         }
         // Half of the time is for the other models.
         let half = |seconds: f64| 0.5 * seconds;
-        if !forced {
+        if candidate.by_motion {
             spec.seconds = self.seconds.map(half);
             let natural = OptimizerName::Natural;
             (spec.training.entry("optimizer")).or_insert(json!(natural));
+            (spec.training.entry("loss")).or_insert(json!(Loss::ACCELERATION.name()));
             spec.steps = self.steps.or(self.seconds.is_none().then_some(STEPS));
             return spec;
-        }
-        let friction = ["forces", "dissipation"];
-        if !friction
-            .iter()
-            .any(|name| spec.settings.contains_key(*name))
-        {
-            spec.settings.insert("forces".into(), json!(FORCES));
         }
         spec.training
             .entry("loss")
@@ -150,9 +169,13 @@ impl FitSpec {
     }
 }
 
-/// Fits all candidates and keeps the one with the smallest torque error on the validation samples, where a later candidate must
-/// halve the error of an earlier one. Those of free motions are trained for a few steps and compared by their accelerations; the best is
-/// trained on, without its friction where it needs none. `resume` continues from a checkpoint of the candidate that wrote it.
+/// Fits all candidates and keeps the best on held-out samples.
+///
+/// Those that learn torques come first: the one with the smallest torque error is kept, where a later candidate must halve the error
+/// of an earlier one. Those that learn accelerations are trained for a few steps and compared; the best is trained on, without its
+/// friction where it needs none. Of driven motions it replaces the other where it explains torques as well and accelerations much
+/// better, or accelerations alone where torques remain unexplained. `resume` continues from a checkpoint of the candidate that
+/// wrote it.
 ///
 /// # Errors
 /// As [`fit`](fn@super::fit), where none of them can be fitted.
@@ -162,10 +185,71 @@ pub fn select(
     resume: Option<&Checkpoint>,
     observer: &mut dyn Observer,
 ) -> Result<Selection> {
-    let several = candidates.len() > 1;
-    if several && !dataset.forced {
-        return select_free(dataset, candidates, resume, observer);
+    let (mut by_motion, by_torque): (Vec<_>, Vec<_>) =
+        candidates.into_iter().partition(|own| own.by_motion);
+    if by_torque.is_empty() {
+        return select_by_motion(dataset, by_motion, resume, observer);
     }
+    let begun = resume.filter(|own| begun(&by_motion, own).is_some());
+    let rest = resume.filter(|_| begun.is_none());
+    let first = select_by_torque(dataset, by_torque, rest, observer);
+    let known = first
+        .as_ref()
+        .ok()
+        .map(|own| Explained::of(&own.fit, dataset));
+    // Where torques are explained, only a model of torques may be better.
+    let torques = known.is_some_and(|own| own.torque <= HALF);
+    by_motion.retain(|own| !torques || own.config.family.abilities().nominal);
+    let ended = |own: &Selection| own.fit.ending == Ending::Interrupted;
+    if by_motion.is_empty() || first.as_ref().is_ok_and(ended) {
+        return first;
+    }
+    let second = select_by_motion(dataset, by_motion, begun, observer);
+    let (mut first, mut second) = match (first, second) {
+        (Ok(first), Ok(second)) => (first, second),
+        (first, Err(_)) => return first,
+        (Err(_), second) => return second,
+    };
+    let better = Explained::of(&second.fit, dataset).replaces(&Explained::of(&first.fit, dataset));
+    let mut tried = std::mem::take(&mut first.tried);
+    tried.append(&mut second.tried);
+    let kept = if better { second } else { first };
+    Ok(Selection { tried, ..kept })
+}
+
+/// The parts of torques and accelerations of held-out samples that a model leaves.
+#[derive(Debug, Clone, Copy)]
+struct Explained {
+    torque: f64,
+    motion: f64,
+}
+
+impl Explained {
+    fn of(fit: &Fit, dataset: &Dataset) -> Self {
+        let torque = torque_error(&fit.model, dataset.compared());
+        Self {
+            torque: torque.map_or(f64::INFINITY, |error| error.unexplained()),
+            motion: screening::held_out(fit, dataset).mean(),
+        }
+    }
+
+    /// Whether a model that learned accelerations replaces one that learned torques.
+    fn replaces(&self, first: &Self) -> bool {
+        let accelerations = self.motion <= MARGIN * first.motion;
+        let torques = self.torque <= SAME * first.torque;
+        let alone = first.torque > HALF && self.motion <= MARGIN * first.torque;
+        !first.motion.is_finite() && torques || accelerations && (torques || alone)
+    }
+}
+
+/// Fits all candidates, each wholly, and keeps the one with the smallest torque error on held-out samples.
+fn select_by_torque(
+    dataset: &Dataset,
+    candidates: Vec<ResolvedConfig>,
+    resume: Option<&Checkpoint>,
+    observer: &mut dyn Observer,
+) -> Result<Selection> {
+    let several = candidates.len() > 1;
     let mut best: Option<(f64, Fit, ResolvedConfig)> = None;
     let mut failure = None;
     let mut tried = Vec::new();
@@ -210,22 +294,26 @@ pub fn select(
     Ok(Selection { fit, chosen, tried })
 }
 
-/// Trains the best of several models of free motions.
-fn select_free(
+/// The candidate that wrote a checkpoint, perhaps without its friction.
+fn begun(candidates: &[ResolvedConfig], checkpoint: &Checkpoint) -> Option<ResolvedConfig> {
+    let wrote = |own: &ResolvedConfig| {
+        let settings = saved::describe(&own.config);
+        settings.is_ok_and(|now| checkpoint.check_config(&now).is_ok())
+    };
+    let free = candidates
+        .iter()
+        .filter_map(ResolvedConfig::without_friction);
+    candidates.iter().cloned().chain(free).find(wrote)
+}
+
+/// Trains the best of several models that learn accelerations.
+fn select_by_motion(
     dataset: &Dataset,
     candidates: Vec<ResolvedConfig>,
     resume: Option<&Checkpoint>,
     observer: &mut dyn Observer,
 ) -> Result<Selection> {
-    let wrote = |own: &ResolvedConfig| {
-        let settings = saved::describe(&own.config);
-        resume.is_some_and(|own| settings.is_ok_and(|now| own.check_config(&now).is_ok()))
-    };
-    let free = candidates
-        .iter()
-        .filter_map(ResolvedConfig::without_friction);
-    let begun = candidates.iter().cloned().chain(free).find(wrote);
-    let (mut chosen, tried, reason) = match begun {
+    let (mut chosen, tried, reason) = match resume.and_then(|own| begun(&candidates, own)) {
         Some(chosen) => (
             chosen,
             Vec::new(),

@@ -269,6 +269,8 @@ pub struct Candidate {
     pub with: &'static str,
     /// The settings that are not the defaults.
     pub settings: &'static [(&'static str, &'static str)],
+    /// Whether it learns the accelerations of the motion, whatever forces were recorded.
+    pub by_motion: bool,
     /// Whether it is tried on these data, with the description of a robot or without.
     pub on: fn(data: &Dataset, robot: bool) -> bool,
 }
@@ -312,12 +314,13 @@ impl Candidate {
             rank,
             with: "",
             settings: &[],
+            by_motion: false,
             on,
         }
     }
 
-    /// On free motions, whose forces nothing tells.
-    pub(crate) const fn of_free(
+    /// On motions, by their accelerations.
+    pub(crate) const fn of_motion(
         rank: u8,
         with: &'static str,
         settings: &'static [(&'static str, &'static str)],
@@ -325,9 +328,20 @@ impl Candidate {
         Self {
             with,
             settings,
-            ..Self::new(rank, |data, robot| {
-                !robot && !data.forced && data.train.goal.is_empty()
-            })
+            by_motion: true,
+            ..Self::new(rank, |data, robot| !robot && data.train.goal.is_empty())
+        }
+    }
+
+    /// As [`Candidate::of_motion`], on free motions alone.
+    pub(crate) const fn of_free(
+        rank: u8,
+        with: &'static str,
+        settings: &'static [(&'static str, &'static str)],
+    ) -> Self {
+        Self {
+            on: |data, robot| !robot && !data.forced && data.train.goal.is_empty(),
+            ..Self::of_motion(rank, with, settings)
         }
     }
 }

@@ -88,6 +88,37 @@ pub(super) fn spectrum(model: &dyn Model, motions: &[Trajectory]) -> Option<Spec
     found
 }
 
+/// The number of states whose mass matrices are compared, and as many that combine two of them.
+const COMPARED: usize = 200;
+
+/// The part of the states of a model in which its mass matrix has other signs of eigenvalues than in most: accelerations have poles on
+/// the way there. The states are some of those given, `[m, n]` each, and others that combine the positions of one with the
+/// velocities of another. 0 for a model without a mass matrix.
+pub(crate) fn poles(model: &dyn Model, q: &[f64], qd: &[f64]) -> f64 {
+    let n = model.coordinates().dof();
+    let len = q.len() / n.max(1);
+    let (mut evaluator, mut mass) = (model.evaluator(), vec![0.0; n * n]);
+    let mut counts: Vec<(Option<[bool; 2]>, usize)> = Vec::new();
+    for k in 0..COMPARED.min(len) {
+        let at = k * len / COMPARED.min(len);
+        for other in [at, (at + len / 3 + 31 * k) % len] {
+            let (q, qd) = (&q[at * n..][..n], &qd[other * n..][..n]);
+            if !evaluator.mass_matrix(q, qd, &mut mass).is_finite() {
+                return 0.0;
+            }
+            let own = spectrum_of(model.coordinates(), &mass);
+            let own = own.map(|own| [own.smallest, own.largest].map(|x| x > 0.0));
+            match counts.iter_mut().find(|known| known.0 == own) {
+                Some(known) => known.1 += 1,
+                None => counts.push((own, 1)),
+            }
+        }
+    }
+    let all: usize = counts.iter().map(|own| own.1).sum();
+    let most = counts.iter().map(|own| own.1).max().unwrap_or(0);
+    (all - most) as f64 / all.max(1) as f64
+}
+
 impl Spectrum {
     /// The spectrum of both together.
     fn and(self, other: Self) -> Self {

@@ -30,6 +30,8 @@ use lagrangian_recordings::Estimate;
 pub struct ResolvedConfig {
     /// The name among several that are tried: that of the family, with what distinguishes it from others of the family.
     pub name: String,
+    /// Whether it is one of several that learn accelerations.
+    pub by_motion: bool,
     /// The settings.
     pub config: FitConfig,
     /// The settings that the request omitted, with the chosen values.
@@ -137,6 +139,7 @@ impl FitSpec {
             choices.retain(|choice| !DESCENT.contains(&choice.setting.as_str()));
         }
         Ok(ResolvedConfig {
+            by_motion: false,
             name: entry.name.into(),
             config: FitConfig {
                 family,

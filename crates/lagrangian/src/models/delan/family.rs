@@ -28,7 +28,7 @@ pub(crate) const ENTRY: Entry = Entry {
     saved_as: &[NAME],
     load: |saved| load(saved, Inertia::Configuration),
     candidates: &[
-        Candidate::of_free(0, " with friction", &[("dissipation", "true")]),
+        Candidate::of_motion(0, " with friction", &[("dissipation", "true")]),
         Candidate::new(3, |data, _| data.forced),
     ],
     jointed: false,

@@ -33,7 +33,7 @@ pub(crate) const ENTRY: Entry = Entry {
             ", convex, with friction",
             &[("form", "\"convex\""), ("dissipation", "true")],
         ),
-        Candidate::of_free(
+        Candidate::of_motion(
             2,
             " with friction",
             &[("form", "\"free\""), ("dissipation", "true")],

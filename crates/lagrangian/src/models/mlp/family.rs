@@ -25,7 +25,7 @@ pub(crate) const ENTRY: Entry = Entry {
     read: family::read::<MlpConfig>,
     saved_as: &[NAME],
     load: |saved| Ok(Mlp::load(saved, saved.weights()?)?.into()),
-    candidates: &[Candidate::of_free(3, "", &[])],
+    candidates: &[Candidate::of_motion(3, "", &[])],
     jointed: false,
 };
 
