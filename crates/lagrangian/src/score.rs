@@ -3,6 +3,7 @@
 mod assessment;
 mod candidate;
 mod errors;
+mod forecast;
 mod inertia;
 mod judgement;
 mod outside;
@@ -27,6 +28,7 @@ use lagrangian_motion::{Coordinates, Error, Result, Stop, Trajectory};
 pub use assessment::{Assessment, Grade, Reason};
 pub use candidate::CandidateResult;
 pub use errors::{SignalError, torque_error};
+pub use forecast::Forecast;
 pub use inertia::{Forward, Spectrum, spectrum_of};
 pub use judgement::{Judgement, TrackingErrors, extrapolation};
 pub use outside::{Outside, outside};
@@ -79,12 +81,16 @@ pub struct Score {
     pub samples: usize,
     /// Errors of q̈ predicted from (q, q̇, τ); `None` where no trajectory has q̈, or the model has no forward dynamics.
     pub acceleration: Option<SignalError>,
+    /// The part of the variance of q̈ that the errors of its estimate explain, mean over the coordinates; 0 where they are not known.
+    pub acceleration_noise: f64,
     /// Errors of τ predicted from (q, q̇, q̈); `None` where no trajectory has q̈ and τ, or the model has no inverse dynamics.
     pub torque: Option<SignalError>,
     /// One free prediction for each trajectory; empty where the model has no forward dynamics.
     pub rollouts: Vec<RolloutScore>,
     /// Predictions over each of [`RESTARTS`] for which the trajectories are long enough.
     pub restarts: Vec<RestartScore>,
+    /// The error a short time ahead; `None` where it is unknown.
+    pub forecast: Option<Forecast>,
     /// States at which the mass matrix was singular.
     pub singular: usize,
     /// Distance of the samples from the states that the data of the model visited, where these are known.
@@ -233,6 +239,7 @@ pub fn score_predictions(
     let stopped = rollouts.iter().filter(|r| r.outcome.is_stopped()).count();
     Ok(Score {
         stopped: stopped + cut,
+        forecast: forecast::forecast(model, trajectories, options)?,
         rollouts,
         restarts,
         ..one_step
@@ -285,16 +292,35 @@ fn one_step(
     for trajectory in trajectories {
         add_torques(model, trajectory, stop, &mut torque);
     }
+    let acceleration = acceleration.finish();
+    let noise = |error: &SignalError| estimate_noise(trajectories, error);
     Score {
         samples: trajectories.iter().map(Trajectory::len).sum(),
-        acceleration: acceleration.finish(),
+        acceleration_noise: acceleration.as_ref().map_or(0.0, noise),
+        acceleration,
         torque: torque.finish(),
         rollouts: Vec::new(),
         restarts: Vec::new(),
+        forecast: None,
         singular,
         outside: outside(model, trajectories),
         stopped: 0,
     }
+}
+
+/// The squared standard errors of accelerations over the variances that `error` tells, mean over the coordinates.
+fn estimate_noise(trajectories: &[Trajectory], error: &SignalError) -> f64 {
+    let n = error.mse.len();
+    let samples: usize = trajectories.iter().map(Trajectory::len).sum();
+    let squares = |i: usize| {
+        let own = trajectories
+            .iter()
+            .map(|t| t.errors.qdd.iter().skip(i).step_by(n));
+        own.flatten().map(|e| e * e).sum::<f64>() / samples.max(1) as f64
+    };
+    let parts = (0..n).map(|i| squares(i) * error.nmse[i] / error.mse[i]);
+    let known: Vec<f64> = parts.filter(|part| part.is_finite()).collect();
+    known.iter().sum::<f64>() / known.len().max(1) as f64
 }
 
 /// The motion that the model predicts for a trajectory, from its first state, under its forces, at its times.

@@ -13,7 +13,8 @@ pub use bands::coverage_table;
 use figures::Followed;
 pub use figures::energies;
 use lagrangian::score::{
-    Assessment, Grade, Judgement, Predictions, Reason, SignalError, predict_all, score_predictions,
+    Assessment, Forecast, Grade, Judgement, Predictions, Reason, SignalError, predict_all,
+    score_predictions,
 };
 use lagrangian::text::counted;
 use lagrangian::{CheckReport, Learned, Model, Prepared, RolloutOptions, Score, Trajectory};
@@ -177,7 +178,13 @@ impl Page<'_> {
         let why = known.next().map_or(String::new(), |(name, error)| {
             error.judgement(&format!("{name} {of}"), coordinates).why
         });
-        Judgement::new(assessment.verdict, why).sentence()
+        let expected = assessment.forecast.as_ref().map(Forecast::sentence);
+        let why = [expected, Some(why)]
+            .into_iter()
+            .flatten()
+            .filter(|own| !own.is_empty());
+        let why: Vec<String> = why.collect();
+        Judgement::new(assessment.verdict, why.join("; ")).sentence()
     }
 
     fn role(&self) -> Role {

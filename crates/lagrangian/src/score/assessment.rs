@@ -3,14 +3,14 @@
 use serde::{Deserialize, Serialize};
 
 use super::CandidateResult;
-use super::inertia::{Forward, Spectrum, forwards, spectrum};
+use super::inertia::{Forward, Spectrum, forwards, poles, spectrum};
 use super::judgement::PASSIVE;
 use super::speed::weakened;
-use super::{Errors, RestartScore, RolloutScore, Score, SignalError, add_torques};
+use super::{Errors, Forecast, RestartScore, RolloutScore, Score, SignalError, add_torques};
 use crate::models::Entry;
 use lagrangian_mechanics::Model;
-use lagrangian_motion::Stop;
 use lagrangian_motion::{Coordinates, Trajectory};
+use lagrangian_motion::{Signal, Stop};
 use lagrangian_recordings::check::{CheckReport, LARGEST};
 
 /// A model explains a signal well where the squared error is below this part of the variance.
@@ -41,6 +41,8 @@ pub struct Assessment {
     pub verdict: Grade,
     /// The reasons against a better verdict, the gravest first; empty for a good one.
     pub reasons: Vec<Reason>,
+    /// The error a short time ahead that new motions can expect; `None` where it is unknown.
+    pub forecast: Option<Forecast>,
     /// The forward dynamics of each coordinate of a driven machine; empty for free motions, and for a model without a mass matrix.
     pub joints: Vec<Forward>,
     /// The eigenvalues of the mass matrix over the motions, where the model has one.
@@ -71,7 +73,9 @@ impl Assessment {
         reasons.extend(of_accelerations(score, &joints));
         reasons.extend(of_speed(model, motions, score));
         reasons.extend(inertia.and_then(of_inertia));
+        reasons.extend(of_poles(model, motions));
         reasons.extend(of_rollouts(score));
+        reasons.extend(of_forecast(score, &joints));
         reasons.extend(of_motions(score));
         if model.driven().is_some() {
             reasons.extend(of_positions(motions, score));
@@ -79,6 +83,7 @@ impl Assessment {
         let assessment = Self {
             verdict: Grade::Good,
             reasons: Vec::new(),
+            forecast: score.forecast,
             joints,
             inertia,
         };
@@ -111,6 +116,14 @@ impl Assessment {
     #[must_use]
     pub fn of_selected(self, candidates: &[CandidateResult]) -> Self {
         self.with(of_description(candidates))
+    }
+
+    /// The forecast in words, where no reason has it.
+    #[must_use]
+    pub fn expectation(&self) -> Option<String> {
+        let sentence = self.forecast.as_ref()?.sentence();
+        let said = self.reasons.iter().any(|r| r.finding == sentence);
+        (!said).then_some(sentence)
     }
 
     /// The assessment with more reasons.
@@ -260,7 +273,7 @@ fn of_accelerations(score: &Score, joints: &[Forward]) -> Option<Reason> {
     }
     let mean = error.nmse_mean;
     let finding = format!("the squared error of its accelerations is {mean:.3} of their variance");
-    match mean {
+    match mean - score.acceleration_noise {
         x if x.is_nan() || x >= 1.0 => Some(Reason::new(
             Grade::Poor,
             finding,
@@ -320,18 +333,56 @@ fn of_inertia(spectrum: Spectrum) -> Option<Reason> {
     let Spectrum {
         smallest, scaled, ..
     } = spectrum;
-    if smallest <= 0.0 {
-        let finding = format!(
-            "its mass matrix is not positive definite everywhere: smallest eigenvalue {smallest:.2e}"
-        );
-        let remedy = "choose a family whose mass matrix is positive definite by construction, such as chain or delan";
-        // The sign of a free Lagrangian is arbitrary, and an indefinite M can still move rightly.
-        return Some(Reason::new(Grade::Fair, finding, remedy));
-    }
-    (scaled < NEARLY_SINGULAR).then(|| {
+    // The sign of a Lagrangian is arbitrary.
+    (smallest > 0.0 && scaled < NEARLY_SINGULAR).then(|| {
         let finding = format!("its mass matrix is nearly singular over the motions: scaled to a diagonal of 1 its smallest eigenvalue is {scaled:.1e}");
         Reason::new(Grade::Poor, finding, "fit fewer weights, or choose the family chain or rigid")
     })
+}
+
+/// A mass matrix with other signs in more than this part of the states is of no use.
+const MANY: f64 = 0.02;
+
+/// Accelerations with poles among states like the recorded ones.
+fn of_poles(model: &dyn Model, motions: &[Trajectory]) -> Option<Reason> {
+    let all = |signal: Signal| -> Vec<f64> {
+        let own = motions.iter().filter_map(|m| m.values(signal));
+        own.flatten().copied().collect()
+    };
+    let share = poles(model, &all(Signal::Q), &all(Signal::Qd));
+    let finding = format!(
+        "its mass matrix changes its signs in {:.1} % of the states that combine recorded positions and velocities: accelerations have          poles on the way there",
+        100.0 * share
+    );
+    let remedy = "choose a family whose mass matrix is positive definite by construction, such as chain or delan";
+    let grade = if share > MANY {
+        Grade::Poor
+    } else {
+        Grade::Fair
+    };
+    (share > 0.0).then(|| Reason::new(grade, finding, remedy))
+}
+
+/// A forecast is good where new motions can expect less than this part of their deviation, and of no use where it errs by more than that.
+const NEAR: f64 = 0.05;
+const USELESS: f64 = 0.3;
+
+/// The error a short time ahead, of motions whose accelerations can be predicted.
+fn of_forecast(score: &Score, joints: &[Forward]) -> Option<Reason> {
+    let forecast = score.forecast.as_ref()?;
+    let [_, most] = forecast.interval();
+    let torques = score.torque.is_some() && !joints.is_empty();
+    if torques && joints.iter().any(|joint| !joint.predictable) {
+        return None;
+    }
+    let grade = match (forecast.own(), most) {
+        (_, most) if most <= NEAR => return None,
+        // Torques may be right where motions are not.
+        (own, _) if own > USELESS && !torques => Grade::Poor,
+        (own, _) if own.is_nan() => Grade::Poor,
+        _ => Grade::Fair,
+    };
+    Some(Reason::new(grade, forecast.sentence(), forecast.remedy()))
 }
 
 /// Positions that a model with drives simulates from goals alone: their mean absolute error beside their mean absolute deviation.

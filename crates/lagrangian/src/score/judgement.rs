@@ -285,9 +285,11 @@ mod tests {
         Score {
             samples: 100,
             acceleration: None,
+            acceleration_noise: 0.0,
             torque: Some(SignalError::new(nmse.to_vec(), &vec![1.0; nmse.len()])),
             rollouts: Vec::new(),
             restarts: Vec::new(),
+            forecast: None,
             singular: 0,
             outside: None,
             stopped: 0,
@@ -308,6 +310,7 @@ mod tests {
             reasons: Vec::new(),
             joints: shares.iter().map(joint).collect(),
             inertia: None,
+            forecast: None,
         }
     }
 

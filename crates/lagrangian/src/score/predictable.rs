@@ -64,7 +64,7 @@ pub(super) fn predictable_seconds(
 }
 
 /// 2π σ(q̇)/σ(q̈) of the fastest coordinate, or 2π σ(q)/σ(q̇) without accelerations, s.
-fn natural_period(truth: &Trajectory, error: &NormalisedError<'_>) -> f64 {
+pub(super) fn natural_period(truth: &Trajectory, error: &NormalisedError<'_>) -> f64 {
     let n = truth.dof();
     let rate = |i: usize| match truth.values(Signal::Qdd) {
         Some(qdd) => deviation(qdd, n, i) / error.sigma_qd[i],

@@ -101,7 +101,7 @@ fn restart_counted(
 }
 
 /// Pieces of this length, one after another; a shorter rest is omitted, and so is a piece with a gap.
-fn windows(t: &Trajectory, seconds: f64) -> Vec<Trajectory> {
+pub(super) fn windows(t: &Trajectory, seconds: f64) -> Vec<Trajectory> {
     let (Some(first), Some(last)) = (t.t.first(), t.t.last()) else {
         return Vec::new();
     };

@@ -192,3 +192,67 @@ fn a_gap_is_no_reason_to_count_the_piece_after_it_again() {
     let torn = restart(&*model, &[motion], 0.5, &options).unwrap();
     assert!((6..=8).contains(&torn.starts), "{}", torn.starts);
 }
+
+/// Swings of a pendulum as a sensor with this noise records them, with the errors of their states.
+fn measured(noise: f64) -> Vec<Trajectory> {
+    use rand::{RngExt, SeedableRng};
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
+    let starts = [[1.0, 0.0], [-1.4, 0.0], [0.7, 0.0], [1.8, 0.0]];
+    let mut motions = damped("pendulum", &starts, 5.0, 0.0);
+    for motion in &mut motions {
+        for values in [&mut motion.signals.q, &mut motion.signals.qd] {
+            let signed = |x: &mut f64| *x += if rng.random() { noise } else { -noise };
+            values.iter_mut().for_each(signed);
+        }
+        let errors = vec![noise; motion.q.len()];
+        (motion.errors.q, motion.errors.qd) = (errors.clone(), errors);
+    }
+    motions
+}
+
+#[test]
+fn a_forecast_knows_what_noise_explains_and_what_the_model_does() {
+    let options = RolloutOptions::default();
+    let forecast = |length: f64, noise: f64| {
+        let model = by_name("pendulum", &[("length", length)]).unwrap();
+        let motions = measured(noise);
+        let scored = score(&*model, &motions, &options).unwrap();
+        (
+            scored.forecast.unwrap(),
+            Assessment::new(&*model, &motions, &scored),
+        )
+    };
+    let (exact, assessment) = forecast(1.0, 0.0);
+    assert!(
+        exact.error < 1e-6 && exact.interval() == [0.0, 1e-3],
+        "{exact:?}"
+    );
+    assert_eq!((exact.motions, exact.starts), (4, 40));
+    assert_eq!(assessment.verdict, Grade::Good);
+    assert!(assessment.expectation().unwrap().contains("at most 0.1 %"));
+    let (noisy, _) = forecast(1.0, 0.02);
+    assert!(
+        noisy.error > 0.01 && noisy.own() < 0.6 * noisy.error,
+        "{noisy:?}"
+    );
+    let (wrong, assessment) = forecast(1.3, 0.02);
+    assert!(
+        wrong.own() > 0.9 * wrong.error && wrong.error > 0.1,
+        "{wrong:?}"
+    );
+    let [least, most] = wrong.interval();
+    assert!(least < wrong.own() && wrong.own() < most && assessment.verdict > Grade::Good);
+    assert!(assessment.expectation().is_none(), "the reason has it");
+}
+
+#[test]
+fn slow_motions_are_forecast_over_a_quarter_of_their_period() {
+    let model = by_name("pendulum", &[("length", 1e6)]).unwrap();
+    let clock = times(4000.0, 20.0).unwrap();
+    let options = RolloutOptions::default();
+    let swing = rollout(&*model, &[1.0], &[0.0], &clock, &free, &options).unwrap();
+    let scored = score(&*model, &[swing.trajectory], &options).unwrap();
+    let forecast = scored.forecast.unwrap();
+    assert!((400.0..700.0).contains(&forecast.seconds), "{forecast:?}");
+    assert!((forecast.periods - 0.25).abs() < 1e-9 && forecast.error < 1e-6);
+}

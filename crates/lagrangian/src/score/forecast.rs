@@ -1,0 +1,319 @@
+//! The error of predictions a short time ahead, and what new motions can expect.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::bounded;
+use super::predictable::natural_period;
+use super::restarts::windows;
+use super::valid_time::NormalisedError;
+use lagrangian_mechanics::dynamics::Model;
+use lagrangian_mechanics::rollout::{Hold, Rollout, RolloutOptions, rollout_recorded};
+use lagrangian_motion::statistics::{deviation, median};
+use lagrangian_motion::{Coordinates, Result, Trajectory};
+
+/// The time ahead, s, where it suits the recordings …
+const AHEAD: f64 = 0.5;
+/// … and is of the order of their natural period; else this part of that period.
+const PERIODS: std::ops::Range<f64> = 0.02..5.0;
+const PART: f64 = 0.25;
+/// The fewest samples within that time.
+const SAMPLES: f64 = 4.0;
+/// The largest number of predictions.
+const STARTS: usize = 120;
+/// The logarithm of the factor between the errors on two sets of many motions of the same kind, and what fewer and more different ones
+/// add to it.
+const WIDE: f64 = 0.6;
+const SPREAD: f64 = 0.4;
+/// The part of what noise explains that may be an error of the model.
+const NOISE_LEFT: f64 = 0.5;
+/// Fewer motions than these say little of others.
+const FEW: usize = 4;
+/// Errors below this part of the deviation are as good as none.
+const SLIGHT: f64 = 1e-3;
+/// The error of a prediction that ends early, and the largest of all, in deviations.
+const LOST: f64 = 10.0;
+
+/// The error of predictions a short time ahead, from states that were recorded, in deviations of the motion.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Forecast {
+    /// The time ahead, s.
+    pub seconds: f64,
+    /// The same in natural periods of the motion, the median over the recordings.
+    pub periods: f64,
+    /// The number of motions and of predictions.
+    pub motions: usize,
+    /// See `motions`.
+    pub starts: usize,
+    /// Root mean square over coordinates and starts of the errors of q in its deviations, on the circle for angles; a prediction that
+    /// ends early counts 10.
+    pub error: f64,
+    /// The part of it that the uncertainty of the recorded states explains.
+    pub noise: f64,
+    /// The deviation of the logarithm of the error from motion to motion.
+    pub spread: f64,
+}
+
+impl Forecast {
+    /// The error of the model itself: what noise does not explain.
+    #[must_use]
+    pub fn own(&self) -> f64 {
+        (self.error.powi(2) - self.noise.powi(2)).max(0.0).sqrt()
+    }
+
+    /// The range that holds the error on new motions like these in nine of ten cases.
+    #[must_use]
+    pub fn interval(&self) -> [f64; 2] {
+        let few = (self.motions as f64).sqrt().recip();
+        let factor = (WIDE + few * (WIDE + SPREAD * self.spread)).exp();
+        let most = (self.own() + NOISE_LEFT * self.noise) * factor;
+        [self.own() / factor, most.max(SLIGHT)].map(|e| if e < SLIGHT { 0.0 } else { e })
+    }
+
+    /// The forecast in words.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let percent = |part: f64| match 100.0 * part {
+            x if x >= 10.0 => format!("{x:.0}"),
+            x if x >= 0.1 || x <= 0.0 => format!("{x:.1}"),
+            x => format!("{x:.0e}"),
+        };
+        let [least, most] = self.interval();
+        let expected = match least > 0.0 {
+            true => format!("{} … {} %", percent(least), percent(most)),
+            false => format!("at most {} %", percent(most)),
+        };
+        let ahead = match self.seconds == AHEAD {
+            true => "half a second".into(),
+            false => format!("{:.2} s", self.seconds),
+        };
+        format!(
+            "{ahead} ahead ({:.2} periods of the motion) it errs by {} % of the motion's spread; on new motions expect {expected}",
+            self.periods,
+            percent(self.error)
+        )
+    }
+
+    /// What limits the forecast most, and what to do.
+    pub(super) fn remedy(&self) -> &'static str {
+        if self.noise >= self.own() {
+            "most of it is the noise of the recorded states: record more motions, or with less noise"
+        } else if self.motions < FEW {
+            "more motions that are held back, or given for validation, would narrow the range; fit longer, or record more motions"
+        } else {
+            "noise explains little of it: something may be missing, such as friction (`forces`), play, or a coordinate or force that was not recorded; or fit longer, or record more motions"
+        }
+    }
+}
+
+/// A start within a motion.
+struct Start {
+    motion: usize,
+    truth: Trajectory,
+}
+
+/// The forecast of a model on motions that it has not seen; `None` for a model without forward dynamics, and for motions that are too
+/// short, at rest or stopped.
+///
+/// # Errors
+/// As [`score`](crate::score()).
+pub(super) fn forecast(
+    model: &dyn Model,
+    motions: &[Trajectory],
+    options: &RolloutOptions,
+) -> Result<Option<Forecast>> {
+    let lengths = motions.iter().filter(|m| m.len() > 1);
+    let lengths: Vec<(f64, f64)> = lengths
+        .map(|m| {
+            let duration = m.t[m.len() - 1] - m.t[0];
+            (duration, duration / (m.len() - 1) as f64)
+        })
+        .collect();
+    let longest = lengths.iter().fold(0.0, |most, own| f64::max(most, own.0));
+    let step = lengths.iter().fold(0.0, |most, own| f64::max(most, own.1));
+    let period = |m: &Trajectory| natural_period(m, &NormalisedError::new(m, model.coordinates()));
+    let period = median(motions.iter().filter(|m| m.len() > 1).map(period).collect());
+    let usual =
+        longest >= 2.0 * AHEAD && AHEAD >= SAMPLES * step && PERIODS.contains(&(AHEAD / period));
+    let seconds = match usual {
+        true => AHEAD,
+        false => (PART * period).min(0.5 * longest).max(SAMPLES * step),
+    };
+    let starts = starts(motions, seconds);
+    if !model.moves() || starts.is_empty() {
+        return Ok(None);
+    }
+    let spread = Spread::of(motions, model.coordinates());
+    let truths: Vec<&Trajectory> = starts.iter().map(|own| &own.truth).collect();
+    let forced = starts.iter().any(|own| !own.truth.tau.is_empty());
+    let holds = if forced { 2 } else { 1 };
+    // Whether forces were held or moved on between the samples is not known.
+    let mut best: Option<(f64, Vec<f64>, Vec<Option<Rollout>>)> = None;
+    for hold in &[Hold::Previous, Hold::Linear][..holds] {
+        let predictions = predictions(model, &truths, *hold, options)?;
+        let errors = spread.errors(&truths, &predictions);
+        let sum = errors.iter().sum();
+        if best.as_ref().is_none_or(|best| sum < best.0) {
+            best = Some((sum, errors, predictions));
+        }
+    }
+    let Some((_, errors, nominal)) = best else {
+        return Ok(None);
+    };
+    let disturbed: Vec<Trajectory> = truths.iter().zip(0..).map(disturbed).collect();
+    let disturbed: Vec<&Trajectory> = disturbed.iter().collect();
+    let moved = predictions(model, &disturbed, Hold::Previous, options)?;
+    let noise = spread.noise(&truths, &nominal, &moved);
+    if options.stop.is_asked() {
+        return Ok(None);
+    }
+    let mut logarithms = Vec::new();
+    for motion in 0..motions.len() {
+        let own = || {
+            starts
+                .iter()
+                .zip(errors.iter().zip(&noise))
+                .filter(|own| own.0.motion == motion)
+        };
+        let count = own().count() as f64;
+        if count > 0.0 {
+            let sum = own().fold(0.0, |sum, (_, (error, _))| sum + error);
+            logarithms.push(0.5 * (sum / count).max(f64::MIN_POSITIVE).ln());
+        }
+    }
+    let root = |values: &[f64]| (values.iter().sum::<f64>() / values.len() as f64).sqrt();
+    Ok(Some(Forecast {
+        seconds,
+        periods: seconds / period,
+        motions: logarithms.len(),
+        starts: starts.len(),
+        error: root(&errors),
+        noise: root(&noise),
+        spread: deviation(&mut logarithms.iter().copied()),
+    }))
+}
+
+/// Starts in all motions, evenly spread.
+fn starts(motions: &[Trajectory], seconds: f64) -> Vec<Start> {
+    let own = |(motion, t): (usize, &Trajectory)| {
+        let pieces = windows(t, seconds).into_iter();
+        pieces
+            .map(move |truth| Start { motion, truth })
+            .collect::<Vec<_>>()
+    };
+    let all: Vec<Start> = motions.iter().enumerate().flat_map(own).collect();
+    let every = all.len().div_ceil(STARTS).max(1);
+    all.into_iter().step_by(every).collect()
+}
+
+fn predictions(
+    model: &dyn Model,
+    truths: &[&Trajectory],
+    hold: Hold,
+    options: &RolloutOptions,
+) -> Result<Vec<Option<Rollout>>> {
+    let own = |truth: &&Trajectory| match options.stop.is_asked() {
+        true => Ok(None),
+        false => {
+            let options = bounded(options, truth, truths.len());
+            rollout_recorded(model, truth, hold, &options).map(Some)
+        }
+    };
+    truths.par_iter().map(own).collect()
+}
+
+/// The motion with its first state off by one standard error in each component, up or down.
+fn disturbed((truth, seed): (&&Trajectory, u64)) -> Trajectory {
+    let (mut motion, n) = ((*truth).clone(), truth.dof());
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let errors = motion.errors.clone();
+    let pairs = [
+        (&mut motion.signals.q, errors.q),
+        (&mut motion.signals.qd, errors.qd),
+    ];
+    for (values, errors) in pairs {
+        for (x, error) in values.iter_mut().zip(&errors).take(n) {
+            *x += if rng.random() { *error } else { -error };
+        }
+    }
+    motion
+}
+
+/// Deviations of the coordinates over all motions, `[n]`.
+struct Spread<'a> {
+    coordinates: &'a Coordinates,
+    sigma: Vec<f64>,
+}
+
+impl<'a> Spread<'a> {
+    fn of(motions: &[Trajectory], coordinates: &'a Coordinates) -> Self {
+        let n = coordinates.dof();
+        let sigma = |i: usize| {
+            let column = motions
+                .iter()
+                .flat_map(|m| m.q.iter().skip(i).step_by(n).copied());
+            let column: Vec<f64> = column.collect();
+            let own = super::valid_time::deviation(&column, 1, 0);
+            if coordinates.is_circle(i) {
+                own.min(std::f64::consts::PI / 3.0_f64.sqrt())
+            } else {
+                own
+            }
+        };
+        Self {
+            coordinates,
+            sigma: (0..n).map(sigma).collect(),
+        }
+    }
+
+    /// Mean squares over the coordinates of the distance of the last positions.
+    fn errors(&self, truths: &[&Trajectory], predictions: &[Option<Rollout>]) -> Vec<f64> {
+        let own = |(truth, prediction): (&&Trajectory, &Option<Rollout>)| match prediction {
+            Some(own) if own.outcome.is_finished() => {
+                self.distance(last(truth), last(&own.trajectory))
+            }
+            _ => LOST * LOST,
+        };
+        truths.iter().zip(predictions).map(own).collect()
+    }
+
+    /// What errors of the first and last states explain.
+    fn noise(
+        &self,
+        truths: &[&Trajectory],
+        nominal: &[Option<Rollout>],
+        moved: &[Option<Rollout>],
+    ) -> Vec<f64> {
+        let own = |((truth, a), b): ((&&Trajectory, &Option<Rollout>), &Option<Rollout>)| {
+            let grown = match (a, b) {
+                (Some(a), Some(b)) if a.outcome.is_finished() && b.outcome.is_finished() => {
+                    self.distance(last(&a.trajectory), last(&b.trajectory))
+                }
+                _ => 0.0,
+            };
+            let n = self.sigma.len();
+            let from = truth.errors.q.len().saturating_sub(n);
+            let ends = truth.errors.q[from..].iter().zip(&self.sigma);
+            grown + ends.map(|(e, s)| (e / s).powi(2)).sum::<f64>() / n as f64
+        };
+        truths.iter().zip(nominal).zip(moved).map(own).collect()
+    }
+
+    fn distance(&self, a: &[f64], b: &[f64]) -> f64 {
+        let squares = (0..self.sigma.len())
+            .map(|i| (self.coordinates.difference(i, a[i], b[i]) / self.sigma[i]).powi(2));
+        let mean = squares.sum::<f64>() / self.sigma.len() as f64;
+        if mean.is_finite() {
+            mean.min(LOST * LOST)
+        } else {
+            LOST * LOST
+        }
+    }
+}
+
+/// The last position.
+fn last(motion: &Trajectory) -> &[f64] {
+    &motion.q[motion.q.len() - motion.dof()..]
+}
