@@ -175,6 +175,7 @@ class Assessment:
 
     Attributes:
         verdict: ``good``, ``fair`` or ``poor``.
+        expectation: By how much a prediction errs half a second ahead, and what new motions can expect; empty where it is unknown.
         reasons: Why it is not better, the gravest first: dictionaries with ``grade``, ``finding`` and ``remedy``.
         score: The errors: ``acceleration``, ``torque`` (each with ``mse`` and ``nmse`` for each coordinate), ``rollouts``, …
         details: All that was assessed.
@@ -182,12 +183,15 @@ class Assessment:
 
     def __init__(self, figures: Mapping[str, Any]) -> None:
         self.verdict: str = figures["verdict"]
+        self.expectation: str = figures["assessment"]["expectation"]
         self.reasons: list[dict[str, str]] = figures["assessment"]["reasons"]
         self.score: dict[str, Any] = figures["score"]
         self.details: dict[str, Any] = figures["assessment"]
 
     def __str__(self) -> str:
         lines = [f"verdict: {self.verdict}"]
+        if self.expectation and all(r["finding"] != self.expectation for r in self.reasons):
+            lines.append(self.expectation)
         for name in ("acceleration", "torque"):
             error = self.score[name]
             if error is not None:

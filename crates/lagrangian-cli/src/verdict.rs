@@ -11,7 +11,9 @@ use crate::failure::{FAILED, SUCCESS, with_flags};
 pub(crate) fn text(assessment: &Assessment) -> String {
     let mut text = format!("verdict: {}\n", grade_name(assessment.verdict));
     // OK: writing to a string does not fail.
-    if let Some(expected) = assessment.expectation() {
+    let expected = &assessment.expectation;
+    let said = assessment.reasons.iter().any(|r| r.finding == *expected);
+    if !said && !expected.is_empty() {
         let _ = writeln!(text, "  {expected}");
     }
     for reason in &assessment.reasons {

@@ -17,6 +17,8 @@ pub struct Trajectory {
     pub signals: Signals,
     /// Standard errors of q, q̇ and q̈, `[len, n]` each, in their units; empty where they are not known.
     pub errors: Signals,
+    /// The measured q and q̇ where the signals are smoothed ones, `[len, n]` each; empty elsewhere.
+    pub measured: Signals,
 }
 
 impl Deref for Trajectory {
@@ -49,6 +51,7 @@ impl Trajectory {
             t,
             signals,
             errors: Signals::default(),
+            measured: Signals::default(),
         }
     }
 
@@ -84,6 +87,7 @@ impl Trajectory {
             name: self.name.clone(),
             signals: self.signals.rows(n, &range),
             errors: self.errors.rows(n, &range),
+            measured: self.measured.rows(n, &range),
             t: self.t[range].to_vec(),
         }
     }
@@ -107,6 +111,7 @@ impl Trajectory {
             t: self.t.iter().map(|t| t * (1.0 / alpha)).collect(),
             signals: self.signals.as_ref().map(scaled),
             errors: Signals::default(),
+            measured: Signals::default(),
         }
     }
 
@@ -133,8 +138,10 @@ impl Trajectory {
                 self.check_signal(signal.name(), values, len * n)?;
             }
         }
-        for (_, errors) in self.errors.iter().filter(|(_, own)| !own.is_empty()) {
-            self.check_signal("errors", errors, len * n)?;
+        let beside = self.errors.iter().chain(self.measured.iter());
+        for (signal, values) in beside.filter(|(_, own)| !own.is_empty()) {
+            let what = format!("errors or measured values of {}", signal.name());
+            self.check_signal(&what, values, len * n)?;
         }
         let Some(k) = self.t.windows(2).position(|w| w[1] <= w[0]) else {
             return Ok(());

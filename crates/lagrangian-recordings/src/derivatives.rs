@@ -486,6 +486,14 @@ impl Fitted {
         if options.low_pass.is_some() {
             measured.qdd = Vec::new();
         }
+        let smoothed = |signal: Signal| {
+            let own = [Signal::Q, Signal::Qd].contains(&signal) && options.low_pass.is_none();
+            own && self.signals.values(signal).is_some() && !options.smooth
+        };
+        let kept = measured.as_ref().map(|signal, own| match smoothed(signal) {
+            true => rows(own.clone(), n),
+            false => Vec::new(),
+        });
         let mut signals = self.signals.or(measured);
         if !options.accelerations && !self.estimates.is_empty() {
             signals.qdd = Vec::new();
@@ -495,6 +503,7 @@ impl Fitted {
             t: rows(recording.t, 1),
             signals: signals.map(|_, values| rows(values, n)),
             errors: self.errors.map(|_, values| rows(values, n)),
+            measured: kept,
         };
         (trajectory, self.estimates)
     }

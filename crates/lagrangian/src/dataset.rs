@@ -42,6 +42,8 @@ pub struct Timeline {
     pub t: Vec<f64>,
     /// The first sample of each trajectory.
     pub begins: Vec<usize>,
+    /// The measured q and q̇ where those of the samples are smoothed, `[m, n]` each; empty where no sample is.
+    pub measured: [Vec<f64>; 2],
 }
 
 impl Timeline {
@@ -50,6 +52,18 @@ impl Timeline {
         for trajectory in trajectories.iter().filter(|t| !t.is_empty()) {
             times.begins.push(times.t.len());
             times.t.extend(&trajectory.t);
+        }
+        for (signal, all) in [Signal::Q, Signal::Qd].into_iter().zip(&mut times.measured) {
+            if trajectories
+                .iter()
+                .any(|t| t.measured.values(signal).is_some())
+            {
+                let own = |t: &'_ Trajectory| {
+                    let measured = t.measured.values(signal).or(t.values(signal));
+                    measured.unwrap_or_default().to_vec()
+                };
+                *all = trajectories.iter().flat_map(own).collect();
+            }
         }
         times
     }

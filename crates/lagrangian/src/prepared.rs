@@ -5,7 +5,9 @@ use crate::dataset::{Dataset, PrepareOptions, split};
 use crate::models::Momenta;
 use crate::train::{AutoSetting, DataFacts, FitSpec, Loss};
 use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
-use lagrangian_recordings::check::{CheckOptions, CheckReport, Verdict, check, check_validation};
+use lagrangian_recordings::check::{
+    CheckOptions, CheckReport, Item, Verdict, check, check_validation,
+};
 use lagrangian_recordings::{Estimate, EstimateOptions, Recording, Sampling, are_smooth};
 
 impl PrepareOptions {
@@ -131,7 +133,7 @@ impl Prepared {
             .then(|| options.chosen_low_pass(&check))
             .flatten();
         let low_pass = match low_pass {
-            Some(_) if is_white(&training, &estimates)? => None,
+            Some(_) if are_clean(&check) && is_white(&training, &estimates)? => None,
             other => other,
         };
         if let Some(hertz) = low_pass.as_ref().and_then(|choice| choice.value.as_f64()) {
@@ -164,6 +166,19 @@ impl Prepared {
             held_out,
         })
     }
+}
+
+/// Forces with noise of this part of their deviation need no low-pass.
+const CLEAN: f64 = 0.01;
+
+/// Whether the forces have no noise to speak of.
+fn are_clean(check: &CheckReport) -> bool {
+    let noise = |item: &Item| item.values.get("force_noise").copied();
+    check
+        .items
+        .iter()
+        .filter_map(noise)
+        .all(|noise| noise <= CLEAN)
 }
 
 /// Whether most accelerations of the recordings need no low-pass: their noise is white, or there is none.

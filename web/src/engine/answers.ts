@@ -80,7 +80,7 @@ export type Grade = "good" | "fair" | "poor";
 
 export interface Scored {
   score: { acceleration: { nmse: number[] } | null };
-  assessment: { verdict: Grade; reasons: { grade: Grade; finding: string; remedy: string }[] };
+  assessment: { verdict: Grade; expectation: string; reasons: { grade: Grade; finding: string; remedy: string }[] };
 }
 
 export interface Loaded {

@@ -37,7 +37,7 @@ function entry(item: Checked["items"][number]): HTMLElement {
 
 /** How good a fitted model is. */
 export function assessment(scored: Scored): HTMLElement {
-  const { verdict, reasons } = scored.assessment;
+  const { verdict, reasons, expectation } = scored.assessment;
   const badge = el("span", { class: `badge ${verdict}`, "data-grade": verdict }, GRADES[verdict]);
   const items = reasons.map((reason) =>
     el(
@@ -52,6 +52,7 @@ export function assessment(scored: Scored): HTMLElement {
     "div",
     {},
     el("p", { class: "big" }, badge, " on motions that were held back."),
+    expectation && el("p", {}, sentence(expectation)),
     errors && el("p", {}, `Share of the accelerations that it leaves unexplained: ${errors}.`),
     items.length > 0 && el("ul", { class: "findings" }, ...items),
   );

@@ -83,7 +83,7 @@ impl Errors {
 
 /// The claim of an assessment, where it makes one.
 fn claim(assessment: &Assessment) -> Option<[f64; 2]> {
-    Some(assessment.forecast.as_ref()?.interval())
+    Some(assessment.forecast.as_ref()?.range)
 }
 
 /// Runs the plain command on a case, and its peers.

@@ -415,6 +415,7 @@ fn accelerations(recordings: &[Recording], fits: &JointFits) -> Option<Item> {
     let item = Item::pass("acceleration", finding)
         .warn_if(noisy, remedy)
         .value("uncertainty", *worst)
+        .value("force_noise", noise)
         .value("explained", low_pass.explained);
     Some(item.value("low_pass_hz", hertz))
 }

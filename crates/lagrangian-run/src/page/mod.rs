@@ -13,8 +13,7 @@ pub use bands::coverage_table;
 use figures::Followed;
 pub use figures::energies;
 use lagrangian::score::{
-    Assessment, Forecast, Grade, Judgement, Predictions, Reason, SignalError, predict_all,
-    score_predictions,
+    Assessment, Grade, Judgement, Predictions, Reason, SignalError, predict_all, score_predictions,
 };
 use lagrangian::text::counted;
 use lagrangian::{CheckReport, Learned, Model, Prepared, RolloutOptions, Score, Trajectory};
@@ -178,12 +177,8 @@ impl Page<'_> {
         let why = known.next().map_or(String::new(), |(name, error)| {
             error.judgement(&format!("{name} {of}"), coordinates).why
         });
-        let expected = assessment.forecast.as_ref().map(Forecast::sentence);
-        let why = [expected, Some(why)]
-            .into_iter()
-            .flatten()
-            .filter(|own| !own.is_empty());
-        let why: Vec<String> = why.collect();
+        let why = [assessment.expectation.clone(), why];
+        let why: Vec<String> = why.into_iter().filter(|own| !own.is_empty()).collect();
         Judgement::new(assessment.verdict, why.join("; ")).sentence()
     }
 

@@ -9,7 +9,7 @@ mod selection;
 mod settings;
 mod stepper;
 
-pub use choice::ResolvedConfig;
+pub use choice::{Part, ResolvedConfig};
 pub use fresh::fresh;
 pub use selection::{Selection, select};
 pub use settings::{DampingName, OptimizerName, ROLLOUT_SETTINGS, SETTINGS, TrainingSettings};

@@ -3,7 +3,7 @@
 use nets::Instant;
 use serde_json::json;
 
-use super::choice::{ResolvedConfig, foreign, present};
+use super::choice::{Part, ResolvedConfig, foreign, present};
 use crate::dataset::Dataset;
 use crate::fit::screening::{self, Screened, screen};
 use crate::fit::{Fit, FitConfig, OptimizerName, SECONDS, fit};
@@ -57,18 +57,22 @@ impl FitConfig {
         spec: &FitSpec,
     ) -> Result<Vec<ResolvedConfig>> {
         let known = DataFacts::of(dataset, estimates);
-        let mut candidates = spec.checked()?.candidates(dataset)?;
-        // Accelerations of a real machine tell less of it than its torques.
-        candidates.retain(|own| !(own.by_motion && known.filtered));
+        let candidates = spec.checked()?.candidates(dataset)?;
         let chosen = |own: Request| {
             let chosen = own.spec.choose(&known)?;
             let name = match own.name {
                 name if name.is_empty() => chosen.name,
                 name => name,
             };
+            // Accelerations of a real machine tell less of it than its torques.
+            let part = match (own.by_motion, known.filtered) {
+                (false, _) => Part::First,
+                (true, false) => Part::Beside,
+                (true, true) => Part::Instead,
+            };
             Ok(ResolvedConfig {
                 name,
-                by_motion: own.by_motion,
+                part,
                 ..chosen
             })
         };
@@ -185,8 +189,9 @@ pub fn select(
     resume: Option<&Checkpoint>,
     observer: &mut dyn Observer,
 ) -> Result<Selection> {
-    let (mut by_motion, by_torque): (Vec<_>, Vec<_>) =
-        candidates.into_iter().partition(|own| own.by_motion);
+    let (mut by_motion, by_torque): (Vec<_>, Vec<_>) = candidates
+        .into_iter()
+        .partition(|own| own.part != Part::First);
     if by_torque.is_empty() {
         return select_by_motion(dataset, by_motion, resume, observer);
     }
@@ -199,7 +204,9 @@ pub fn select(
         .map(|own| Explained::of(&own.fit, dataset));
     // Where torques are explained, only a model of torques may be better.
     let torques = known.is_some_and(|own| own.torque <= HALF);
-    by_motion.retain(|own| !torques || own.config.family.abilities().nominal);
+    by_motion.retain(|own| {
+        !torques || own.part == Part::Beside && own.config.family.abilities().nominal
+    });
     let ended = |own: &Selection| own.fit.ending == Ending::Interrupted;
     if by_motion.is_empty() || first.as_ref().is_ok_and(ended) {
         return first;

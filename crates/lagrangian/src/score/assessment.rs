@@ -43,6 +43,8 @@ pub struct Assessment {
     pub reasons: Vec<Reason>,
     /// The error a short time ahead that new motions can expect; `None` where it is unknown.
     pub forecast: Option<Forecast>,
+    /// The same in words; empty where it is unknown.
+    pub expectation: String,
     /// The forward dynamics of each coordinate of a driven machine; empty for free motions, and for a model without a mass matrix.
     pub joints: Vec<Forward>,
     /// The eigenvalues of the mass matrix over the motions, where the model has one.
@@ -84,6 +86,10 @@ impl Assessment {
             verdict: Grade::Good,
             reasons: Vec::new(),
             forecast: score.forecast,
+            expectation: score
+                .forecast
+                .as_ref()
+                .map_or(String::new(), Forecast::sentence),
             joints,
             inertia,
         };
@@ -116,14 +122,6 @@ impl Assessment {
     #[must_use]
     pub fn of_selected(self, candidates: &[CandidateResult]) -> Self {
         self.with(of_description(candidates))
-    }
-
-    /// The forecast in words, where no reason has it.
-    #[must_use]
-    pub fn expectation(&self) -> Option<String> {
-        let sentence = self.forecast.as_ref()?.sentence();
-        let said = self.reasons.iter().any(|r| r.finding == sentence);
-        (!said).then_some(sentence)
     }
 
     /// The assessment with more reasons.
@@ -370,7 +368,7 @@ const USELESS: f64 = 0.3;
 /// The error a short time ahead, of motions whose accelerations can be predicted.
 fn of_forecast(score: &Score, joints: &[Forward]) -> Option<Reason> {
     let forecast = score.forecast.as_ref()?;
-    let [_, most] = forecast.interval();
+    let [_, most] = forecast.range;
     let torques = score.torque.is_some() && !joints.is_empty();
     if torques && joints.iter().any(|joint| !joint.predictable) {
         return None;

@@ -54,6 +54,8 @@ pub struct Forecast {
     pub noise: f64,
     /// The deviation of the logarithm of the error from motion to motion.
     pub spread: f64,
+    /// The range that holds the error on new motions like these in nine of ten cases, least and largest.
+    pub range: [f64; 2],
 }
 
 impl Forecast {
@@ -63,13 +65,14 @@ impl Forecast {
         (self.error.powi(2) - self.noise.powi(2)).max(0.0).sqrt()
     }
 
-    /// The range that holds the error on new motions like these in nine of ten cases.
-    #[must_use]
-    pub fn interval(&self) -> [f64; 2] {
+    /// With the range for new motions (ADR 0131).
+    fn with_range(mut self) -> Self {
         let few = (self.motions as f64).sqrt().recip();
         let factor = (WIDE + few * (WIDE + SPREAD * self.spread)).exp();
         let most = (self.own() + NOISE_LEFT * self.noise) * factor;
-        [self.own() / factor, most.max(SLIGHT)].map(|e| if e < SLIGHT { 0.0 } else { e })
+        let range = [self.own() / factor, most.max(SLIGHT)];
+        self.range = range.map(|error| if error < SLIGHT { 0.0 } else { error });
+        self
     }
 
     /// The forecast in words.
@@ -80,7 +83,7 @@ impl Forecast {
             x if x >= 0.1 || x <= 0.0 => format!("{x:.1}"),
             x => format!("{x:.0e}"),
         };
-        let [least, most] = self.interval();
+        let [least, most] = self.range;
         let expected = match least > 0.0 {
             true => format!("{} … {} %", percent(least), percent(most)),
             false => format!("at most {} %", percent(most)),
@@ -150,21 +153,21 @@ pub(super) fn forecast(
     let forced = starts.iter().any(|own| !own.truth.tau.is_empty());
     let holds = if forced { 2 } else { 1 };
     // Whether forces were held or moved on between the samples is not known.
-    let mut best: Option<(f64, Vec<f64>, Vec<Option<Rollout>>)> = None;
+    let mut best: Option<(f64, Hold, Vec<f64>, Vec<Option<Rollout>>)> = None;
     for hold in &[Hold::Previous, Hold::Linear][..holds] {
         let predictions = predictions(model, &truths, *hold, options)?;
         let errors = spread.errors(&truths, &predictions);
         let sum = errors.iter().sum();
         if best.as_ref().is_none_or(|best| sum < best.0) {
-            best = Some((sum, errors, predictions));
+            best = Some((sum, *hold, errors, predictions));
         }
     }
-    let Some((_, errors, nominal)) = best else {
+    let Some((_, hold, errors, nominal)) = best else {
         return Ok(None);
     };
     let disturbed: Vec<Trajectory> = truths.iter().zip(0..).map(disturbed).collect();
     let disturbed: Vec<&Trajectory> = disturbed.iter().collect();
-    let moved = predictions(model, &disturbed, Hold::Previous, options)?;
+    let moved = predictions(model, &disturbed, hold, options)?;
     let noise = spread.noise(&truths, &nominal, &moved);
     if options.stop.is_asked() {
         return Ok(None);
@@ -184,7 +187,7 @@ pub(super) fn forecast(
         }
     }
     let root = |values: &[f64]| (values.iter().sum::<f64>() / values.len() as f64).sqrt();
-    Ok(Some(Forecast {
+    let forecast = Forecast {
         seconds,
         periods: seconds / period,
         motions: logarithms.len(),
@@ -192,7 +195,9 @@ pub(super) fn forecast(
         error: root(&errors),
         noise: root(&noise),
         spread: deviation(&mut logarithms.iter().copied()),
-    }))
+        range: [0.0; 2],
+    };
+    Ok(Some(forecast.with_range()))
 }
 
 /// Starts in all motions, evenly spread.

@@ -311,6 +311,7 @@ mod tests {
             joints: shares.iter().map(joint).collect(),
             inertia: None,
             forecast: None,
+            expectation: String::new(),
         }
     }
 

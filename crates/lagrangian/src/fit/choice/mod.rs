@@ -30,12 +30,23 @@ use lagrangian_recordings::Estimate;
 pub struct ResolvedConfig {
     /// The name among several that are tried: that of the family, with what distinguishes it from others of the family.
     pub name: String,
-    /// Whether it is one of several that learn accelerations.
-    pub by_motion: bool,
+    /// Its part among several that are tried.
+    pub part: Part,
     /// The settings.
     pub config: FitConfig,
     /// The settings that the request omitted, with the chosen values.
     pub choices: Vec<AutoSetting>,
+}
+
+/// The part of a model among several that are tried.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// It is fitted first: alone, or among those that learn torques.
+    First,
+    /// It learns accelerations, beside models of torques.
+    Beside,
+    /// It learns accelerations, and is tried where torques remain unexplained.
+    Instead,
 }
 
 impl FitConfig {
@@ -139,7 +150,7 @@ impl FitSpec {
             choices.retain(|choice| !DESCENT.contains(&choice.setting.as_str()));
         }
         Ok(ResolvedConfig {
-            by_motion: false,
+            part: Part::First,
             name: entry.name.into(),
             config: FitConfig {
                 family,
