@@ -76,7 +76,6 @@ impl Assessment {
         reasons.extend(of_speed(model, motions, score));
         reasons.extend(inertia.and_then(of_inertia));
         reasons.extend(of_poles(model, motions));
-        reasons.extend(of_rollouts(score));
         reasons.extend(of_forecast(score, &joints));
         reasons.extend(of_motions(score));
         if model.driven().is_some() {
@@ -416,23 +415,6 @@ fn deviation(motion: &Trajectory) -> f64 {
 
 /// The part of the deviation of positions above which their error is not good.
 const FAR_OFF: f64 = 0.2;
-
-/// Predictions over a short time that all diverge, or of whole motions where these are shorter.
-fn of_rollouts(score: &Score) -> Option<Reason> {
-    let known = score.rollouts.iter().filter(|r| !r.outcome.is_stopped());
-    let known: Vec<bool> = known.map(|r| r.outcome.is_finished()).collect();
-    let finding = match score.restarts.first() {
-        Some(first) if first.unfinished == first.starts => {
-            format!("every prediction diverges within {} s", first.seconds)
-        }
-        None if !known.is_empty() && !known.contains(&true) => {
-            "every prediction diverges before its recording ends".into()
-        }
-        _ => return None,
-    };
-    let remedy = "use its torques alone, or choose another model";
-    Some(Reason::new(Grade::Poor, finding, remedy))
-}
 
 /// A model predicts well if it follows motions for this part of the time for which they can be predicted …
 pub(super) const FOLLOWED: f64 = 0.8;
