@@ -424,12 +424,8 @@ impl Fitted {
                 whole: splines[coordinate].is_some(),
             };
             if let Some(measured) = measured.filter(|_| !better(&splines[coordinate])) {
-                let noise = noise_variance(
-                    Series::of(recording, measured, coordinate),
-                    &self.segments,
-                    3,
-                    8,
-                );
+                let series = Series::of(recording, measured, coordinate);
+                let noise = noise_variance(series, &self.segments, 3, 8);
                 for at in (coordinate..measured.len()).step_by(n) {
                     (values[at], standard_errors[at]) = (measured[at], noise.sqrt());
                 }
@@ -444,28 +440,43 @@ impl Fitted {
                 (self.estimates).push(estimate(*source, motion.window, motion.noise, errors));
                 continue;
             }
-            let choices = ways.iter().map(|((source, y), order)| {
+            let ways = ways.iter().map(|((source, y), order)| {
                 let series = Series::of(recording, y, coordinate);
-                let choice = choose(series, &self.segments, Filter::of_order(*order), options);
-                (*source, series, choice)
+                ((*source, series), *order)
             });
-            let best = choices.min_by(|a, b| a.2.risk.total().total_cmp(&b.2.risk.total()));
-            let Some((source, series, choice)) = best else {
-                continue;
-            };
-            let errors = [choice.standard_error(), choice.risk.ends.sqrt()];
-            for segment in &self.segments {
-                apply(series, choice, segment, &mut values);
-                for k in segment.clone() {
-                    let beside = (k - segment.start).min(segment.end - 1 - k);
-                    let at_end = usize::from(beside < choice.window / 2);
-                    standard_errors[k * n + coordinate] = errors[at_end];
-                }
+            let out = (&mut values[..], &mut standard_errors[..]);
+            if let Some((source, choice)) = self.by_window(ways, options, out) {
+                let errors = [choice.standard_error(), choice.risk.ends.sqrt()];
+                (self.estimates).push(estimate(source, choice.window, choice.noise, errors));
             }
-            (self.estimates).push(estimate(source, choice.window, choice.noise, errors));
         }
         *self.signals.get_mut(signal) = values;
         *self.errors.get_mut(signal) = standard_errors;
+    }
+
+    /// Writes the local polynomials of the source with the smallest risk, and their errors, `[len, n]`.
+    fn by_window<'a>(
+        &self,
+        ways: impl Iterator<Item = ((Source, Series<'a>), usize)>,
+        options: &EstimateOptions,
+        (values, standard_errors): (&mut [f64], &mut [f64]),
+    ) -> Option<(Source, Choice)> {
+        let choices = ways.map(|((source, series), order)| {
+            let choice = choose(series, &self.segments, Filter::of_order(order), options);
+            (source, series, choice)
+        });
+        let best = choices.min_by(|a, b| a.2.risk.total().total_cmp(&b.2.risk.total()));
+        let (source, series, choice) = best?;
+        let errors = [choice.standard_error(), choice.risk.ends.sqrt()];
+        for segment in &self.segments {
+            apply(series, choice, segment, values);
+            for k in segment.clone() {
+                let beside = (k - segment.start).min(segment.end - 1 - k);
+                let at_end = usize::from(beside < choice.window / 2);
+                standard_errors[k * series.n + series.coordinate] = errors[at_end];
+            }
+        }
+        Some((source, choice))
     }
 
     pub(super) fn into_trajectory(

@@ -39,6 +39,7 @@ pub(crate) use errors::Errors;
 pub(crate) use inertia::poles;
 
 use errors::add_torques;
+use inertia::torque_noise;
 use predictable::predictable_seconds;
 use restarts::restarts;
 
@@ -83,6 +84,8 @@ pub struct Score {
     pub acceleration: Option<SignalError>,
     /// The part of the variance of q̈ that the errors of its estimate explain, mean over the coordinates; 0 where they are not known.
     pub acceleration_noise: f64,
+    /// The parts of the variance of each τ that the errors of q̈ explain through the mass matrix, `[n]`; empty where they are not known.
+    pub torque_noise: Vec<f64>,
     /// Errors of τ predicted from (q, q̇, q̈); `None` where no trajectory has q̈ and τ, or the model has no inverse dynamics.
     pub torque: Option<SignalError>,
     /// One free prediction for each trajectory; empty where the model has no forward dynamics.
@@ -298,6 +301,7 @@ fn one_step(
         samples: trajectories.iter().map(Trajectory::len).sum(),
         acceleration_noise: acceleration.as_ref().map_or(0.0, noise),
         acceleration,
+        torque_noise: torque_noise(model, trajectories),
         torque: torque.finish(),
         rollouts: Vec::new(),
         restarts: Vec::new(),

@@ -27,8 +27,10 @@ const MARGIN: f64 = 0.5;
 
 /// A model that leaves more than this part of the torques explains none.
 const HALF: f64 = 0.5;
-/// Torque errors up to this multiple are the same.
+/// Torque errors up to this multiple are the same …
 const SAME: f64 = 1.1;
+/// … and up to twice, where accelerations err by less than this part.
+const FAR: f64 = 0.1;
 
 /// The steps of a fit of accelerations where neither steps nor seconds are given.
 const STEPS: usize = 400;
@@ -243,7 +245,9 @@ impl Explained {
     /// Whether a model that learned accelerations replaces one that learned torques.
     fn replaces(&self, first: &Self) -> bool {
         let accelerations = self.motion <= MARGIN * first.motion;
-        let torques = self.torque <= SAME * first.torque;
+        // Noise of accelerations is an error of torques, and less of one for a mass matrix that is too small.
+        let far = self.motion <= FAR * first.motion && self.torque <= first.torque / MARGIN;
+        let torques = self.torque <= SAME * first.torque || far;
         let alone = first.torque > HALF && self.motion <= MARGIN * first.torque;
         !first.motion.is_finite() && torques || accelerations && (torques || alone)
     }

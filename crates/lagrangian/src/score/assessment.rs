@@ -196,6 +196,7 @@ fn of_torques(score: &Score, coordinates: &Coordinates, joints: &[Forward]) -> V
     let Some(error) = &score.torque else {
         return Vec::new();
     };
+    let error = &error.without(&score.torque_noise);
     let mean = match joints.is_empty() {
         // Nothing identifies a joint without a drive, whose noise is no reason against a model: all squares count alike.
         true => error.unexplained(),

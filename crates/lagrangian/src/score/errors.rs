@@ -52,6 +52,38 @@ impl SignalError {
         self.nmse_mean.min(self.mse_sum / all)
     }
 
+    /// The errors without these parts of the variances, `[n]` or none, which something else explains.
+    pub(super) fn without(&self, parts: &[f64]) -> Self {
+        if parts.is_empty() || self.nmse_mean.is_nan() {
+            return self.clone();
+        }
+        let variance = self
+            .mse
+            .iter()
+            .zip(&self.nmse)
+            .map(|(mse, nmse)| mse / nmse);
+        let mut own = self.clone();
+        for (i, variance) in variance.enumerate() {
+            let part = parts
+                .get(i)
+                .copied()
+                .filter(|part| part.is_finite() && variance.is_finite());
+            own.nmse[i] -= part.unwrap_or(0.0).min(own.nmse[i]);
+            own.mse[i] -= part.map_or(0.0, |part| part * variance).min(own.mse[i]);
+        }
+        let known: Vec<f64> = own
+            .nmse
+            .iter()
+            .copied()
+            .filter(|own| !own.is_nan())
+            .collect();
+        Self {
+            nmse_mean: known.iter().sum::<f64>() / known.len() as f64,
+            mse_sum: own.mse.iter().sum(),
+            ..own
+        }
+    }
+
     /// The errors of some of the coordinates alone.
     #[must_use]
     pub fn of(&self, coordinates: &[usize]) -> Self {

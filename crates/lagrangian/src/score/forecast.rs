@@ -11,7 +11,7 @@ use super::restarts::windows;
 use super::valid_time::NormalisedError;
 use lagrangian_mechanics::dynamics::Model;
 use lagrangian_mechanics::rollout::{Hold, Rollout, RolloutOptions, rollout_recorded};
-use lagrangian_motion::statistics::{deviation, median};
+use lagrangian_motion::statistics::{deviation, mean, median};
 use lagrangian_motion::{Coordinates, Result, Trajectory};
 
 /// The time ahead, s, where it suits the recordings …
@@ -117,8 +117,25 @@ struct Start {
     truth: Trajectory,
 }
 
-/// The forecast of a model on motions that it has not seen; `None` for a model without forward dynamics, and for motions that are too
-/// short, at rest or stopped.
+/// The time ahead and the natural period, s; `None` without motion.
+fn horizon(coordinates: &Coordinates, motions: &[Trajectory]) -> Option<[f64; 2]> {
+    let moving = || motions.iter().filter(|m| m.len() > 1);
+    let duration = |m: &Trajectory| m.t[m.len() - 1] - m.t[0];
+    let longest = moving().map(duration).reduce(f64::max)?;
+    let step = moving().map(|m| duration(m) / (m.len() - 1) as f64);
+    let step = step.reduce(f64::max)?;
+    let period = |m: &Trajectory| natural_period(m, &NormalisedError::new(m, coordinates));
+    let period = median(moving().map(period).collect());
+    let suits = longest >= 2.0 * AHEAD && AHEAD >= SAMPLES * step;
+    let seconds = match suits && PERIODS.contains(&(AHEAD / period)) {
+        true => AHEAD,
+        false => (PART * period).min(0.5 * longest).max(SAMPLES * step),
+    };
+    Some([seconds, period])
+}
+
+/// The forecast of a model on motions that it has not seen; `None` for a model without forward dynamics or with drives, and for motions
+/// that are too short or stopped.
 ///
 /// # Errors
 /// As [`score`](crate::score()).
@@ -127,66 +144,36 @@ pub(super) fn forecast(
     motions: &[Trajectory],
     options: &RolloutOptions,
 ) -> Result<Option<Forecast>> {
-    let lengths = motions.iter().filter(|m| m.len() > 1);
-    let lengths: Vec<(f64, f64)> = lengths
-        .map(|m| {
-            let duration = m.t[m.len() - 1] - m.t[0];
-            (duration, duration / (m.len() - 1) as f64)
-        })
-        .collect();
-    let longest = lengths.iter().fold(0.0, |most, own| f64::max(most, own.0));
-    let step = lengths.iter().fold(0.0, |most, own| f64::max(most, own.1));
-    let period = |m: &Trajectory| natural_period(m, &NormalisedError::new(m, model.coordinates()));
-    let period = median(motions.iter().filter(|m| m.len() > 1).map(period).collect());
-    let usual =
-        longest >= 2.0 * AHEAD && AHEAD >= SAMPLES * step && PERIODS.contains(&(AHEAD / period));
-    let seconds = match usual {
-        true => AHEAD,
-        false => (PART * period).min(0.5 * longest).max(SAMPLES * step),
+    let Some([seconds, period]) = horizon(model.coordinates(), motions) else {
+        return Ok(None);
     };
     let starts = starts(motions, seconds);
-    if !model.moves() || starts.is_empty() {
+    if !model.moves() || model.driven().is_some() || starts.is_empty() {
         return Ok(None);
     }
     let spread = Spread::of(motions, model.coordinates());
     let truths: Vec<&Trajectory> = starts.iter().map(|own| &own.truth).collect();
-    let forced = starts.iter().any(|own| !own.truth.tau.is_empty());
-    let holds = if forced { 2 } else { 1 };
-    // Whether forces were held or moved on between the samples is not known.
-    let mut best: Option<(f64, Hold, Vec<f64>, Vec<Option<Rollout>>)> = None;
-    for hold in &[Hold::Previous, Hold::Linear][..holds] {
-        let predictions = predictions(model, &truths, *hold, options)?;
+    let forced = truths.iter().any(|own| !own.tau.is_empty());
+    let predicted = |hold: Hold| -> Result<_> {
+        let predictions = predictions(model, &truths, hold, options)?;
         let errors = spread.errors(&truths, &predictions);
-        let sum = errors.iter().sum();
-        if best.as_ref().is_none_or(|best| sum < best.0) {
-            best = Some((sum, *hold, errors, predictions));
+        Ok((errors.iter().sum::<f64>(), hold, errors, predictions))
+    };
+    let mut best = predicted(Hold::Previous)?;
+    if forced {
+        // Whether forces were held or moved on between the samples is not known.
+        let linear = predicted(Hold::Linear)?;
+        if linear.0 < best.0 {
+            best = linear;
         }
     }
-    let Some((_, hold, errors, nominal)) = best else {
-        return Ok(None);
-    };
+    let (_, hold, errors, nominal) = best;
     let disturbed: Vec<Trajectory> = truths.iter().zip(0..).map(disturbed).collect();
     let disturbed: Vec<&Trajectory> = disturbed.iter().collect();
     let moved = predictions(model, &disturbed, hold, options)?;
     let noise = spread.noise(&truths, &nominal, &moved);
-    if options.stop.is_asked() {
-        return Ok(None);
-    }
-    let mut logarithms = Vec::new();
-    for motion in 0..motions.len() {
-        let own = || {
-            starts
-                .iter()
-                .zip(errors.iter().zip(&noise))
-                .filter(|own| own.0.motion == motion)
-        };
-        let count = own().count() as f64;
-        if count > 0.0 {
-            let sum = own().fold(0.0, |sum, (_, (error, _))| sum + error);
-            logarithms.push(0.5 * (sum / count).max(f64::MIN_POSITIVE).ln());
-        }
-    }
-    let root = |values: &[f64]| (values.iter().sum::<f64>() / values.len() as f64).sqrt();
+    let logarithms = logarithms(&starts, &errors);
+    let root = |values: &[f64]| mean(&mut values.iter().copied()).sqrt();
     let forecast = Forecast {
         seconds,
         periods: seconds / period,
@@ -197,7 +184,19 @@ pub(super) fn forecast(
         spread: deviation(&mut logarithms.iter().copied()),
         range: [0.0; 2],
     };
-    Ok(Some(forecast.with_range()))
+    Ok((!options.stop.is_asked()).then(|| forecast.with_range()))
+}
+
+/// The logarithm of the error in each motion, from the squared errors of its starts.
+fn logarithms(starts: &[Start], squares: &[f64]) -> Vec<f64> {
+    let pairs: Vec<(usize, f64)> = (starts.iter().zip(squares))
+        .map(|(start, square)| (start.motion, *square))
+        .collect();
+    let of_motion = |own: &[(usize, f64)]| {
+        let square = mean(&mut own.iter().map(|(_, square)| *square));
+        0.5 * square.max(f64::MIN_POSITIVE).ln()
+    };
+    pairs.chunk_by(|a, b| a.0 == b.0).map(of_motion).collect()
 }
 
 /// Starts in all motions, evenly spread.

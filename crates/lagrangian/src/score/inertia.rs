@@ -131,6 +131,28 @@ impl Spectrum {
     }
 }
 
+/// The mean squares of M δq̈ over the variances of τ, `[n]`, for independent errors δq̈ of the accelerations; empty without them.
+pub(super) fn torque_noise(model: &dyn Model, motions: &[Trajectory]) -> Vec<f64> {
+    let n = model.coordinates().dof();
+    let (mut evaluator, mut mass) = (model.evaluator(), vec![0.0; n * n]);
+    let (mut squares, mut applied) = (vec![0.0; n], Vec::new());
+    for (motion, k) in sampled(motions) {
+        let (errors, row) = (motion.errors.row(n, k).qdd, motion.row(k));
+        let known = errors.len() == n && row.tau.len() == n;
+        if !known || !evaluator.mass_matrix(row.q, row.qd, &mut mass).is_finite() {
+            return Vec::new();
+        }
+        for (sum, m) in squares.iter_mut().zip(mass.chunks_exact(n)) {
+            let pairs = m.iter().zip(errors);
+            *sum += pairs.map(|(m, e)| (m * e).powi(2)).sum::<f64>();
+        }
+        applied.extend(row.tau);
+    }
+    let count = applied.len() as f64 / n.max(1) as f64;
+    let parts = squares.iter().zip(variances(&applied, n));
+    parts.map(|(sum, all)| sum / count / all).collect()
+}
+
 /// The forward dynamics of each coordinate, where torques and accelerations are known.
 pub(super) fn forwards(model: &dyn Model, motions: &[Trajectory], score: &Score) -> Vec<Forward> {
     let (Some(torque), Some(acceleration)) = (&score.torque, &score.acceleration) else {
@@ -154,7 +176,8 @@ pub(super) fn forwards(model: &dyn Model, motions: &[Trajectory], score: &Score)
     let (inertial, applied) = (variances(&inertial, n), variances(&applied, n));
     let forward = |i: usize| {
         let share = inertial[i] / applied[i];
-        let unexplained = torque.nmse[i];
+        let noise = score.torque_noise.get(i).unwrap_or(&0.0);
+        let unexplained = f64::max(torque.nmse[i] - noise, 0.0);
         Forward {
             name: model.coordinates().0[i].name.clone(),
             inertial_share: share,

@@ -286,6 +286,7 @@ mod tests {
             samples: 100,
             acceleration: None,
             acceleration_noise: 0.0,
+            torque_noise: Vec::new(),
             torque: Some(SignalError::new(nmse.to_vec(), &vec![1.0; nmse.len()])),
             rollouts: Vec::new(),
             restarts: Vec::new(),

@@ -140,8 +140,7 @@ impl FitSpec {
             choices,
         };
         let name = training.optimizer();
-        let optimizer = training.configured(name)?;
-        let batch = training.batch(name);
+        let (optimizer, batch) = (training.configured(name)?, training.batch(name));
         let budget = training.budget(self.budget());
         let TrainingChoices {
             asked, mut choices, ..
