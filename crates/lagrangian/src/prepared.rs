@@ -124,9 +124,13 @@ impl Prepared {
             ..options.estimates()
         };
         let coordinates = same_coordinates(&training, &validation)?;
-        let check = checked(&training, &estimates)?;
+        let mut check = checked(&training, &estimates)?;
         if !validation.is_empty() {
-            refuse_failed(&check_validation(&training, &validation))?;
+            let own = check_validation(&training, &validation);
+            refuse_failed(&own)?;
+            check
+                .items
+                .extend(own.items.into_iter().filter(|i| i.doubtful));
         }
         let of_samples = !needs.positions && needs.horizon == 0;
         let low_pass = of_samples

@@ -88,6 +88,8 @@ const MACHINES: [Machine; 7] = [
     },
 ];
 
+/// The largest number of pieces that are checked together.
+const GROUP: usize = 8;
 /// Lengths of pieces, s; each recording is checked whole as well.
 const LENGTHS: [f64; 3] = [5.0, 10.0, 20.0];
 
@@ -102,7 +104,20 @@ pub(super) fn subjects(lab: &Lab) -> Result<Vec<Subject>> {
         let recordings = machine.read(lab)?;
         for &seconds in lengths {
             let pieces = recordings.iter().flat_map(|r| pieces(r, seconds));
-            subjects.extend(pieces.map(|r| machine.subject(&format!("{seconds} s"), vec![r])));
+            let pieces: Vec<Recording> = pieces.collect();
+            let groups = pieces
+                .chunks(GROUP)
+                .filter(|group| group.len() >= GROUP / 2);
+            subjects.extend(
+                groups.map(|group| {
+                    machine.subject(&format!("groups of {seconds} s"), group.to_vec())
+                }),
+            );
+            subjects.extend(
+                pieces
+                    .into_iter()
+                    .map(|r| machine.subject(&format!("{seconds} s"), vec![r])),
+            );
         }
         let single = recordings.iter().filter(|_| recordings.len() > 1);
         subjects.extend(single.map(|r| machine.subject("whole", vec![r.clone()])));

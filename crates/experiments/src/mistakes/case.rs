@@ -24,8 +24,8 @@ pub(crate) struct Log {
 pub(super) struct Case {
     pub(super) logs: Vec<Log>,
     pub(super) validation: Vec<Log>,
-    /// A log of a machine of the same kind with other lengths.
-    pub(super) longer: Option<Log>,
+    /// Logs of a machine of the same kind with other lengths.
+    pub(super) longer: Vec<Log>,
     /// The description of the robot, and its joints in the order of the columns.
     pub(super) urdf: Option<(String, Vec<String>)>,
     /// Whether the coordinates are declared as angles.

@@ -174,7 +174,7 @@ impl Six {
         Ok(Case {
             logs: logs?,
             validation: vec![log(1.0, 6)?],
-            longer: Some(log(1.4, 7)?),
+            longer: (7..10).map(|k| log(1.4, k)).collect::<Result<_>>()?,
             urdf: None,
             angles: by_name(self.system, &[])?.coordinates().is_circle(0),
         })
@@ -199,7 +199,9 @@ pub(super) fn six_of_arm(_: &Lab) -> Result<Option<Case>> {
     Ok(Some(Case {
         logs: logs?,
         validation: vec![arm_log(&robot, 100.0, 8.0, 26)?],
-        longer: Some(arm_log(&longer, 100.0, 8.0, 27)?),
+        longer: (27..30)
+            .map(|k| arm_log(&longer, 100.0, 8.0, k))
+            .collect::<Result<_>>()?,
         urdf: Some((urdf.to_string(), arm_joints())),
         angles: false,
     }))

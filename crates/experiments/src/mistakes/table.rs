@@ -28,7 +28,7 @@ enum Needs {
     Logs,
     /// Several logs, and torques.
     Several,
-    /// A log of a machine with other lengths.
+    /// Logs of a machine with other lengths.
     Longer,
     /// Torques, and a description to compare them with.
     Description,
@@ -538,7 +538,21 @@ pub(super) const MISTAKES: &[Mistake] = &[
     mistake(
         "one log of a longer machine",
         Longer,
-        InCase(|c| c.logs[2] = c.longer.take().unwrap_or_default()),
+        InCase(|c| c.logs[2] = c.longer.swap_remove(0)),
+    ),
+    mistake(
+        "three of six logs of a longer machine",
+        Longer,
+        InCase(|c| {
+            for (log, other) in c.logs.iter_mut().skip(3).zip(std::mem::take(&mut c.longer)) {
+                *log = other;
+            }
+        }),
+    ),
+    mistake(
+        "validation on a longer machine",
+        Longer,
+        InCase(|c| c.validation = c.longer.split_off(2)),
     ),
     mistake(
         "torque of one joint on the side of the motor",
@@ -693,7 +707,7 @@ impl Mistake {
             Joints => log.q.len() > 1,
             Logs => good.logs.len() > 1,
             Several => good.logs.len() > 2 && !log.tau.is_empty(),
-            Longer => good.longer.is_some(),
+            Longer => !good.longer.is_empty(),
             Description => good.urdf.is_some(),
         };
         let mut case = good.clone();

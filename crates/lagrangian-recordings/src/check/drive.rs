@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::regression::{ForeignRecording, FrictionTerm, JointFit, JointFits, Undriven};
+use super::regression::{self, Coupling, FrictionTerm, JointFit, JointFits, Undriven};
 use super::swings::{Swings, swings};
 use super::{Item, range, swings_of_all};
 use crate::Recording;
@@ -43,11 +43,11 @@ const FRICTION_PART: f64 = 0.03;
 const OWN_FRICTION: f64 = 0.25;
 /// The smallest number of parameters of a joint: inertia, gravity, friction. Each needs a swing.
 const PARAMETERS: usize = 3;
-/// A recording is of another machine where the pooled model leaves this many times the residual of its own model, beyond the errors …
-const OTHER_MACHINE: f64 = 3.0;
-const OTHER_MACHINE_ERRORS: f64 = 4.0;
-/// … and this part of the variance of all forces: a rough model leaves a residual in motions that differ from the others.
-const LEFT: f64 = 0.3;
+/// The mass matrix is compared with its transpose where both change alike, by the cosine of their angle …
+const SYMMETRIC: f64 = 0.9;
+/// … and its halves have different units where they differ by this factor, and exchanged rows where Σ Mᵢⱼ Mⱼᵢ is this many times Σ Mᵢᵢ Mⱼⱼ.
+const UNEQUAL: f64 = 4.0;
+const EXCHANGED: f64 = 2.0;
 /// Accelerations with a relative error above this need a filter.
 const UNCERTAIN: f64 = 0.1;
 /// A motion that explains less than this part of the forces is that of a real machine, with friction and noise.
@@ -66,7 +66,7 @@ pub(super) fn items(recordings: &[Recording], fits: Option<&JointFits>, errors: 
     items.extend(units(recordings, fits));
     items.extend(frictions(recordings, fits, errors));
     items.extend(unrecorded(recordings, fits));
-    items.extend(machines(fits));
+    items.extend(couplings(recordings, fits));
     items.extend(delays(recordings, fits, errors));
     items.extend(inertias(recordings, fits, errors));
     if !fits.given && recordings.iter().any(|r| r.qdd.is_empty()) {
@@ -214,31 +214,43 @@ fn unrecorded(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
     fits.undriven.iter().filter(is_told).map(item).collect()
 }
 
-/// An item about the recording that most likely is of another machine.
-fn machines(fits: &JointFits) -> Option<Item> {
-    let certain = |s: &ForeignRecording| {
-        s.times > OTHER_MACHINE
-            && s.times.ln() > OTHER_MACHINE_ERRORS * s.error
-            && s.left > LEFT
-            && s.others_agree
+/// Pairs of coordinates whose forces have different units, or are exchanged.
+fn couplings(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
+    let all: Vec<&str> = names(recordings).map(|(_, name)| name).collect();
+    let item = |c: &Coupling| {
+        let (first, second) = (all[c.pair.0], all[c.pair.1]);
+        let known = |i: usize| fits.joints[i].is_some_and(|f| f.explained.0 > WELL_EXPLAINED);
+        let certain = c.cosine.abs() > SYMMETRIC && known(c.pair.0) && known(c.pair.1);
+        if certain && c.mixed > EXCHANGED {
+            let finding = format!(
+                "the force of {first} accelerates {second} more than itself, and the force of {second} {first}"
+            );
+            let remedy =
+                "exchange the columns of these forces: their order is that of the coordinates";
+            return Some(Item::doubt("order", finding, remedy).claims(Some(c.pair.1), c.mixed));
+        }
+        (certain && !(UNEQUAL.recip()..UNEQUAL).contains(&c.factor.abs())).then(|| {
+            let finding = format!(
+                "the force of {second} by the acceleration of {first} is {:.3} times that of {first} by the acceleration of {second}: they must be equal",
+                c.factor
+            );
+            let remedy = "check the units of these forces, and that both are those of the joints, not of their motors";
+            Item::doubt("unit", finding, remedy).claims(Some(c.pair.1), c.factor)
+        })
     };
-    let least_likely = |a: &&(String, ForeignRecording), b: &&(String, ForeignRecording)| {
-        let weight = |s: &ForeignRecording| (certain(s), s.times);
-        let (a, b) = (weight(&a.1), weight(&b.1));
-        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
-    };
-    let (name, s) = fits.strangers.iter().max_by(least_likely)?;
-    let finding = format!(
-        "the law of all recordings leaves {:.1} % of the forces of '{name}' unexplained, {:.2} times as much as its own law does",
-        100.0 * s.left,
-        s.times
-    );
-    let remedy = "check that all are of one machine, with one load, and their columns in one order; fit machines one at a time";
-    let item = match certain(s) {
-        true => Item::doubt("machines", finding, remedy),
-        false => Item::pass("machines", finding),
-    };
-    Some(item.value("times", s.times).value("error", s.error))
+    fits.couplings.iter().filter_map(item).collect()
+}
+
+/// An item about recordings that disagree with the law of others; only those from the index `from` on are suspected.
+pub(super) fn disagreement(
+    recordings: &[&Recording],
+    from: usize,
+    low_pass: Option<f64>,
+) -> Option<Item> {
+    let (odd, (name, finding, remedy)) = regression::disagreement(recordings, from, low_pass)?;
+    let names = odd.iter().map(|r| format!("'{}'", recordings[*r].name));
+    let finding = format!("{}: {finding}", names.collect::<Vec<_>>().join(", "));
+    Some(Item::doubt(name, finding, remedy).claims(None, 1.0))
 }
 
 /// Forces that brake the velocity of another joint, or drive their own velocity where friction should brake it.

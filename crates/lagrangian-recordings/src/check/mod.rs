@@ -335,6 +335,8 @@ fn check_all(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
     };
     evidence::confirm(&mut shared, recordings, in_half);
     drive::name_the_shifts(&mut shared, recordings);
+    let all: Vec<&Recording> = recordings.iter().collect();
+    shared.extend(drive::disagreement(&all, 0, low_pass));
     items.extend(shared);
     for recording in recordings {
         let mut own = of_one(recording, 1.0);

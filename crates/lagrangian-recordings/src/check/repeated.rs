@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 use std::collections::HashMap;
 
 use super::column::{Column, columns};
-use super::{CheckReport, Item};
+use super::{CheckReport, Item, drive};
 use crate::Recording;
 use crate::local_polynomial::median_step;
 use crate::sample::finalised;
@@ -57,7 +57,7 @@ pub(super) fn items(recordings: &[Recording]) -> Vec<Item> {
     shared(&all, 0).into_iter().map(item).collect()
 }
 
-/// Checks for validation recordings that repeat the training recordings.
+/// Checks for validation recordings that repeat the training recordings, or disagree with their law.
 ///
 /// # Example
 /// ```
@@ -96,6 +96,7 @@ pub fn check_validation(training: &[Recording], validation: &[Recording]) -> Che
         Some(Item::fail("validation", finding, OTHERS))
     });
     let mut items: Vec<Item> = found.iter().map(item).chain(retold).collect();
+    items.extend(drive::disagreement(&all, training.len(), None));
     if items.is_empty() {
         items.push(Item::pass("validation", "no sample of it is fitted to"));
     }

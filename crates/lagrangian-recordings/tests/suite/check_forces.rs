@@ -467,7 +467,8 @@ fn the_friction_in_a_force_tells_whose_it_is_and_its_sign() {
     for row in swapped.signals.tau.chunks_exact_mut(2) {
         row.swap(0, 1);
     }
-    assert_eq!(named(&swapped, "order"), 2);
+    // The friction of each force tells it, and their inertias do.
+    assert_eq!(named(&swapped, "order"), 3);
     let mut turned = recorded;
     for row in turned.signals.tau.chunks_exact_mut(2) {
         row[1] = -row[1];

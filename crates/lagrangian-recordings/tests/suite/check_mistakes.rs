@@ -326,9 +326,45 @@ fn motions_that_are_there_twice_are_counted_also_in_parts() {
 fn a_log_of_another_machine_is_found_among_logs_of_one() {
     let logs = |last: Recording| [log(TWO_LINKS, 16.0, 1), log(TWO_LINKS, 16.0, 2), last];
     let report = checked(&logs(log("ur5", 16.0, 3)));
-    assert_says(&report, "machines", Verdict::Warn, "unexplained");
+    assert_says(&report, "machines", Verdict::Warn, "'log 3'");
     let report = checked(&logs(log(TWO_LINKS, 16.0, 3)));
-    assert_eq!(worst(&report, "machines").verdict, Verdict::Pass);
+    assert!(
+        report.items.iter().all(|i| i.name != "machines"),
+        "{report:#?}"
+    );
+}
+
+#[test]
+fn a_log_whose_forces_disagree_with_the_law_of_others_is_named_with_its_mistake() {
+    let good: Vec<Recording> = (1..=5).map(|seed| log(TWO_LINKS, 8.0, seed)).collect();
+    let said = |change: fn(&mut Vec<f64>)| {
+        let mut logs = good.clone();
+        change(&mut logs[2].signals.tau);
+        let items = checked(&logs).items;
+        let about = items
+            .iter()
+            .filter(|i| i.doubtful && i.finding.contains("'log 3'"));
+        about.map(|i| i.finding.clone()).collect::<String>()
+    };
+    assert_eq!(said(|_| {}), "");
+    let doubled = said(|tau| tau.iter_mut().for_each(|x| *x *= 2.0));
+    assert!(doubled.contains("times what it must be"), "{doubled}");
+    let missing = said(|tau| tau.fill(0.0));
+    assert!(missing.contains("cannot be 0"), "{missing}");
+    let exchanged = said(|tau| tau.chunks_exact_mut(2).for_each(|row| row.swap(0, 1)));
+    assert!(exchanged.contains("is in the column of"), "{exchanged}");
+}
+
+#[test]
+fn a_force_on_the_side_of_the_motor_breaks_the_symmetry_of_the_mass_matrix() {
+    let mut logs = [log(TWO_LINKS, 16.0, 1), log(TWO_LINKS, 16.0, 2)];
+    for row in logs
+        .iter_mut()
+        .flat_map(|r| r.signals.tau.chunks_exact_mut(2))
+    {
+        row[1] *= 0.02;
+    }
+    assert_says(&checked(&logs), "unit", Verdict::Warn, "they must be equal");
 }
 
 #[test]

@@ -8,7 +8,7 @@
 use rayon::prelude::*;
 
 use super::Filtered;
-use super::least_squares::{Part, RIDGE};
+use super::least_squares::Part;
 use super::terms::FrictionCoupling;
 use crate::Recording;
 use crate::derivatives::GAP;
@@ -184,7 +184,7 @@ fn left(own: &[Part], reference: &[Part]) -> Option<f64> {
     // The lowest cut-offs leave fewer stretches.
     let both = own.len().min(reference.len());
     let residuals = all.without_each(&own[..both], |sums, k| {
-        Some(reference[k].residual(&sums.coefficients(RIDGE)?))
+        Some(reference[k].misfit(&sums.law()?, 0, 1.0))
     });
     Some(residuals?.iter().sum::<f64>() / variance).filter(|e| *e > 0.0 && e.is_finite())
 }

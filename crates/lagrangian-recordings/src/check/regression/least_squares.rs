@@ -44,18 +44,25 @@ impl Part {
         }
     }
 
-    pub(super) fn of(s: &Signals, terms: &Terms<'_>, i: usize, delays: usize) -> Self {
+    /// The sums of joint `i` over a stretch, with the forces of `columns`: the index of the delay, of `delays`, and of the joint of each.
+    pub(super) fn of(
+        s: &Signals,
+        terms: &Terms<'_>,
+        i: usize,
+        delays: usize,
+        columns: &[(usize, usize)],
+    ) -> Self {
         let n = terms.speeds.len();
         let mut row = Vec::new();
         let own = terms.row(i, &s.q[..n], &s.qd[..n], &s.qdd[..n], &mut row);
-        let mut part = Self::empty(row.len(), own, delays);
-        let mut forces = vec![0.0; delays];
+        let mut part = Self::empty(row.len(), own, columns.len());
+        let mut forces = vec![0.0; columns.len()];
         for m in 0..s.q.len() / n {
             let state = m * n..(m + 1) * n;
             let (q, qd, qdd) = (&s.q[state.clone()], &s.qd[state.clone()], &s.qdd[state]);
             terms.row(i, q, qd, qdd, &mut row);
-            for (k, force) in forces.iter_mut().enumerate() {
-                *force = s.tau[(m * delays + k) * n + i];
+            for (force, (k, j)) in forces.iter_mut().zip(columns) {
+                *force = s.tau[(m * delays + k) * n + j];
             }
             part.add(&row, &forces);
             let mut ones = Vec::new();
@@ -128,7 +135,7 @@ impl Part {
     /// The squared error on each part of the model that is fitted to the other parts in these sums.
     pub(super) fn errors(&mut self, parts: &[impl Borrow<Self>]) -> Option<Vec<f64>> {
         self.without_each(parts, |sums, k| {
-            let error = parts[k].borrow().residual(&sums.coefficients(RIDGE)?);
+            let error = parts[k].borrow().misfit(&sums.law()?, 0, 1.0);
             Some(error.max(f64::MIN_POSITIVE))
         })
     }
@@ -172,6 +179,12 @@ impl Part {
         Some(ridge.solve(delays, |k, d| self.right[k * delays + d]))
     }
 
+    /// The coefficients of the force in the first column.
+    pub(super) fn law(&self) -> Option<Vec<f64>> {
+        let found = self.coefficients(RIDGE)?;
+        Some((0..found.nrows()).map(|k| found[(k, 0)]).collect())
+    }
+
     /// The system with this ridge in units of the diagonal.
     fn ridge(&self, ridge: f64) -> Option<Ridge> {
         let size = self.size();
@@ -180,12 +193,26 @@ impl Part {
         Ridge::new(|k, j| self.square(k, j), scale, ridge)
     }
 
-    /// Sum of the squared residuals for these coefficients, without delay.
-    pub(super) fn residual(&self, coefficients: &Mat<f64>) -> f64 {
-        let c: Vec<f64> = (0..self.size()).map(|k| coefficients[(k, 0)]).collect();
-        let rights = c.iter().zip(self.right.iter().step_by(self.tau.len()));
-        let right: f64 = rights.map(|(c, r)| c * r).sum();
-        self.square_of(&c) - 2.0 * right + self.tau[0].1
+    /// Sum of the squared residuals for these coefficients of the force in a column times `factor`.
+    pub(super) fn misfit(&self, c: &[f64], column: usize, factor: f64) -> f64 {
+        let square = self.square_of(c) - 2.0 * factor * self.product(c, column);
+        (square + factor * factor * self.tau[column].1).max(0.0)
+    }
+
+    /// The factor of the force in a column of least misfit.
+    pub(super) fn factor(&self, c: &[f64], column: usize) -> f64 {
+        self.product(c, column) / self.tau[column].1
+    }
+
+    /// The sum of the products of the predicted force and that in a column.
+    fn product(&self, c: &[f64], column: usize) -> f64 {
+        let right = self.right.iter().skip(column).step_by(self.tau.len());
+        c.iter().zip(right).map(|(c, r)| c * r).sum()
+    }
+
+    /// Sum of the squared forces in a column.
+    pub(super) fn square_force(&self, column: usize) -> f64 {
+        self.tau[column].1
     }
 }
 

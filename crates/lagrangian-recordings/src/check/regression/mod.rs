@@ -9,10 +9,11 @@
 //! Motion and forces pass the same low-pass, so that all delays see the same band of frequencies. Of a stretch of a recording only `YᵀY`, `Yᵀτ` and `τᵀτ` are kept, so that omitting
 //! one stretch after another needs no second pass over the samples (theory.md, equations 61 and 62).
 
+mod coupling;
 mod cutoff;
 mod friction;
+mod laws;
 mod least_squares;
-mod machines;
 mod source;
 mod terms;
 mod undriven;
@@ -22,13 +23,15 @@ use rayon::prelude::*;
 use super::{CheckOptions, time};
 use crate::Recording;
 use crate::local_polynomial::median_step;
+pub(in crate::check) use coupling::Coupling;
 pub(in crate::check) use cutoff::Cutoff;
 pub(in crate::check) use friction::FrictionTerm;
 use lagrangian_motion::Coordinates;
 use lagrangian_motion::statistics::{column, mean, root_mean_square};
+use laws::Disagreement;
+use laws::Laws;
 pub(in crate::check) use least_squares::jackknife;
 use least_squares::{Part, estimate};
-pub(in crate::check) use machines::ForeignRecording;
 use source::{Signals, Source, force_noise, stretches, uncertainty};
 use terms::{FrictionCoupling, Terms};
 pub(in crate::check) use undriven::Undriven;
@@ -85,10 +88,10 @@ pub(in crate::check) struct JointFits {
     pub(in crate::check) as_degrees: Option<f64>,
     /// Friction by force and velocity, `[n][n]`; empty where it was not estimated.
     pub(in crate::check) rubs: Vec<Vec<FrictionTerm>>,
+    /// The inertial couplings of all pairs of coordinates.
+    pub(in crate::check) couplings: Vec<Coupling>,
     /// The coordinates whose forces are 0 throughout, while others have some.
     pub(in crate::check) undriven: Vec<Undriven>,
-    /// Names of the recordings that were compared, with the comparison of each with all.
-    pub(in crate::check) strangers: Vec<(String, ForeignRecording)>,
 }
 
 /// Fits all recordings with forces and usable time stamps. `farther` extends the range of every delay, else only where necessary.
@@ -131,18 +134,50 @@ pub(in crate::check) fn fit_joints(
         as_degrees: cutoff::as_degrees(&recordings, cutoff),
         rubs: friction::rubs(&filtered),
         undriven: undriven::undriven(&filtered),
-        strangers: named(&recordings, machines::strangers(&filtered)),
+        couplings: coupling::couplings(&filtered),
         low_pass,
         given: options.low_pass.is_some(),
     })
 }
 
-fn named(
+/// The recordings that disagree with the law of others, by their indices, and how; `None` where all agree, or too few are comparable.
+/// Only those from the index `from` on are suspected.
+pub(in crate::check) fn disagreement(
     recordings: &[&Recording],
-    strangers: Vec<ForeignRecording>,
-) -> Vec<(String, ForeignRecording)> {
-    let name = |s: &ForeignRecording| recordings[s.recording].name.clone();
-    strangers.into_iter().map(|s| (name(&s), s)).collect()
+    from: usize,
+    low_pass: Option<f64>,
+) -> Option<(Vec<usize>, Disagreement)> {
+    let coordinates = &recordings.first()?.coordinates;
+    let is_forced = recordings.iter().any(|r| !r.tau.is_empty());
+    let whole =
+        |r: &Recording| r.coordinates == *coordinates && r.tau.is_empty() != is_forced && usable(r);
+    let of = (0..recordings.len()).filter(|k| whole(recordings[*k]));
+    let of: Vec<usize> = of.collect();
+    let free = |r: &Recording| {
+        let mut recording = r.clone();
+        recording.signals.tau.resize(r.q.len(), 0.0);
+        recording
+    };
+    let all: Vec<Recording> = of.iter().map(|k| free(recordings[*k])).collect();
+    let all: Vec<&Recording> = all.iter().collect();
+    let step = all.iter().map(|r| median_step(&r.t)).reduce(f64::min)?;
+    // A low-pass that was chosen for all forces is too low where some of them are wrong.
+    let cutoffs = [low_pass, Some(UNKNOWN / step)].into_iter().flatten();
+    let laws = cutoffs.filter_map(|cutoff| Laws::new(&Filtered::new(&all, cutoff)));
+    let mut laws: Vec<Laws> = laws.collect();
+    laws.sort_by(|a, b| a.error().total_cmp(&b.error()));
+    let first = of.partition_point(|k| *k < from);
+    let odd = laws.iter().find_map(|laws| laws.disagreement(first));
+    if from > 0 || odd.is_some() {
+        return odd.map(|(r, how)| (vec![of[r]], how));
+    }
+    let group = laws.iter().find_map(Laws::machine)?;
+    let finding = "they follow one law, and all other recordings another one".to_string();
+    let remedy = "check that all are of one machine, with one load, and their columns in one order; fit machines one at a time";
+    Some((
+        group.into_iter().map(|r| of[r]).collect(),
+        ("machines", finding, remedy),
+    ))
 }
 
 /// Mean over the recordings, for each coordinate.
@@ -214,8 +249,6 @@ fn joints(filtered: &Filtered<'_>, shifts: usize, step: f64) -> Option<Vec<Optio
 /// Recordings after a low-pass.
 struct Filtered<'a> {
     coordinates: &'a Coordinates,
-    /// The number of recordings.
-    recordings: usize,
     sources: Vec<Source>,
 }
 
@@ -223,7 +256,6 @@ impl<'a> Filtered<'a> {
     fn new(recordings: &[&'a Recording], cutoff: f64) -> Self {
         Self {
             coordinates: &recordings[0].coordinates,
-            recordings: recordings.len(),
             sources: recordings
                 .par_iter()
                 .enumerate()
@@ -263,8 +295,21 @@ struct Stretches<'a> {
 impl Stretches<'_> {
     /// The sums of joint `i` over each stretch.
     fn parts(&self, i: usize, delays: usize, rubbing: FrictionCoupling) -> Vec<Part> {
-        let (terms, signals) = (self.terms(rubbing), self.signals.iter());
-        signals.map(|s| Part::of(s, &terms, i, delays)).collect()
+        let columns: Vec<_> = (0..delays).map(|k| (k, i)).collect();
+        self.parts_with(i, delays, &columns, rubbing)
+    }
+
+    /// The sums of joint `i` over each stretch, with the forces of `columns`: the index of a delay, of `delays`, and a joint.
+    fn parts_with(
+        &self,
+        i: usize,
+        delays: usize,
+        columns: &[(usize, usize)],
+        rubbing: FrictionCoupling,
+    ) -> Vec<Part> {
+        let terms = self.terms(rubbing);
+        let part = |s| Part::of(s, &terms, i, delays, columns);
+        self.signals.iter().map(part).collect()
     }
 
     fn terms(&self, rubbing: FrictionCoupling) -> Terms<'_> {

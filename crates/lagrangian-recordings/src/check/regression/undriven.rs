@@ -73,7 +73,7 @@ fn of_acceleration(parts: &[Part]) -> Option<f64> {
 }
 
 /// The combination v of the terms that nearly vanishes.
-fn vanishing(sums: &Part) -> Option<Vec<f64>> {
+pub(super) fn vanishing(sums: &Part) -> Option<Vec<f64>> {
     let (size, own) = (sums.size(), sums.square(0, 0));
     let a = |k: usize| match k < sums.own() {
         true => sums.square(k, 0) / own,

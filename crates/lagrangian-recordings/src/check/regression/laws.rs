@@ -1,0 +1,384 @@
+//! Agreement of the recordings: one law must serve them all.
+//!
+//! The law of all other recordings, a regression, predicts the forces of each one. Where it fails on one of them, that recording is altered
+//! in each way that mistakes are made: if one brings its error down to that of the others, it names the mistake. Else the recording has
+//! another law, if the others agree far better with one another than with it, and better without it than with it. The unit of evidence is
+//! the recording, however many samples it has: the others, too, are predicted by laws of recordings that exclude them.
+//!
+//! A coordinate that has no force in any recording, as in free motions, is predicted by its acceleration (`undriven`).
+
+use rayon::prelude::*;
+
+use super::least_squares::Part;
+use super::terms::FrictionCoupling;
+use super::undriven::vanishing;
+use super::{Filtered, Stretches};
+use lagrangian_motion::statistics::upper_median;
+
+/// Fewer recordings do not tell which of them is the odd one; more take too long.
+const RECORDINGS: std::ops::RangeInclusive<usize> = 3..=100;
+/// Smallest number of samples for each term of a law.
+const SAMPLES: f64 = 4.0;
+/// Number of recordings that are examined one by one, those that disagree most.
+const SUSPECTS: usize = 4;
+/// Delays are searched up to this number of steps, of this size, s, either way.
+const DELAYS: usize = 10;
+const DELAY: f64 = 0.01;
+/// A law fails where it leaves more than this part of the variance of a force …
+const LEFT: f64 = 0.02;
+/// … and this many times what it leaves of the others; an alteration explains that where it leaves this many times less …
+const FAR: f64 = 4.0;
+/// … and no more than this many times what is left of any other recording.
+const SERVES: f64 = 2.0;
+/// A force nearer to the predicted one than by this factor may be right.
+const FACTOR: f64 = 1.5;
+/// A force of 0 is missing where the predicted one has more than this part of the variance of the others.
+const MISSING: f64 = 0.5;
+/// The regression fits a machine whose forces it explains but for this part.
+const FITS: f64 = 0.1;
+/// A recording has another law where it makes the error of the others larger by this factor.
+const SPOILS: f64 = 3.0;
+/// Weight of the other machine's recordings in the law of one, whose own recordings may not tell all terms.
+const PRIOR: f64 = 0.003;
+/// Number of times that the recordings of two machines are sorted.
+const ROUNDS: usize = 4;
+
+/// How a recording disagrees with the law of others: the name of the finding, what it says, and the remedy.
+pub(in crate::check) type Disagreement = (&'static str, String, &'static str);
+
+/// The sums of a coordinate by recording. Its columns are its force, its force at each delay, and the forces of all coordinates.
+struct Joint {
+    parts: Vec<Part>,
+    all: Part,
+    /// Whether it has no force in any recording.
+    is_free: bool,
+}
+
+/// A law of one coordinate, with the mean square that it explains.
+struct Law {
+    terms: Vec<f64>,
+    scale: f64,
+}
+
+/// The laws of all coordinates.
+pub(super) struct Laws<'a> {
+    names: Vec<&'a str>,
+    joints: Vec<Joint>,
+    /// The index of each recording.
+    sources: Vec<usize>,
+    /// The part of its variance that the law of all others leaves, `[coordinates][recordings]`.
+    left: Vec<Vec<f64>>,
+}
+
+/// A recording beside the others.
+struct Suspect {
+    recording: usize,
+    /// The laws of the others.
+    laws: Vec<Law>,
+    /// What they leave of it, by coordinate.
+    own: Vec<f64>,
+    /// The others, and what is left of each under the law of those that remain, `[coordinates][others]`.
+    kept: Vec<usize>,
+    others: Vec<Vec<f64>>,
+}
+
+/// The column of a force that is earlier by this number of steps.
+fn delayed(steps: i32) -> usize {
+    (steps + DELAYS as i32) as usize + 1
+}
+
+/// The column of the force of a coordinate.
+fn column_of(coordinate: usize) -> usize {
+    2 * DELAYS + 2 + coordinate
+}
+
+fn most(left: &[f64]) -> f64 {
+    left.iter().copied().fold(0.0, f64::max)
+}
+
+impl Joint {
+    fn new(stretches: &Stretches<'_>, sources: &[usize], i: usize) -> Option<Self> {
+        let delays = (0..2 * DELAYS + 2).map(|k| (k, i));
+        let coordinates = (0..stretches.speeds.len()).map(|j| (0, j));
+        let columns: Vec<_> = delays.chain(coordinates).collect();
+        let stretched =
+            stretches.parts_with(i, 2 * DELAYS + 2, &columns, FrictionCoupling::Neighbours);
+        let of_source = |source: &usize| {
+            let pairs = stretched.iter().zip(&stretches.signals);
+            Part::sum(pairs.filter(|(_, s)| s.source == *source).map(|(p, _)| p))
+        };
+        let parts: Vec<Part> = sources.iter().map(of_source).collect::<Option<_>>()?;
+        let all = Part::sum(&parts)?;
+        let is_free = all.square_force(0) <= 0.0;
+        Some(Self {
+            parts,
+            all,
+            is_free,
+        })
+    }
+
+    /// The sums of all recordings with these weights.
+    fn weighted(&self, weights: &[f64]) -> Option<Part> {
+        let mut sums = Part::sum([&self.all])?;
+        let pairs = self.parts.iter().zip(weights);
+        pairs.for_each(|(part, weight)| sums.plus(part, weight - 1.0));
+        Some(sums)
+    }
+
+    /// The law of some recordings.
+    fn law(&self, sums: &Part) -> Option<Law> {
+        let (terms, scale) = if self.is_free {
+            (vanishing(sums)?, sums.square(0, 0))
+        } else {
+            (sums.law()?, sums.variance())
+        };
+        let scale = scale / sums.rows();
+        (scale > 0.0).then_some(Law { terms, scale })
+    }
+
+    /// The part of the variance that a law leaves of recording `r`, with the force in this column times `factor`.
+    fn left(&self, r: usize, law: &Law, column: usize, factor: f64) -> f64 {
+        let part = &self.parts[r];
+        part.misfit(&law.terms, column, factor) / part.rows() / law.scale
+    }
+
+    /// That of each recording under the law of all others, with these weights.
+    fn left_of_each(&self, weights: &[f64]) -> Option<Vec<f64>> {
+        let mut sums = self.weighted(weights)?;
+        let of = |(r, (part, weight)): (usize, (&Part, &f64))| {
+            sums.plus(part, -weight);
+            let law = self.law(&sums);
+            sums.plus(part, *weight);
+            Some(self.left(r, &law?, 0, 1.0))
+        };
+        self.parts.iter().zip(weights).enumerate().map(of).collect()
+    }
+
+    /// The recordings of the machine of the first one, where each recording follows the law of its own group far better than that of all.
+    fn groups(&self, left: &[f64]) -> Option<Vec<bool>> {
+        if upper_median(&mut left.to_vec()) < LEFT {
+            return None;
+        }
+        let mut group: Vec<bool> = (0..left.len()).map(|r| r == 0).collect();
+        let mut own = Vec::new();
+        for _ in 0..ROUNDS {
+            let of = |group: &[bool], own: bool| {
+                let weights = group.iter().map(|x| if *x == own { 1.0 } else { PRIOR });
+                self.left_of_each(&weights.collect::<Vec<f64>>())
+            };
+            let pairs = of(&group, true)?.into_iter().zip(of(&group, false)?);
+            (group, own) = pairs.map(|(a, b)| (a < b, a.min(b))).unzip();
+        }
+        let better = |which: bool| {
+            let of = (0..left.len()).filter(|r| group[*r] == which);
+            let ratios: Vec<f64> = of.map(|r| (left[r] / own[r]).ln()).collect();
+            ratios.len() > 1 && ratios.iter().sum::<f64>() > FAR.ln() * ratios.len() as f64
+        };
+        let fits = upper_median(&mut own.clone()) < FITS;
+        (fits && better(true) && better(false)).then_some(group)
+    }
+}
+
+impl<'a> Laws<'a> {
+    /// `None` with too few recordings, or too many.
+    pub(super) fn new(filtered: &Filtered<'a>) -> Option<Self> {
+        let steps = (0..=2 * DELAYS).map(|k| DELAY * (k as f64 - DELAYS as f64));
+        let delays: Vec<f64> = std::iter::once(0.0).chain(steps).collect();
+        let stretches = filtered.signals(DELAY * DELAYS as f64, &delays)?;
+        let mut sources: Vec<usize> = stretches.signals.iter().map(|s| s.source).collect();
+        sources.dedup();
+        if !RECORDINGS.contains(&sources.len()) {
+            return None;
+        }
+        let moving = (0..stretches.speeds.len()).into_par_iter();
+        let joints = moving.map(|i| Joint::new(&stretches, &sources, i));
+        let joints: Vec<Joint> = joints.collect::<Option<_>>()?;
+        // The smallest laws are those without two recordings.
+        let part = 1.0 - 2.0 / sources.len() as f64;
+        let is_small = |j: &Joint| part * j.all.rows() < SAMPLES * j.all.size() as f64;
+        if joints.iter().any(is_small) {
+            return None;
+        }
+        let all = vec![1.0; sources.len()];
+        let left = joints.par_iter().map(|joint| joint.left_of_each(&all));
+        let left = left.collect::<Option<_>>()?;
+        let names = filtered.coordinates.0.iter().map(|c| c.name.as_str());
+        Some(Self {
+            names: names.collect(),
+            joints,
+            sources,
+            left,
+        })
+    }
+
+    /// The logarithm of what laws of others usually leave, to compare filters.
+    pub(super) fn error(&self) -> f64 {
+        let usual = |left: &Vec<f64>| upper_median(&mut left.clone()).max(f64::MIN_POSITIVE);
+        self.left.iter().map(|left| usual(left).ln()).sum()
+    }
+
+    /// The index of a recording that disagrees with others, and how; `None` where all agree. Only recordings from the index `from` on are
+    /// suspected; if it is not 0, none of them counts as evidence against another.
+    pub(super) fn disagreement(&self, from: usize) -> Option<(usize, Disagreement)> {
+        let suspicion = |r: usize| {
+            let of = |left: &Vec<f64>| left[r] / upper_median(&mut left.clone());
+            self.left.iter().map(of).fold(0.0, f64::max)
+        };
+        let suspected = |r: &usize| self.sources[*r] >= from;
+        let mut order: Vec<usize> = (0..self.sources.len()).filter(suspected).collect();
+        let new = if from > 0 { order.clone() } else { Vec::new() };
+        if self.sources.len() < new.len() + 2 {
+            return None;
+        }
+        order.sort_by(|a, b| suspicion(*b).total_cmp(&suspicion(*a)));
+        let suspects = order.into_iter().take(SUSPECTS);
+        let suspects: Vec<Suspect> = suspects.filter_map(|r| self.suspect(r, &new)).collect();
+        let found = |how: fn(&Self, &Suspect) -> Option<Disagreement>| {
+            let of = |s| Some((s, how(self, s)?));
+            let (s, how) = suspects.iter().find_map(of)?;
+            Some((self.sources[s.recording], how))
+        };
+        found(Self::mistake).or_else(|| found(Self::other_law))
+    }
+
+    /// The indices of recordings that follow one law while all others follow another one.
+    pub(super) fn machine(&self) -> Option<Vec<usize>> {
+        let mut joints = self.joints.iter().zip(&self.left);
+        let group = joints.find_map(|(joint, left)| joint.groups(left))?;
+        let pairs = self.sources.iter().zip(group);
+        Some(pairs.filter(|(_, own)| *own).map(|(r, _)| *r).collect())
+    }
+
+    /// A recording beside all others but those of `new`, if there are any.
+    fn suspect(&self, recording: usize, new: &[usize]) -> Option<Suspect> {
+        let is_kept = |r: &usize| *r != recording && !new.contains(r);
+        let all = 0..self.sources.len();
+        let weights: Vec<f64> = all
+            .clone()
+            .map(|r| f64::from(u8::from(is_kept(&r))))
+            .collect();
+        let kept: Vec<usize> = all.filter(is_kept).collect();
+        let laws = self.joints.iter().map(|j| j.law(&j.weighted(&weights)?));
+        let left = self.joints.par_iter().map(|j| j.left_of_each(&weights));
+        let left: Vec<Vec<f64>> = left.collect::<Option<_>>()?;
+        Some(Suspect {
+            recording,
+            laws: laws.collect::<Option<_>>()?,
+            own: left.iter().map(|left| left[recording]).collect(),
+            others: left
+                .iter()
+                .map(|left| kept.iter().map(|r| left[*r]).collect())
+                .collect(),
+            kept,
+        })
+    }
+
+    /// The mistake that explains why the law of the others fails.
+    fn mistake(&self, s: &Suspect) -> Option<Disagreement> {
+        let (r, n) = (s.recording, self.joints.len());
+        let usual = |i: usize| upper_median(&mut s.others[i].clone());
+        let fails = |i: &usize| {
+            let usual = usual(*i);
+            s.own[*i] > LEFT.max(FAR * usual) && usual < FITS && !self.joints[*i].is_free
+        };
+        let failing: Vec<usize> = (0..n).filter(fails).collect();
+        let left = |i: usize, column, factor| self.joints[i].left(r, &s.laws[i], column, factor);
+        let explains = |i: usize, left: f64| {
+            left < s.own[i] / FAR && left < SERVES * most(&s.others[i]).max(LEFT / FAR)
+        };
+        let force = |i: usize| self.joints[i].parts[r].square_force(0);
+        let failed = || failing.iter().copied();
+        let found = |name, findings: Vec<String>, remedy| {
+            let finding = format!(
+                "by the law of all other recordings, {}",
+                findings.join("; ")
+            );
+            (!findings.is_empty()).then_some((name, finding, remedy))
+        };
+        let missing = failed().filter(|i| force(*i) <= 0.0 && s.own[*i] > MISSING);
+        let missing =
+            missing.map(|i| format!("the force of {} cannot be 0, but is", self.names[i]));
+        let missing = found(
+            "forces",
+            missing.collect(),
+            "record that force, or omit this recording",
+        );
+        let exchange = |i: usize| {
+            let others = (0..n).filter(|j| *j != i && force(*j) > 0.0);
+            let columns = others.map(|j| (j, left(i, column_of(j), 1.0)));
+            let (j, left) = columns.min_by(|a, b| a.1.total_cmp(&b.1))?;
+            let finding = format!(
+                "the force of {} is in the column of {}",
+                self.names[i], self.names[j]
+            );
+            explains(i, left).then_some(finding)
+        };
+        let exchanged = found(
+            "order",
+            failed().filter_map(exchange).collect(),
+            "exchange these columns",
+        );
+        let factor = |i: usize| {
+            let factor = self.joints[i].parts[r].factor(&s.laws[i].terms, 0);
+            let far = !(FACTOR.recip()..FACTOR).contains(&factor);
+            let (name, times) = (self.names[i], factor.recip());
+            let finding = format!("the force of {name} is {times:.2} times what it must be");
+            (far && explains(i, left(i, 0, factor))).then_some(finding)
+        };
+        let remedy = "check the signs and units of its forces";
+        let factors = found("machines", failed().filter_map(factor).collect(), remedy);
+        if let Some(found) = missing.or(exchanged).or(factors) {
+            return Some(found);
+        }
+        // All forces are late together, and those of the others are not.
+        let at = |r: usize, steps: i32| -> f64 {
+            let joints = self.joints.iter().zip(&s.laws).filter(|(j, _)| !j.is_free);
+            joints
+                .map(|(joint, law)| joint.left(r, law, delayed(steps), 1.0))
+                .sum()
+        };
+        let steps =
+            (-(DELAYS as i32)..=DELAYS as i32).min_by(|a, b| at(r, *a).total_cmp(&at(r, *b)))?;
+        let of_others = |steps| s.kept.iter().map(|o| at(*o, steps)).sum::<f64>();
+        let late = failed().any(|i| explains(i, left(i, delayed(steps), 1.0)))
+            && of_others(steps) > of_others(0);
+        let finding = format!(
+            "the forces are {:.0} ms late",
+            -1e3 * DELAY * f64::from(steps)
+        );
+        found(
+            "delay",
+            late.then_some(finding).into_iter().collect(),
+            "shift its forces",
+        )
+    }
+
+    /// Another law than that of the others, which agree.
+    fn other_law(&self, s: &Suspect) -> Option<Disagreement> {
+        let of = |(i, others): (usize, &Vec<f64>)| {
+            let pairs = s.kept.iter().zip(others);
+            let spoiled: f64 = pairs
+                .map(|(r, without)| (self.left[i][*r] / without).ln())
+                .sum();
+            let (own, most) = (s.own[i], most(others));
+            let other = own > LEFT.max(FAR * most)
+                && most < FITS
+                && spoiled > SPOILS.ln() * others.len() as f64;
+            other.then_some((i, own, own / most))
+        };
+        let found = s.others.iter().enumerate().filter_map(of);
+        let (i, own, times) = found.max_by(|a, b| a.2.total_cmp(&b.2))?;
+        let what = if self.joints[i].is_free {
+            "acceleration"
+        } else {
+            "force"
+        };
+        let finding = format!(
+            "the law of all other recordings leaves {:.0} % of the {what} of {} unexplained, {times:.0} times as much as of any other",
+            100.0 * own,
+            self.names[i]
+        );
+        let remedy = "check that it is of the same machine with the same load, or omit it";
+        Some(("machines", finding, remedy))
+    }
+}
