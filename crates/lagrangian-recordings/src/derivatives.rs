@@ -403,7 +403,7 @@ impl Fitted {
         let measured = recording.values(signal).filter(|_| !options.smooth);
         let order = ways[0].1;
         let better =
-            |spline: &Option<Spline>| matches!(spline, Some(own) if own.motion.is_better(order));
+            |own: &Option<Spline>| own.as_ref().is_some_and(|own| own.motion.is_better(order));
         if measured.is_some() && !splines.iter().any(better) {
             return;
         }
@@ -425,10 +425,9 @@ impl Fitted {
             };
             if let Some(measured) = measured.filter(|_| !better(&splines[coordinate])) {
                 let series = Series::of(recording, measured, coordinate);
-                let noise = noise_variance(series, &self.segments, 3, 8);
-                for at in (coordinate..measured.len()).step_by(n) {
-                    (values[at], standard_errors[at]) = (measured[at], noise.sqrt());
-                }
+                let noise = noise_variance(series, &self.segments, 3, 8).sqrt();
+                let rows = (coordinate..measured.len()).step_by(n);
+                rows.for_each(|at| (values[at], standard_errors[at]) = (measured[at], noise));
                 continue;
             }
             if let Some(Spline { source, motion }) = &splines[coordinate] {

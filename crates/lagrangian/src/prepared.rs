@@ -113,10 +113,8 @@ impl Prepared {
     ) -> Result<Self> {
         let (needs, options) = (spec.needs()?, &spec.prepare);
         if !needs.positions && options.baseline > 1 {
-            return Err(Error::setting(
-                "`baseline` is not for this loss",
-                "omit it, or take `loss` positions",
-            ));
+            let remedy = "omit it, or take `loss` positions";
+            return Err(Error::setting("`baseline` is not for this loss", remedy));
         }
         let mut estimates = EstimateOptions {
             momenta: needs.momenta,
@@ -128,15 +126,11 @@ impl Prepared {
         if !validation.is_empty() {
             let own = check_validation(&training, &validation);
             refuse_failed(&own)?;
-            check
-                .items
-                .extend(own.items.into_iter().filter(|i| i.doubtful));
+            let doubts = own.items.into_iter().filter(|item| item.doubtful);
+            check.items.extend(doubts);
         }
-        let of_samples = !needs.positions && needs.horizon == 0;
-        let low_pass = of_samples
-            .then(|| options.chosen_low_pass(&check))
-            .flatten();
-        let low_pass = match low_pass {
+        let suggested = options.chosen_low_pass(&check);
+        let low_pass = match suggested.filter(|_| !estimates.raw) {
             Some(_) if are_clean(&check) && is_white(&training, &estimates)? => None,
             other => other,
         };

@@ -82,6 +82,20 @@ struct Suspect {
     others: Vec<Vec<f64>>,
 }
 
+impl Suspect {
+    /// Whether an alteration that leaves this much explains why the law of the others fails.
+    fn is_explained(&self, i: usize, left: f64) -> bool {
+        left < self.own[i] / FAR && left < SERVES * most(&self.others[i]).max(LEFT / FAR)
+    }
+}
+
+/// The disagreement of these findings, if there are any.
+fn found(name: &'static str, findings: Vec<String>, remedy: &'static str) -> Option<Disagreement> {
+    let all = findings.join("; ");
+    let finding = format!("by the law of all other recordings, {all}");
+    (!findings.is_empty()).then_some((name, finding, remedy))
+}
+
 /// The column of a force that is earlier by this number of steps.
 fn delayed(steps: i32) -> usize {
     (steps + DELAYS as i32) as usize + 1
@@ -276,76 +290,67 @@ impl<'a> Laws<'a> {
     /// The mistake that explains why the law of the others fails.
     fn mistake(&self, s: &Suspect) -> Option<Disagreement> {
         let (r, n) = (s.recording, self.joints.len());
-        let usual = |i: usize| upper_median(&mut s.others[i].clone());
-        let fails = |i: &usize| {
-            let usual = usual(*i);
-            s.own[*i] > LEFT.max(FAR * usual) && usual < FITS && !self.joints[*i].is_free
-        };
-        let failing: Vec<usize> = (0..n).filter(fails).collect();
-        let left = |i: usize, column, factor| self.joints[i].left(r, &s.laws[i], column, factor);
-        let explains = |i: usize, left: f64| {
-            left < s.own[i] / FAR && left < SERVES * most(&s.others[i]).max(LEFT / FAR)
-        };
-        let force = |i: usize| self.joints[i].parts[r].square_force(0);
+        let failing: Vec<usize> = (0..n).filter(|i| self.fails(s, *i)).collect();
         let failed = || failing.iter().copied();
-        let found = |name, findings: Vec<String>, remedy| {
-            let finding = format!(
-                "by the law of all other recordings, {}",
-                findings.join("; ")
-            );
-            (!findings.is_empty()).then_some((name, finding, remedy))
-        };
+        let force = |i: usize| self.joints[i].parts[r].square_force(0);
         let missing = failed().filter(|i| force(*i) <= 0.0 && s.own[*i] > MISSING);
         let missing =
             missing.map(|i| format!("the force of {} cannot be 0, but is", self.names[i]));
-        let missing = found(
-            "forces",
-            missing.collect(),
-            "record that force, or omit this recording",
-        );
+        let remedy = "record that force, or omit this recording";
+        let missing = found("forces", missing.collect(), remedy);
         let exchange = |i: usize| {
             let others = (0..n).filter(|j| *j != i && force(*j) > 0.0);
-            let columns = others.map(|j| (j, left(i, column_of(j), 1.0)));
+            let columns = others.map(|j| (j, self.altered(s, i, column_of(j), 1.0)));
             let (j, left) = columns.min_by(|a, b| a.1.total_cmp(&b.1))?;
-            let finding = format!(
-                "the force of {} is in the column of {}",
-                self.names[i], self.names[j]
-            );
-            explains(i, left).then_some(finding)
+            let (own, other) = (self.names[i], self.names[j]);
+            let finding = format!("the force of {own} is in the column of {other}");
+            s.is_explained(i, left).then_some(finding)
         };
-        let exchanged = found(
-            "order",
-            failed().filter_map(exchange).collect(),
-            "exchange these columns",
-        );
+        let exchanged = failed().filter_map(exchange).collect();
+        let exchanged = found("order", exchanged, "exchange these columns");
         let factor = |i: usize| {
             let factor = self.joints[i].parts[r].factor(&s.laws[i].terms, 0);
             let far = !(FACTOR.recip()..FACTOR).contains(&factor);
             let (name, times) = (self.names[i], factor.recip());
             let finding = format!("the force of {name} is {times:.2} times what it must be");
-            (far && explains(i, left(i, 0, factor))).then_some(finding)
+            let explained = s.is_explained(i, self.altered(s, i, 0, factor));
+            (far && explained).then_some(finding)
         };
         let remedy = "check the signs and units of its forces";
         let factors = found("machines", failed().filter_map(factor).collect(), remedy);
-        if let Some(found) = missing.or(exchanged).or(factors) {
-            return Some(found);
-        }
-        // All forces are late together, and those of the others are not.
+        missing
+            .or(exchanged)
+            .or(factors)
+            .or_else(|| self.delay(s, &failing))
+    }
+
+    /// Whether the law of the others fails on a coordinate of a recording.
+    fn fails(&self, s: &Suspect, i: usize) -> bool {
+        let usual = upper_median(&mut s.others[i].clone());
+        s.own[i] > LEFT.max(FAR * usual) && usual < FITS && !self.joints[i].is_free
+    }
+
+    /// What the law of the others leaves with the force in this column times `factor`.
+    fn altered(&self, s: &Suspect, i: usize, column: usize, factor: f64) -> f64 {
+        self.joints[i].left(s.recording, &s.laws[i], column, factor)
+    }
+
+    /// All forces that are late together, while those of the others are not.
+    fn delay(&self, s: &Suspect, failing: &[usize]) -> Option<Disagreement> {
         let at = |r: usize, steps: i32| -> f64 {
             let joints = self.joints.iter().zip(&s.laws).filter(|(j, _)| !j.is_free);
             joints
                 .map(|(joint, law)| joint.left(r, law, delayed(steps), 1.0))
                 .sum()
         };
-        let steps =
-            (-(DELAYS as i32)..=DELAYS as i32).min_by(|a, b| at(r, *a).total_cmp(&at(r, *b)))?;
+        let all = -(DELAYS as i32)..=DELAYS as i32;
+        let own = |steps: &i32| at(s.recording, *steps);
+        let steps = all.min_by(|a, b| own(a).total_cmp(&own(b)))?;
         let of_others = |steps| s.kept.iter().map(|o| at(*o, steps)).sum::<f64>();
-        let late = failed().any(|i| explains(i, left(i, delayed(steps), 1.0)))
-            && of_others(steps) > of_others(0);
-        let finding = format!(
-            "the forces are {:.0} ms late",
-            -1e3 * DELAY * f64::from(steps)
-        );
+        let explained = |i: &usize| s.is_explained(*i, self.altered(s, *i, delayed(steps), 1.0));
+        let late = failing.iter().any(explained) && of_others(steps) > of_others(0);
+        let time = -1e3 * DELAY * f64::from(steps);
+        let finding = format!("the forces are {time:.0} ms late");
         found(
             "delay",
             late.then_some(finding).into_iter().collect(),
