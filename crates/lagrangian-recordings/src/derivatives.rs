@@ -529,6 +529,7 @@ fn column(y: &[f64], n: usize, coordinate: usize) -> Vec<f64> {
 #[must_use]
 pub fn are_smooth(recordings: &[Recording], options: &EstimateOptions) -> bool {
     let smooth = |recording: &Recording| -> Vec<bool> {
+        let recording = recording.repaired();
         let segments = segments(&recording.t, options.gap);
         let n = recording.dof();
         let one = |c| spline::is_smooth(&recording.t, column(&recording.q, n, c), &segments);

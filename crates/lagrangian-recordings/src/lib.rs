@@ -37,6 +37,7 @@ mod shared;
 mod si;
 mod simulated;
 mod spline;
+mod stamps;
 mod table;
 mod unit;
 pub mod window;

@@ -1,5 +1,6 @@
 //! The contents of a file before any estimate.
 
+use std::borrow::Cow;
 use std::ops::{Deref, DerefMut};
 
 use super::derivatives::{Estimate, EstimateOptions, Fitted};
@@ -197,7 +198,7 @@ impl Recording {
     }
 
     /// Converts the recording to a trajectory; missing velocities, accelerations and rates of momenta are estimated,
-    /// as the returned list reports.
+    /// as the returned list reports. Time stamps that contradict positions and velocities are repaired.
     ///
     /// # Errors
     /// As [`Recording::validate`]; [`Error::TooShort`] if there is too little to differentiate;
@@ -217,6 +218,13 @@ impl Recording {
     pub fn into_trajectory(self, options: &EstimateOptions) -> Result<(Trajectory, Vec<Estimate>)> {
         self.validate()?;
         options.validate()?;
+        if let Cow::Owned(repaired) = self.repaired() {
+            return repaired.estimated(options);
+        }
+        self.estimated(options)
+    }
+
+    fn estimated(self, options: &EstimateOptions) -> Result<(Trajectory, Vec<Estimate>)> {
         let rates = !self.qdd.is_empty() && self.p.is_empty();
         let complete = !self.qd.is_empty() && (rates || !options.accelerations);
         if complete && !options.smooth && options.low_pass.is_none() {

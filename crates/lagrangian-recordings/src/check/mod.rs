@@ -20,9 +20,11 @@ mod spikes;
 mod swings;
 mod time;
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 pub use evidence::Claim;
+use rayon::prelude::*;
 use regression::JointFits;
 pub use repeated::check_validation;
 use serde::Serialize;
@@ -315,7 +317,16 @@ fn some_of(recordings: &[Recording]) -> Vec<Recording> {
     spread.chain(bad).cloned().collect()
 }
 
-fn check_all(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
+fn check_all(recorded: &[Recording], options: &CheckOptions) -> CheckReport {
+    let repaired: Vec<Cow<Recording>> = recorded.par_iter().map(Recording::repaired).collect();
+    let pairs = recorded.iter().zip(&repaired);
+    let jitter: Vec<Option<Item>> = pairs.map(|(a, b)| time::jitter(a, b)).collect();
+    let owned: Vec<Recording>;
+    let mut recordings = recorded;
+    if jitter.iter().any(Option::is_some) {
+        owned = repaired.into_iter().map(Cow::into_owned).collect();
+        recordings = &owned;
+    }
     let swings = swings_of_all(recordings);
     let mut items = vec![
         length(recordings, swings),
@@ -338,8 +349,9 @@ fn check_all(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
     let all: Vec<&Recording> = recordings.iter().collect();
     shared.extend(drive::disagreement(&all, 0, low_pass));
     items.extend(shared);
-    for recording in recordings {
+    for (recording, jitter) in recordings.iter().zip(jitter) {
         let mut own = of_one(recording, 1.0);
+        own.extend(jitter);
         let in_half = |half: &[Recording]| {
             half.iter()
                 .flat_map(|r| of_one(r, evidence::OF_HALF))

@@ -5,6 +5,7 @@ use super::column::robust_deviation;
 use crate::derivatives::{GAP, SHORTEST};
 use crate::local_polynomial::{median_step, segments};
 use crate::{Recording, TimeStep};
+use lagrangian_motion::statistics::root_mean_square;
 
 /// Jitter above this part of a step makes finite differences of other programs, and lags, unreliable.
 const MUCH_JITTER: f64 = 0.5;
@@ -98,6 +99,20 @@ fn rate(t: &[f64]) -> Item {
         .value("rate_hz", rate)
         .value("jitter", jitter)
         .value("step_s", step)
+}
+
+/// An item where the stamps were repaired.
+pub(super) fn jitter(recorded: &Recording, repaired: &Recording) -> Option<Item> {
+    let pairs = recorded.t.windows(2).zip(repaired.t.windows(2));
+    let mut errors = pairs.map(|(a, b)| a[1] - a[0] - b[1] + b[0]);
+    let jitter = root_mean_square(&mut errors) / median_step(&recorded.t);
+    let percent = 100.0 * jitter;
+    let finding = format!(
+        "steps between time stamps err by {percent:.1} %: positions and velocities tell others, and agree; the stamps were repaired"
+    );
+    let remedy = "stamp rows when they are sampled, not when they are written";
+    let item = Item::warn("stamps", finding, remedy).value("jitter", jitter);
+    (jitter > 0.0).then_some(item)
 }
 
 /// An item for time in whole numbers with large steps, which is unlikely to be in seconds.
