@@ -109,6 +109,7 @@ pub(crate) fn choose(
         None => ladder(filter.degree + 3, longest.min(options.longest_window)),
     };
     let mut risks: Vec<(usize, Risk)> = Vec::new();
+    let mut values: Vec<Vec<f64>> = Vec::new();
     let mut shorter: Option<(usize, Vec<Local>)> = None;
     for &window in &rungs {
         let local =
@@ -133,22 +134,40 @@ pub(crate) fn choose(
         if risks.last().is_some_and(|r| r.1.total() > 30.0 * best) {
             break;
         }
+        values.push(here.iter().map(|local| local.value).collect());
         risks.push((window, risk));
         shorter = Some((window, here));
     }
     if options.window.is_some() {
         risks.truncate(1);
     }
-    let best = risks
-        .into_iter()
-        .min_by(|a, b| a.1.total().total_cmp(&b.1.total()));
-    let (window, risk) = best.unwrap_or((filter.degree + 1, Risk::default()));
+    let (window, risk) = match least(&risks, &values) {
+        Some(best) => risks[best],
+        None => (filter.degree + 1, Risk::default()),
+    };
     Choice {
         filter,
         window,
         noise: variance.sqrt(),
         risk,
     }
+}
+
+/// Index of the least risk, from short to long. Windows over whole swings agree with each other; the risk of a window is no less than that of its
+/// difference to the best shorter one allows: |e| ≥ |e − e'| − |e'|.
+fn least(risks: &[(usize, Risk)], values: &[Vec<f64>]) -> Option<usize> {
+    let total = |k: usize| risks[k].1.total();
+    (0..risks.len()).reduce(|best, k| {
+        let mut squares = values[k]
+            .iter()
+            .zip(&values[best])
+            .map(|(a, b)| (a - b).powi(2));
+        let excess = mean(&mut squares).sqrt() - total(best).sqrt();
+        match total(k).max(excess.max(0.0).powi(2)) < total(best) {
+            true => k,
+            false => best,
+        }
+    })
 }
 
 /// Mean squared error of a derivative.
