@@ -345,7 +345,7 @@ impl Fitted {
         let damped = LowPass::noise(cutoff, step);
         for coordinate in 0..n {
             let series = Series::of(recording, measured, coordinate);
-            let noise = noise_variance(series, &self.segments, 3, 8).sqrt();
+            let noise = self.noise(series);
             let name = &recording.coordinates.0[coordinate].name;
             let mut better = Vec::new();
             for (order, signal) in way.signals.iter().enumerate() {
@@ -409,7 +409,7 @@ impl Fitted {
         }
         let [mut values, mut standard_errors] = [0.0, 0.0].map(|x| vec![x; recording.len() * n]);
         let step = median_step(&recording.t);
-        for coordinate in 0..n {
+        for (coordinate, spline) in splines.iter().enumerate() {
             let estimate = |source, window: usize, noise, [inside, ends]: [f64; 2]| Estimate {
                 trajectory: recording.name.clone(),
                 signal: signal.name(),
@@ -421,16 +421,15 @@ impl Fitted {
                 standard_error: inside,
                 standard_error_ends: ends,
                 left_out: self.left_out(recording),
-                whole: splines[coordinate].is_some(),
+                whole: spline.is_some(),
             };
-            if let Some(measured) = measured.filter(|_| !better(&splines[coordinate])) {
-                let series = Series::of(recording, measured, coordinate);
-                let noise = noise_variance(series, &self.segments, 3, 8).sqrt();
+            if let Some(measured) = measured.filter(|_| !better(spline)) {
+                let noise = self.noise(Series::of(recording, measured, coordinate));
                 let rows = (coordinate..measured.len()).step_by(n);
                 rows.for_each(|at| (values[at], standard_errors[at]) = (measured[at], noise));
                 continue;
             }
-            if let Some(Spline { source, motion }) = &splines[coordinate] {
+            if let Some(Spline { source, motion }) = spline {
                 for (k, (state, error)) in motion.states.iter().zip(&motion.errors).enumerate() {
                     let at = k * n + coordinate;
                     (values[at], standard_errors[at]) = (state[order], error[order]);
@@ -451,6 +450,11 @@ impl Fitted {
         }
         *self.signals.get_mut(signal) = values;
         *self.errors.get_mut(signal) = standard_errors;
+    }
+
+    /// The deviation of the noise of a measured coordinate.
+    fn noise(&self, series: Series<'_>) -> f64 {
+        noise_variance(series, &self.segments, 3, 8).sqrt()
     }
 
     /// Writes the local polynomials of the source with the smallest risk, and their errors, `[len, n]`.

@@ -16,8 +16,9 @@ use crate::harness::Lab;
 use crate::mistakes::case::{Columns, Log};
 use crate::mistakes::sources::{Path, normal, of_motion};
 
-/// The number of single logs, and that of a quick run; as many groups of logs of one machine are checked.
+/// The number of single logs and of groups of logs of one machine, and those of a quick run.
 const LOGS: [u64; 2] = [200, 20];
+const GROUPS: [u64; 2] = [200, 4];
 /// The number of logs in a group.
 const GROUP: RangeInclusive<usize> = 4..=8;
 /// Lengths, s, and rates of logs, Hz.
@@ -26,14 +27,14 @@ const RATES: [f64; 4] = [100.0, 200.0, 250.0, 500.0];
 
 /// Every second log is of a robot, whose drives follow a path; the others are of a system under forces, or free.
 pub(super) fn subjects(lab: &Lab) -> Result<Vec<Subject>> {
-    let count = LOGS[usize::from(lab.quick())];
-    let of = |k: u64| match k % 4 {
-        0 => robot(k, 1..=1),
-        1 => system(k, 1..=1),
-        2 => robot(k, GROUP),
-        _ => system(k, GROUP),
+    let quick = usize::from(lab.quick());
+    let of = |k: u64, count: RangeInclusive<usize>| match k % 2 {
+        0 => robot(lab.args.seed + k, count),
+        _ => system(lab.args.seed + k, count),
     };
-    (0..2 * count).map(|k| of(lab.args.seed + k)).collect()
+    let single = (0..LOGS[quick]).map(|k| of(k, 1..=1));
+    let groups = (0..GROUPS[quick]).map(|k| of(1000 + k, GROUP));
+    single.chain(groups).collect()
 }
 
 /// One of these.

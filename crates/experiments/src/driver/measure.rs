@@ -50,8 +50,6 @@ pub(super) struct Plain {
     pub(super) seconds: f64,
     /// The error half a second ahead on new motions that is claimed, least and largest, where one is.
     pub(super) claim: Option<[f64; 2]>,
-    #[serde(default)]
-    pub(super) detail: serde_json::Value,
     pub(super) errors: Errors,
 }
 
@@ -108,7 +106,6 @@ pub(super) fn measured(lab: &mut Lab, case: &Case, asked: String) -> Result<Reco
         let finished = ready.fit(None, &mut lab.progress)?;
         let report = finished.ended(None);
         let assessed = report.assessed(None, &RolloutOptions::for_comparison())?;
-        plain.detail = json!({"forecast": assessed.0.forecast, "acceleration": assessed.0.acceleration, "outside": assessed.0.outside, "restarts": assessed.0.restarts, "tried": report.tried, "rollouts": assessed.0.rollouts.iter().map(|r| [r.followed_seconds, r.predictable_seconds]).collect::<Vec<_>>(), "reasons": assessed.1.reasons, "inertia": assessed.1.inertia, "joints": assessed.1.joints});
         Ok((report, assessed.1))
     });
     plain.seconds = clock.elapsed().as_secs_f64();

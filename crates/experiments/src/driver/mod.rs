@@ -39,6 +39,7 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
         less("useless", "good or fair, but a constant is better", "%"),
         less("strict", "good, but called less", "%"),
         neither("covered", "interval holds the truth", "%"),
+        neither("spoiled", "files with flaws", ""),
         less("flaws", "flaws called good or fair", "%"),
         neither("seconds", "time, median", "s"),
     ],
@@ -217,6 +218,7 @@ fn summarise(lab: &mut Lab, half: &str, records: &[&Record]) {
                     .is_some_and(|[low, high]| (low..=high).contains(&r.half_second()))
             }),
         ),
+        ("spoiled", flawed.clone().count() as f64),
         ("flaws", percent(flawed, |r| r.says(&["good", "fair"]))),
         (
             "seconds",

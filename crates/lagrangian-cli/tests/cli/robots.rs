@@ -181,7 +181,7 @@ fn a_log_is_fitted_by_several_models_and_the_kept_one_has_a_verdict() {
         .json();
     let tried = fit["tried"].as_array().unwrap();
     let names: Vec<&str> = tried.iter().filter_map(|t| t["family"].as_str()).collect();
-    assert_eq!(names, ["chain", "delan"]);
+    assert_eq!(names[..2], ["chain", "delan"]);
     assert_eq!(fit["verdict"], "good", "{fit}");
     let mut model = fit["choices"].as_array().unwrap().iter();
     let reason = model.find(|c| c["setting"] == "model").unwrap();

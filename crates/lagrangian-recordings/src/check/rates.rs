@@ -240,11 +240,13 @@ fn relate(v: &[f64], d: &[f64]) -> Relation {
     let most = (-longest..=longest).map(at).fold(0.0, f64::max);
     // A periodic motion agrees with itself half a period later too: the least of the lags that are hardly worse is meant.
     let is_peak = |lag: &isize| at(*lag) >= at(lag - 1).max(at(lag + 1));
-    let is_as_good =
-        |lag: &isize| 1.0 - at(*lag).powi(2) <= PERIODIC * (1.0 - most.powi(2)) + 1e-12;
+    let is_as_good = |lag: &isize| {
+        let own = at(*lag);
+        own > CLOSE && 1.0 - own.powi(2) <= PERIODIC * (1.0 - most.powi(2)) + 1e-12
+    };
     let peaks = (-longest..=longest).filter(|lag| is_peak(lag) && is_as_good(lag));
     let first = peaks.min_by_key(|lag| lag.abs());
-    let at_end = || (-longest..=longest).find(|lag| at(*lag) == most);
+    let at_end = || (-longest..=longest).find(|lag| at(*lag) >= most);
     let best = first.or_else(at_end).unwrap_or(0);
     let (before, peak, after) = (at(best - 1), at(best), at(best + 1));
     let curvature = before - 2.0 * peak + after;

@@ -24,7 +24,7 @@ const ELSEWHERE: f64 = 1.1;
 /// A model that leaves less than this part is not replaced by one with poles.
 const USEFUL: f64 = 0.1;
 /// Held-out errors below this part of the mean square are explained: no other model is tried.
-const EXPLAINED: f64 = 1e-8;
+pub(super) const EXPLAINED: f64 = 1e-8;
 
 /// The candidate to train on, and all that were tried.
 pub(super) struct Screened {
@@ -123,7 +123,7 @@ impl Trials<'_> {
         };
         let fitted = fit(self.dataset, &config, None, &mut shown);
         self.ended |= shown.ended;
-        let errors = fitted.as_ref().map(|fit| held_out(fit, self.dataset));
+        let errors = fitted.as_ref().map(|fit| held_out(fit, self.dataset, 0));
         let error = errors.as_ref().map(HeldOut::mean);
         self.tried.push(CandidateResult {
             family: config.family.name().into(),
@@ -173,15 +173,18 @@ impl ResolvedConfig {
 }
 
 /// The squared errors of the accelerations of a model on validation samples, or on the training samples without them, over their
-/// mean squares.
-pub(super) fn held_out(fit: &Fit, dataset: &Dataset) -> HeldOut {
+/// mean squares; with the forces of samples that come so many later.
+pub(super) fn held_out(fit: &Fit, dataset: &Dataset, later: usize) -> HeldOut {
     let samples = dataset.compared();
     let (n, scale) = (samples.n, dataset.acceleration_scale());
     let mut qdd = vec![0.0; samples.qdd.len()];
     let mut evaluator = fit.model.evaluator();
     let Samples { signals: s, .. } = samples;
+    let mut tau = s.tau.clone();
+    let len = tau.len();
+    tau.rotate_left((later * n) % len.max(1));
     if evaluator
-        .forward_dynamics(&s.q, &s.qd, &s.tau, &mut qdd)
+        .forward_dynamics(&s.q, &s.qd, &tau, &mut qdd)
         .singular()
         > 0
     {

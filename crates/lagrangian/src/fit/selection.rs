@@ -204,6 +204,9 @@ pub fn select(
         .as_ref()
         .ok()
         .map(|own| Explained::of(&own.fit, dataset));
+    if known.is_some_and(|own| own.motion < screening::EXPLAINED) {
+        return first;
+    }
     // Where torques are explained, only a model of torques may be better.
     let torques = known.is_some_and(|own| own.torque <= HALF);
     by_motion.retain(|own| {
@@ -231,6 +234,8 @@ pub fn select(
 struct Explained {
     torque: f64,
     motion: f64,
+    /// As `motion`, with the forces of other samples.
+    other: f64,
 }
 
 impl Explained {
@@ -238,7 +243,8 @@ impl Explained {
         let torque = torque_error(&fit.model, dataset.compared());
         Self {
             torque: torque.map_or(f64::INFINITY, |error| error.unexplained()),
-            motion: screening::held_out(fit, dataset).mean(),
+            motion: screening::held_out(fit, dataset, 0).mean(),
+            other: screening::held_out(fit, dataset, dataset.compared().len() / 3).mean(),
         }
     }
 
@@ -248,7 +254,9 @@ impl Explained {
         // Noise of accelerations is an error of torques, and less of one for a mass matrix that is too small.
         let far = self.motion <= FAR * first.motion && self.torque <= first.torque / MARGIN;
         let torques = self.torque <= SAME * first.torque || far;
-        let alone = first.torque > HALF && self.motion <= MARGIN * first.torque;
+        // Where forces have nothing to do with the motion, a model of the motion is not one of the machine.
+        let forces = self.motion <= MARGIN * self.other;
+        let alone = first.torque > HALF && self.motion <= MARGIN * first.torque && forces;
         !first.motion.is_finite() && torques || accelerations && (torques || alone)
     }
 }
