@@ -76,11 +76,11 @@ impl Assessment {
         reasons.extend(of_speed(model, motions, score));
         reasons.extend(inertia.and_then(of_inertia));
         reasons.extend(of_poles(model, motions));
-        reasons.extend(of_forecast(score, &joints));
         reasons.extend(of_motions(score));
-        if model.driven().is_some() {
-            reasons.extend(of_positions(motions, score));
-        }
+        reasons.extend(match model.driven() {
+            Some(_) => of_positions(motions, score),
+            None => of_forecast(score, &joints),
+        });
         let assessment = Self {
             verdict: Grade::Good,
             reasons: Vec::new(),
@@ -367,7 +367,13 @@ const USELESS: f64 = 0.3;
 
 /// The error a short time ahead, of motions whose accelerations can be predicted.
 fn of_forecast(score: &Score, joints: &[Forward]) -> Option<Reason> {
-    let forecast = score.forecast.as_ref()?;
+    let Some(forecast) = &score.forecast else {
+        let short = !score.rollouts.is_empty() && score.torque.is_none() && score.stopped == 0;
+        let finding =
+            "the motions that it is judged by are too short to tell how far its predictions hold";
+        let remedy = "record longer motions, or more of them";
+        return short.then(|| Reason::new(Grade::Fair, finding, remedy));
+    };
     let [_, most] = forecast.range;
     let torques = score.torque.is_some() && !joints.is_empty();
     if torques && joints.iter().any(|joint| !joint.predictable) {
