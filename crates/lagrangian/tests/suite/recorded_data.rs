@@ -91,7 +91,7 @@ fn logs_of_the_real_pendulum_pass_the_check() {
         assert!(report.passed(), "{file}");
         for e in estimates(recordings) {
             println!("{e:?}");
-            assert!(e.seconds < 0.5 && e.standard_error < 20.0, "{e:?}");
+            assert!(e.seconds < 0.7 && e.standard_error < 20.0, "{e:?}");
         }
     }
 }
