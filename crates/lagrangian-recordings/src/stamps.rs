@@ -11,6 +11,7 @@ use std::ops::Range;
 use super::Recording;
 use super::derivatives::GAP;
 use super::local_polynomial::{median_step, segments};
+use super::spline;
 use lagrangian_motion::statistics::root_mean_square;
 
 /// Fewer steps than this do not tell the deviations.
@@ -130,8 +131,15 @@ fn repaired(recording: &Recording) -> Option<Vec<f64>> {
     if recording.dof() < 2 || recording.qd.is_empty() || recording.validate().is_err() {
         return None;
     }
+    let all = segments(t, GAP);
+    let n = recording.dof();
+    let column = |c: usize| recording.q.iter().skip(c).step_by(n).copied().collect();
+    // Positions that are smooth at these stamps were taken then: a motion that is fast for its rate is not jitter.
+    if (0..n).all(|c| spline::is_smooth(t, column(c), &all)) {
+        return None;
+    }
     let inside = |s: Range<usize>| s.start + 1..s.end.saturating_sub(2).max(s.start + 1);
-    let pieces: Vec<Range<usize>> = segments(t, GAP).into_iter().map(inside).collect();
+    let pieces: Vec<Range<usize>> = all.into_iter().map(inside).collect();
     let at: Vec<usize> = pieces.iter().flat_map(Clone::clone).collect();
     let steps = Steps::new(recording, &at);
     if steps.0.len() < 3 || at.len() < FEWEST {
