@@ -10,8 +10,8 @@ use std::ops::Range;
 
 use super::Recording;
 use super::derivatives::GAP;
-use super::local_polynomial::{median_step, segments};
-use super::spline;
+use super::local_polynomial::{Series, median_step, segments};
+use super::window::noise_variance;
 use lagrangian_motion::statistics::root_mean_square;
 
 /// Fewer steps than this do not tell the deviations.
@@ -21,6 +21,8 @@ const ROUNDS: usize = 30;
 const FIRST: f64 = 0.1;
 /// Stamps are wrong where the steps that the *other* coordinates tell leave a coordinate this many times less of Δq − v̄ dt.
 const EXPLAINED: f64 = 2.0;
+/// Stamps are right where they make the noise of the positions less by this factor: a motion that is fast for its rate is not jitter.
+const SMOOTHER: f64 = 1.5;
 /// The largest factor between a repaired step and the recorded one.
 const LARGEST: f64 = 10.0;
 
@@ -132,14 +134,8 @@ fn repaired(recording: &Recording) -> Option<Vec<f64>> {
         return None;
     }
     let all = segments(t, GAP);
-    let n = recording.dof();
-    let column = |c: usize| recording.q.iter().skip(c).step_by(n).copied().collect();
-    // Positions that are smooth at these stamps were taken then: a motion that is fast for its rate is not jitter.
-    if (0..n).all(|c| spline::is_smooth(t, column(c), &all)) {
-        return None;
-    }
     let inside = |s: Range<usize>| s.start + 1..s.end.saturating_sub(2).max(s.start + 1);
-    let pieces: Vec<Range<usize>> = all.into_iter().map(inside).collect();
+    let pieces: Vec<Range<usize>> = all.iter().cloned().map(inside).collect();
     let at: Vec<usize> = pieces.iter().flat_map(Clone::clone).collect();
     let steps = Steps::new(recording, &at);
     if steps.0.len() < 3 || at.len() < FEWEST {
@@ -169,7 +165,21 @@ fn repaired(recording: &Recording) -> Option<Vec<f64>> {
             repaired[k + 1] = repaired[k] + scale * dt;
         }
     }
-    Some(repaired)
+    let own = Recording {
+        t: repaired,
+        ..recording.clone()
+    };
+    (noise(recording, &all) > SMOOTHER * noise(&own, &all)).then_some(own.t)
+}
+
+/// Geometric mean over the coordinates of the deviation of the noise of the positions.
+fn noise(recording: &Recording, all: &[Range<usize>]) -> f64 {
+    let n = recording.dof();
+    let own = |c: usize| {
+        let series = Series::of(recording, &recording.q, c);
+        0.5 * noise_variance(series, all, 3, 8).ln()
+    };
+    ((0..n).map(own).sum::<f64>() / n as f64).exp()
 }
 
 impl Recording {
