@@ -36,17 +36,16 @@ pub(super) struct Screened {
 struct Screening {
     chosen: ResolvedConfig,
     errors: HeldOut,
+    /// Whether M is definite in some states and indefinite in others: between them accelerations have poles.
+    poles: bool,
 }
 
 /// The squared errors of accelerations over their mean squares.
-#[derive(Default)]
 pub(super) struct HeldOut {
     /// Of samples with their weights, a mean for each block.
     blocks: Vec<f64>,
     /// The mean of all samples alike, those of fast motions too, whose accelerations are uncertain and weigh little.
     alike: f64,
-    /// Whether M is definite in some states and indefinite in others: between them accelerations have poles.
-    poles: bool,
 }
 
 /// Trains each of the candidates for a few steps. The first of them stays unless the held-out error of another is less by more than
@@ -123,18 +122,22 @@ impl Trials<'_> {
         };
         let fitted = fit(self.dataset, &config, None, &mut shown);
         self.ended |= shown.ended;
-        let errors = fitted.as_ref().map(|fit| held_out(fit, self.dataset, 0));
-        let error = errors.as_ref().map(HeldOut::mean);
+        let Samples { signals: s, .. } = self.dataset.compared();
+        let (name, trial) = (chosen.name.clone(), |fit: Fit| Screening {
+            chosen,
+            errors: held_out(&fit, self.dataset, 0),
+            poles: poles(&fit.model, &s.q, &s.qd) > 0.0,
+        });
+        let trial = fitted.map(trial);
         self.tried.push(CandidateResult {
             family: config.family.name().into(),
-            name: chosen.name.clone(),
-            acceleration_nmse: error.ok(),
+            name,
+            acceleration_nmse: trial.as_ref().ok().map(|own| own.errors.mean()),
             seconds: clock.elapsed().as_secs_f64(),
-            failure: fitted.as_ref().err().map(Error::to_string),
+            failure: trial.as_ref().err().map(Error::to_string),
             ..CandidateResult::default()
         });
-        let errors = errors.unwrap_or_default();
-        fitted.map(|_| Screening { chosen, errors })
+        trial
     }
 }
 
@@ -150,7 +153,7 @@ impl Screening {
         // Errors that are not finite are worse than all others.
         let finite = |own: &Self| own.errors.blocks.iter().all(|e| e.is_finite());
         let elsewhere = other.errors.alike <= ELSEWHERE * self.errors.alike
-            && (!other.errors.poles || self.errors.poles || self.errors.mean() > USEFUL);
+            && (!other.poles || self.poles || self.errors.mean() > USEFUL);
         !finite(self) && finite(other) || gain > uncertain && elsewhere
     }
 }
@@ -202,7 +205,6 @@ pub(super) fn held_out(fit: &Fit, dataset: &Dataset, later: usize) -> HeldOut {
     HeldOut {
         blocks: blocks.map(|own| mean(&mut own.iter().copied())).collect(),
         alike: mean(&mut alike.iter().copied()),
-        poles: poles(&fit.model, &s.q, &s.qd) > 0.0,
     }
 }
 
@@ -226,16 +228,11 @@ impl Observer for Shown<'_> {
     }
 }
 
-/// What was tried, for the reason of a choice.
+/// The reason for the choice among these.
 pub(super) fn reason(tried: &[CandidateResult]) -> String {
-    let error = |own: &CandidateResult| match own.acceleration_nmse {
-        Some(error) => format!("{} {error:.1e}", own.name),
-        None => format!("{} failed", own.name),
-    };
-    let errors: Vec<String> = tried.iter().map(error).collect();
     format!(
         "it explains the accelerations of held-out samples best, or as well and takes more for granted; squared errors in parts of \
          their mean square after {STEPS} steps: {}",
-        errors.join(", ")
+        CandidateResult::list(tried, 1)
     )
 }

@@ -200,10 +200,8 @@ pub fn select(
     let begun = resume.filter(|own| begun(&by_motion, own).is_some());
     let rest = resume.filter(|_| begun.is_none());
     let first = select_by_torque(dataset, by_torque, rest, observer);
-    let known = first
-        .as_ref()
-        .ok()
-        .map(|own| Explained::of(&own.fit, dataset));
+    let fitted = first.as_ref().ok();
+    let known = fitted.map(|own| Explained::of(&own.fit, dataset));
     if known.is_some_and(|own| own.motion < screening::EXPLAINED) {
         return first;
     }
@@ -217,14 +215,15 @@ pub fn select(
         return first;
     }
     let second = select_by_motion(dataset, by_motion, begun, observer);
-    let (mut first, mut second) = match (first, second) {
-        (Ok(first), Ok(second)) => (first, second),
-        (first, Err(_)) => return first,
-        (Err(_), second) => return second,
+    let (first, known, second) = match (first, known, second) {
+        (Ok(first), Some(known), Ok(second)) => (first, known, second),
+        (first, _, Err(_)) => return first,
+        (.., second) => return second,
     };
-    let better = Explained::of(&second.fit, dataset).replaces(&Explained::of(&first.fit, dataset));
-    let mut tried = std::mem::take(&mut first.tried);
-    tried.append(&mut second.tried);
+    let third = dataset.compared().len() / 3;
+    let other = screening::held_out(&second.fit, dataset, third).mean();
+    let better = Explained::of(&second.fit, dataset).replaces(&known, other);
+    let tried = [&*first.tried, &second.tried].concat();
     let kept = if better { second } else { first };
     Ok(Selection { tried, ..kept })
 }
@@ -234,8 +233,6 @@ pub fn select(
 struct Explained {
     torque: f64,
     motion: f64,
-    /// As `motion`, with the forces of other samples.
-    other: f64,
 }
 
 impl Explained {
@@ -244,18 +241,18 @@ impl Explained {
         Self {
             torque: torque.map_or(f64::INFINITY, |error| error.unexplained()),
             motion: screening::held_out(fit, dataset, 0).mean(),
-            other: screening::held_out(fit, dataset, dataset.compared().len() / 3).mean(),
         }
     }
 
-    /// Whether a model that learned accelerations replaces one that learned torques.
-    fn replaces(&self, first: &Self) -> bool {
+    /// Whether a model that learned accelerations, of which it leaves `other` with the forces of other samples, replaces one that
+    /// learned torques.
+    fn replaces(&self, first: &Self, other: f64) -> bool {
         let accelerations = self.motion <= MARGIN * first.motion;
         // Noise of accelerations is an error of torques, and less of one for a mass matrix that is too small.
         let far = self.motion <= FAR * first.motion && self.torque <= first.torque / MARGIN;
         let torques = self.torque <= SAME * first.torque || far;
         // Where forces have nothing to do with the motion, a model of the motion is not one of the machine.
-        let forces = self.motion <= MARGIN * self.other;
+        let forces = self.motion <= MARGIN * other;
         let alone = first.torque > HALF && self.motion <= MARGIN * first.torque && forces;
         !first.motion.is_finite() && torques || accelerations && (torques || alone)
     }
@@ -356,14 +353,9 @@ fn held_out(fit: &Fit, dataset: &Dataset) -> f64 {
 }
 
 fn reason(tried: &[CandidateResult]) -> String {
-    let error = |c: &CandidateResult| match c.torque_nmse {
-        Some(error) => format!("{} {error:.2e}", c.family),
-        None => format!("{} failed", c.family),
-    };
-    let errors: Vec<String> = tried.iter().map(error).collect();
     format!(
         "of the models that explain the torques of held-out samples about as well as the best it takes most for granted; their \
          squared errors in parts of the variance: {}",
-        errors.join(", ")
+        CandidateResult::list(tried, 2)
     )
 }

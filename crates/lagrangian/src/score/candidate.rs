@@ -33,4 +33,12 @@ impl CandidateResult {
         };
         (name, self.torque_nmse.or(self.acceleration_nmse))
     }
+    /// The names of the models and their errors, with this number of decimals.
+    pub(crate) fn list(tried: &[Self], decimals: usize) -> String {
+        let own = |own: &Self| match own.shown() {
+            (name, Some(error)) => format!("{name} {error:.decimals$e}"),
+            (name, None) => format!("{name} failed"),
+        };
+        tried.iter().map(own).collect::<Vec<_>>().join(", ")
+    }
 }
