@@ -6,7 +6,7 @@ use crate::models::Momenta;
 use crate::train::{AutoSetting, DataFacts, FitSpec, Loss};
 use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
 use lagrangian_recordings::check::{
-    CheckOptions, CheckReport, Item, Verdict, check, check_validation,
+    CheckOptions, CheckReport, Item, NOISY_FORCES, Verdict, check, check_validation,
 };
 use lagrangian_recordings::{Estimate, EstimateOptions, Recording, Sampling, are_smooth};
 
@@ -166,9 +166,6 @@ impl Prepared {
     }
 }
 
-/// Forces with noise of this part of their deviation need no low-pass.
-const CLEAN: f64 = 0.01;
-
 /// Whether the forces have no noise to speak of.
 fn are_clean(check: &CheckReport) -> bool {
     let noise = |item: &Item| item.values.get("force_noise").copied();
@@ -176,7 +173,7 @@ fn are_clean(check: &CheckReport) -> bool {
         .items
         .iter()
         .filter_map(noise)
-        .all(|noise| noise <= CLEAN)
+        .all(|noise| noise <= NOISY_FORCES)
 }
 
 /// Whether most accelerations of the recordings need no low-pass: their noise is white, or there is none.

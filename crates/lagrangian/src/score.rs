@@ -35,6 +35,7 @@ pub use outside::{Outside, outside};
 pub use restarts::{RESTARTS, RestartScore, restart};
 pub use valid_time::{ValidTime, valid_prediction_time};
 
+pub(crate) use assessment::HALF;
 pub(crate) use errors::Errors;
 pub(crate) use inertia::poles;
 

@@ -23,6 +23,7 @@ mod time;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
+pub use drive::NOISY_FORCES;
 pub use evidence::Claim;
 use rayon::prelude::*;
 use regression::JointFits;

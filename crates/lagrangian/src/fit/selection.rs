@@ -9,7 +9,7 @@ use crate::fit::screening::{self, Screened, screen};
 use crate::fit::{Fit, FitConfig, OptimizerName, SECONDS, fit};
 use crate::models::{Candidate, Entry};
 use crate::saved;
-use crate::score::{CandidateResult, torque_error};
+use crate::score::{CandidateResult, HALF, torque_error};
 use crate::train::checkpoint::Checkpoint;
 use crate::train::known::DataFacts;
 use crate::train::loss::Loss;
@@ -25,8 +25,6 @@ const FORCES: [&str; 3] = ["viscous", "coulomb", "offset"];
 /// by the strength of their assumptions, and one with weaker assumptions must halve the error to be kept.
 const MARGIN: f64 = 0.5;
 
-/// A model that leaves more than this part of the torques explains none.
-const HALF: f64 = 0.5;
 /// Torque errors up to this multiple are the same …
 const SAME: f64 = 1.1;
 /// … and up to twice, where accelerations err by less than this part.

@@ -16,7 +16,7 @@ use lagrangian_recordings::check::{CheckReport, LARGEST};
 /// A model explains a signal well where the squared error is below this part of the variance.
 pub(super) const GOOD: f64 = 0.1;
 /// A model of torques that leaves more than this part of their variance is of no use.
-pub(super) const HALF: f64 = 0.5;
+pub(crate) const HALF: f64 = 0.5;
 /// A model learned on top of a nominal one makes it worse where errors are more than this multiple of the nominal ones.
 const WORSE: f64 = 1.02;
 /// The scaled mass matrix is nearly singular where its smallest eigenvalue is below this.
