@@ -6,6 +6,7 @@
 use super::Filtered;
 use super::least_squares::Part;
 use super::terms::FrictionCoupling;
+use lagrangian_motion::solve::dot;
 
 /// Largest number of states at which the mass matrix is compared with its transpose.
 const STATES: usize = 500;
@@ -50,13 +51,12 @@ pub(super) fn couplings(filtered: &Filtered<'_>) -> Vec<Coupling> {
         unit[j] = 1.0;
         let mut force = |q: &[f64], qdd: &[f64]| -> f64 {
             terms.row(i, q, &still, qdd, &mut row);
-            row.iter().zip(law).map(|(x, c)| x * c).sum()
+            dot(&row, law)
         };
         let every = states.len().div_ceil(STATES);
         let states = states.iter().step_by(every);
         Some(states.map(|q| force(q, &unit) - force(q, &still)).collect())
     };
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let mut all = Vec::new();
     for i in 1..n {
         let entries = [(i - 1, i), (i, i - 1), (i - 1, i - 1), (i, i)].map(|(a, b)| inertia(a, b));

@@ -267,10 +267,7 @@ impl<'a> Laws<'a> {
     fn suspect(&self, recording: usize, new: &[usize]) -> Option<Suspect> {
         let is_kept = |r: &usize| *r != recording && !new.contains(r);
         let all = 0..self.sources.len();
-        let weights: Vec<f64> = all
-            .clone()
-            .map(|r| f64::from(u8::from(is_kept(&r))))
-            .collect();
+        let weights: Vec<f64> = all.clone().map(|r| f64::from(is_kept(&r))).collect();
         let kept: Vec<usize> = all.filter(is_kept).collect();
         let laws = self.joints.iter().map(|j| j.law(&j.weighted(&weights)?));
         let left = self.joints.par_iter().map(|j| j.left_of_each(&weights));
