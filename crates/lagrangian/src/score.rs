@@ -23,6 +23,7 @@ use lagrangian_mechanics::rollout::{
     Hold, Outcome, Rollout, RolloutOptions, free, rollout, rollout_recorded,
 };
 use lagrangian_motion::Signal;
+use lagrangian_motion::statistics::{column, mean};
 use lagrangian_motion::{Coordinates, Error, Result, Stop, Trajectory};
 
 pub use assessment::{Assessment, Grade, Reason};
@@ -32,7 +33,7 @@ pub use forecast::Forecast;
 pub use inertia::{Forward, Spectrum, spectrum_of};
 pub use judgement::{Judgement, TrackingErrors, extrapolation};
 pub use outside::{Outside, outside};
-pub use restarts::{RESTARTS, RestartScore, restart};
+pub use restarts::{RESTARTS, RestartScore};
 pub use valid_time::{ValidTime, valid_prediction_time};
 
 pub(crate) use assessment::HALF;
@@ -42,7 +43,8 @@ pub(crate) use inertia::poles;
 use errors::add_torques;
 use inertia::torque_noise;
 use predictable::predictable_seconds;
-use restarts::restarts;
+use restarts::Short;
+use valid_time::differences;
 
 /// The normalised error at which a prediction is no longer valid.
 pub const THRESHOLD: f64 = 0.5;
@@ -236,16 +238,16 @@ pub fn score_predictions(
     let pairs = trajectories.iter().zip(&predictions.rollouts);
     let rollouts = pairs.map(|(truth, prediction)| followed(model, truth, prediction));
     let rollouts = rollouts.collect::<Result<Vec<RolloutScore>>>()?;
-    let (restarts, cut) = match model.moves() {
-        true => restarts(model, trajectories, options)?,
-        false => (Vec::new(), 0),
-    };
+    let short = |s: &f64| Short::new(model, trajectories, *s, usize::MAX, options);
+    let shorts = RESTARTS.iter().filter(|_| model.moves()).map(short);
+    let shorts: Vec<Short> = shorts.collect::<Result<_>>()?;
+    let restarts = shorts.iter().map(|s| s.score(model.coordinates()));
     let stopped = rollouts.iter().filter(|r| r.outcome.is_stopped()).count();
     Ok(Score {
-        stopped: stopped + cut,
-        forecast: forecast::forecast(model, trajectories, options)?,
+        stopped: stopped + shorts.iter().map(Short::stopped).sum::<usize>(),
+        forecast: forecast::forecast(model, trajectories, shorts.first(), options)?,
         rollouts,
-        restarts,
+        restarts: restarts.filter(|s| s.starts > 0).collect(),
         ..one_step
     })
 }
@@ -315,17 +317,16 @@ fn one_step(
 
 /// The squared standard errors of accelerations over the variances that `error` tells, mean over the coordinates.
 fn estimate_noise(trajectories: &[Trajectory], error: &SignalError) -> f64 {
-    let n = error.mse.len();
     let samples: usize = trajectories.iter().map(Trajectory::len).sum();
-    let squares = |i: usize| {
-        let own = trajectories
-            .iter()
-            .map(|t| t.errors.qdd.iter().skip(i).step_by(n));
-        own.flatten().map(|e| e * e).sum::<f64>() / samples.max(1) as f64
-    };
-    let parts = (0..n).map(|i| squares(i) * error.nmse[i] / error.mse[i]);
-    let known: Vec<f64> = parts.filter(|part| part.is_finite()).collect();
-    known.iter().sum::<f64>() / known.len().max(1) as f64
+    let errors: Vec<f64> = trajectories
+        .iter()
+        .flat_map(|t| &t.errors.qdd)
+        .copied()
+        .collect();
+    let squares = column(&errors, error.mse.len(), |x| x.map(|e| e * e).sum());
+    let parts = squares.iter().zip(error.nmse.iter().zip(&error.mse));
+    let parts = parts.map(|(sum, (nmse, mse))| sum / samples.max(1) as f64 * nmse / mse);
+    mean(&mut parts.filter(|part| part.is_finite()))
 }
 
 /// The motion that the model predicts for a trajectory, from its first state, under its forces, at its times.
@@ -333,11 +334,21 @@ fn estimate_noise(trajectories: &[Trajectory], error: &SignalError) -> f64 {
 /// # Errors
 /// As [`score`].
 pub fn predict(model: &dyn Model, truth: &Trajectory, options: &RolloutOptions) -> Result<Rollout> {
+    predict_held(model, truth, Hold::Previous, options)
+}
+
+/// [`predict`] with this interpolation of the forces.
+fn predict_held(
+    model: &dyn Model,
+    truth: &Trajectory,
+    hold: Hold,
+    options: &RolloutOptions,
+) -> Result<Rollout> {
     truth.validate()?;
     let n = model.coordinates().dof();
     truth.check_dof(n)?;
     if !truth.tau.is_empty() || model.driven().is_some() {
-        return rollout_recorded(model, truth, Hold::Previous, options);
+        return rollout_recorded(model, truth, hold, options);
     }
     let (q, qd) = (&truth.q[..n], &truth.qd[..n]);
     rollout(model, q, qd, &truth.t, &free, options)
@@ -373,13 +384,8 @@ fn followed(model: &dyn Model, truth: &Trajectory, prediction: &Rollout) -> Resu
 
 /// The mean absolute difference of positions, `[n]`; on the circle for angles.
 fn mean_absolute(coordinates: &Coordinates, truth: &[f64], predicted: &[f64]) -> Vec<f64> {
-    let n = coordinates.dof();
-    let mut sums = vec![0.0; n];
-    for (k, (x, y)) in truth.iter().zip(predicted).enumerate() {
-        sums[k % n] += coordinates.difference(k % n, *y, *x).abs();
-    }
-    let count = (predicted.len() / n.max(1)) as f64;
-    sums.iter().map(|sum| sum / count).collect()
+    let errors: Vec<f64> = differences(coordinates, truth, predicted).collect();
+    column(&errors, coordinates.dof(), |x| mean(&mut x.map(f64::abs)))
 }
 
 #[cfg(test)]

@@ -2,20 +2,18 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
 use serde::Serialize;
 
-use super::bounded;
 use super::predictable::natural_period;
-use super::restarts::windows;
-use super::valid_time::NormalisedError;
+use super::restarts::{RESTARTS, Short, predictions};
+use super::valid_time::{NormalisedError, deviations, differences};
 use lagrangian_mechanics::dynamics::Model;
-use lagrangian_mechanics::rollout::{Hold, Rollout, RolloutOptions, rollout_recorded};
+use lagrangian_mechanics::rollout::{Hold, Rollout, RolloutOptions};
 use lagrangian_motion::statistics::{deviation, mean, median};
 use lagrangian_motion::{Coordinates, Result, Trajectory};
 
 /// The time ahead, s, where it suits the recordings …
-const AHEAD: f64 = 0.5;
+const AHEAD: f64 = RESTARTS[0];
 /// … and is of the order of their natural period; else this part of that period.
 const PERIODS: std::ops::Range<f64> = 0.02..5.0;
 const PART: f64 = 0.25;
@@ -111,12 +109,6 @@ impl Forecast {
     }
 }
 
-/// A start within a motion.
-struct Start {
-    motion: usize,
-    truth: Trajectory,
-}
-
 /// The time ahead and the natural period, s; `None` without motion.
 fn horizon(coordinates: &Coordinates, motions: &[Trajectory]) -> Option<[f64; 2]> {
     let moving = || motions.iter().filter(|m| m.len() > 1);
@@ -134,51 +126,62 @@ fn horizon(coordinates: &Coordinates, motions: &[Trajectory]) -> Option<[f64; 2]
     Some([seconds, period])
 }
 
-/// The forecast of a model on motions that it has not seen; `None` for a model without forward dynamics or with drives, and for motions
-/// that are too short or stopped.
+/// The forecast of a model on motions that it has not seen, with the predictions of [`AHEAD`] where these are known; `None` for a model
+/// without forward dynamics or with drives, and for motions that are too short or stopped.
 ///
 /// # Errors
 /// As [`score`](crate::score()).
 pub(super) fn forecast(
     model: &dyn Model,
     motions: &[Trajectory],
+    half: Option<&Short>,
     options: &RolloutOptions,
 ) -> Result<Option<Forecast>> {
-    let Some([seconds, period]) = horizon(model.coordinates(), motions) else {
+    let coordinates = model.coordinates();
+    let (Some([seconds, period]), Some(half)) = (horizon(coordinates, motions), half) else {
         return Ok(None);
     };
-    let starts = starts(motions, seconds);
-    if !model.moves() || model.driven().is_some() || starts.is_empty() {
+    if model.driven().is_some() {
         return Ok(None);
     }
-    let spread = Spread::of(motions, model.coordinates());
-    let truths: Vec<&Trajectory> = starts.iter().map(|own| &own.truth).collect();
-    let forced = truths.iter().any(|own| !own.tau.is_empty());
-    let predicted = |hold: Hold| -> Result<_> {
-        let predictions = predictions(model, &truths, hold, options)?;
-        let errors = spread.errors(&truths, &predictions);
-        Ok((errors.iter().sum::<f64>(), hold, errors, predictions))
+    let own: Short;
+    let short = match half.seconds == seconds && half.truths.len() <= STARTS {
+        true => half,
+        false => {
+            own = Short::new(model, motions, seconds, STARTS, options)?;
+            &own
+        }
     };
-    let mut best = predicted(Hold::Previous)?;
-    if forced {
+    let truths = &short.truths;
+    if truths.is_empty() {
+        return Ok(None);
+    }
+    let q: Vec<f64> = motions.iter().flat_map(|m| &m.q).copied().collect();
+    let spread = Spread {
+        coordinates,
+        sigma: deviations(coordinates, &q),
+    };
+    let (mut hold, mut nominal) = (Hold::Previous, &short.predictions);
+    let mut errors = spread.errors(truths, nominal);
+    let linear: Vec<Option<Rollout>>;
+    if truths.iter().any(|own| !own.tau.is_empty()) {
         // Whether forces were held or moved on between the samples is not known.
-        let linear = predicted(Hold::Linear)?;
-        if linear.0 < best.0 {
-            best = linear;
+        linear = predictions(model, truths, Hold::Linear, options)?;
+        let own = spread.errors(truths, &linear);
+        if own.iter().sum::<f64>() < errors.iter().sum() {
+            (hold, nominal, errors) = (Hold::Linear, &linear, own);
         }
     }
-    let (_, hold, errors, nominal) = best;
     let disturbed: Vec<Trajectory> = truths.iter().zip(0..).map(disturbed).collect();
-    let disturbed: Vec<&Trajectory> = disturbed.iter().collect();
     let moved = predictions(model, &disturbed, hold, options)?;
-    let noise = spread.noise(&truths, &nominal, &moved);
-    let logarithms = logarithms(&starts, &errors);
+    let noise = spread.noise(truths, nominal, &moved);
+    let logarithms = logarithms(&short.motions, &errors);
     let root = |values: &[f64]| mean(&mut values.iter().copied()).sqrt();
     let forecast = Forecast {
         seconds,
         periods: seconds / period,
         motions: logarithms.len(),
-        starts: starts.len(),
+        starts: truths.len(),
         error: root(&errors),
         noise: root(&noise),
         spread: deviation(&mut logarithms.iter().copied()),
@@ -187,58 +190,27 @@ pub(super) fn forecast(
     Ok((!options.stop.is_asked()).then(|| forecast.with_range()))
 }
 
-/// The logarithm of the error in each motion, from the squared errors of its starts.
-fn logarithms(starts: &[Start], squares: &[f64]) -> Vec<f64> {
-    let pairs: Vec<(usize, f64)> = (starts.iter().zip(squares))
-        .map(|(start, square)| (start.motion, *square))
-        .collect();
-    let of_motion = |own: &[(usize, f64)]| {
-        let square = mean(&mut own.iter().map(|(_, square)| *square));
+/// The logarithm of the error in each motion, from the squared errors of its parts.
+fn logarithms(motions: &[usize], squares: &[f64]) -> Vec<f64> {
+    let mut squares = squares.iter().copied();
+    let of_motion = |own: &[usize]| {
+        let square = mean(&mut squares.by_ref().take(own.len()));
         0.5 * square.max(f64::MIN_POSITIVE).ln()
     };
-    pairs.chunk_by(|a, b| a.0 == b.0).map(of_motion).collect()
-}
-
-/// Starts in all motions, evenly spread.
-fn starts(motions: &[Trajectory], seconds: f64) -> Vec<Start> {
-    let own = |(motion, t): (usize, &Trajectory)| {
-        let pieces = windows(t, seconds).into_iter();
-        pieces
-            .map(move |truth| Start { motion, truth })
-            .collect::<Vec<_>>()
-    };
-    let all: Vec<Start> = motions.iter().enumerate().flat_map(own).collect();
-    let every = all.len().div_ceil(STARTS).max(1);
-    all.into_iter().step_by(every).collect()
-}
-
-fn predictions(
-    model: &dyn Model,
-    truths: &[&Trajectory],
-    hold: Hold,
-    options: &RolloutOptions,
-) -> Result<Vec<Option<Rollout>>> {
-    let own = |truth: &&Trajectory| match options.stop.is_asked() {
-        true => Ok(None),
-        false => {
-            let options = bounded(options, truth, truths.len());
-            rollout_recorded(model, truth, hold, &options).map(Some)
-        }
-    };
-    truths.par_iter().map(own).collect()
+    motions.chunk_by(usize::eq).map(of_motion).collect()
 }
 
 /// The motion with its first state off by one standard error in each component, up or down.
-fn disturbed((truth, seed): (&&Trajectory, u64)) -> Trajectory {
-    let (mut motion, n) = ((*truth).clone(), truth.dof());
+fn disturbed((truth, seed): (&Trajectory, u64)) -> Trajectory {
+    let (mut motion, n) = (truth.clone(), truth.dof());
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let errors = motion.errors.clone();
+    let signals = &mut motion.signals;
     let pairs = [
-        (&mut motion.signals.q, errors.q),
-        (&mut motion.signals.qd, errors.qd),
+        (&mut signals.q, &truth.errors.q),
+        (&mut signals.qd, &truth.errors.qd),
     ];
     for (values, errors) in pairs {
-        for (x, error) in values.iter_mut().zip(&errors).take(n) {
+        for (x, error) in values.iter_mut().zip(errors).take(n) {
             *x += if rng.random() { *error } else { -error };
         }
     }
@@ -251,34 +223,11 @@ struct Spread<'a> {
     sigma: Vec<f64>,
 }
 
-impl<'a> Spread<'a> {
-    fn of(motions: &[Trajectory], coordinates: &'a Coordinates) -> Self {
-        let n = coordinates.dof();
-        let sigma = |i: usize| {
-            let column = motions
-                .iter()
-                .flat_map(|m| m.q.iter().skip(i).step_by(n).copied());
-            let column: Vec<f64> = column.collect();
-            let own = super::valid_time::deviation(&column, 1, 0);
-            if coordinates.is_circle(i) {
-                own.min(std::f64::consts::PI / 3.0_f64.sqrt())
-            } else {
-                own
-            }
-        };
-        Self {
-            coordinates,
-            sigma: (0..n).map(sigma).collect(),
-        }
-    }
-
+impl Spread<'_> {
     /// Mean squares over the coordinates of the distance of the last positions.
-    fn errors(&self, truths: &[&Trajectory], predictions: &[Option<Rollout>]) -> Vec<f64> {
-        let own = |(truth, prediction): (&&Trajectory, &Option<Rollout>)| match prediction {
-            Some(own) if own.outcome.is_finished() => {
-                self.distance(last(truth), last(&own.trajectory))
-            }
-            _ => LOST * LOST,
+    fn errors(&self, truths: &[Trajectory], predictions: &[Option<Rollout>]) -> Vec<f64> {
+        let own = |(truth, prediction): (&Trajectory, &Option<Rollout>)| {
+            end(prediction).map_or(LOST * LOST, |q| self.distance(last(truth), q))
         };
         truths.iter().zip(predictions).map(own).collect()
     }
@@ -286,35 +235,37 @@ impl<'a> Spread<'a> {
     /// What errors of the first and last states explain.
     fn noise(
         &self,
-        truths: &[&Trajectory],
+        truths: &[Trajectory],
         nominal: &[Option<Rollout>],
         moved: &[Option<Rollout>],
     ) -> Vec<f64> {
-        let own = |((truth, a), b): ((&&Trajectory, &Option<Rollout>), &Option<Rollout>)| {
-            let grown = match (a, b) {
-                (Some(a), Some(b)) if a.outcome.is_finished() && b.outcome.is_finished() => {
-                    self.distance(last(&a.trajectory), last(&b.trajectory))
-                }
-                _ => 0.0,
-            };
-            let n = self.sigma.len();
-            let from = truth.errors.q.len().saturating_sub(n);
-            let ends = truth.errors.q[from..].iter().zip(&self.sigma);
+        let n = self.sigma.len();
+        let own = |(truth, (a, b)): (&Trajectory, (&Option<Rollout>, &Option<Rollout>))| {
+            let grown = end(a).zip(end(b)).map_or(0.0, |(a, b)| self.distance(a, b));
+            let errors = &truth.errors.q;
+            let ends = errors[errors.len().saturating_sub(n)..]
+                .iter()
+                .zip(&self.sigma);
             grown + ends.map(|(e, s)| (e / s).powi(2)).sum::<f64>() / n as f64
         };
-        truths.iter().zip(nominal).zip(moved).map(own).collect()
+        truths
+            .iter()
+            .zip(nominal.iter().zip(moved))
+            .map(own)
+            .collect()
     }
 
     fn distance(&self, a: &[f64], b: &[f64]) -> f64 {
-        let squares = (0..self.sigma.len())
-            .map(|i| (self.coordinates.difference(i, a[i], b[i]) / self.sigma[i]).powi(2));
-        let mean = squares.sum::<f64>() / self.sigma.len() as f64;
-        if mean.is_finite() {
-            mean.min(LOST * LOST)
-        } else {
-            LOST * LOST
-        }
+        let pairs = differences(self.coordinates, a, b).zip(&self.sigma);
+        // An error that is not a number is the largest.
+        mean(&mut pairs.map(|(d, s)| (d / s).powi(2))).min(LOST * LOST)
     }
+}
+
+/// The last position of a prediction that has come to its end.
+fn end(prediction: &Option<Rollout>) -> Option<&[f64]> {
+    let finished = prediction.as_ref().filter(|own| own.outcome.is_finished());
+    finished.map(|own| last(&own.trajectory))
 }
 
 /// The last position.

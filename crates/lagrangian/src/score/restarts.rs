@@ -3,9 +3,11 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{bounded, predict};
+use super::valid_time::differences;
+use super::{bounded, predict_held};
 use lagrangian_mechanics::dynamics::Model;
-use lagrangian_mechanics::rollout::{Rollout, RolloutOptions};
+use lagrangian_mechanics::rollout::{Hold, Rollout, RolloutOptions};
+use lagrangian_motion::statistics::column;
 use lagrangian_motion::{Coordinates, Result, Trajectory};
 
 /// Lengths of the short predictions, s.
@@ -29,75 +31,95 @@ pub struct RestartScore {
     pub q_rms_end: Vec<f64>,
 }
 
-/// The short predictions, and the number of them that were stopped.
-pub(super) fn restarts(
-    model: &dyn Model,
-    trajectories: &[Trajectory],
-    options: &RolloutOptions,
-) -> Result<(Vec<RestartScore>, usize)> {
-    let scores = RESTARTS.map(|seconds| restart_counted(model, trajectories, seconds, options));
-    let scores: Vec<(RestartScore, usize)> = scores.into_iter().collect::<Result<_>>()?;
-    let stopped = scores.iter().map(|(_, stopped)| stopped).sum();
-    let scores = scores.into_iter().map(|(score, _)| score);
-    Ok((scores.filter(|s| s.starts > 0).collect(), stopped))
+/// Predictions over a short time.
+pub(super) struct Short {
+    /// Length of each prediction, s.
+    pub(super) seconds: f64,
+    /// The motion that each truth is a part of.
+    pub(super) motions: Vec<usize>,
+    pub(super) truths: Vec<Trajectory>,
+    /// As [`predictions`].
+    pub(super) predictions: Vec<Option<Rollout>>,
 }
 
-/// A prediction every `seconds`, of that length.
-///
-/// # Errors
-/// As [`score`](crate::score()).
-pub fn restart(
-    model: &dyn Model,
-    trajectories: &[Trajectory],
-    seconds: f64,
-    options: &RolloutOptions,
-) -> Result<RestartScore> {
-    restart_counted(model, trajectories, seconds, options).map(|(score, _)| score)
-}
-
-/// [`restart`], and the number of its predictions that were stopped, which it omits.
-fn restart_counted(
-    model: &dyn Model,
-    trajectories: &[Trajectory],
-    seconds: f64,
-    options: &RolloutOptions,
-) -> Result<(RestartScore, usize)> {
-    let windows: Vec<Trajectory> = trajectories
-        .iter()
-        .flat_map(|t| windows(t, seconds))
-        .collect();
-    let count = windows.len();
-    let predict = |truth: &Trajectory| match options.stop.is_asked() {
-        true => Ok(None),
-        false => predict(model, truth, &bounded(options, truth, count)).map(Some),
-    };
-    let predictions = windows.par_iter().map(predict);
-    let predictions: Vec<Option<Rollout>> = predictions.collect::<Result<_>>()?;
-    let n = model.coordinates().dof();
-    let (mut all, mut ends) = (Squares::new(n), Squares::new(n));
-    let (mut unfinished, mut stopped) = (0, 0);
-    for (truth, prediction) in windows.iter().zip(&predictions) {
-        let Some(prediction) = prediction.as_ref().filter(|p| !p.outcome.is_stopped()) else {
-            stopped += 1;
-            continue;
+impl Short {
+    /// A prediction every `seconds`, of that length, evenly spread if there are more than `most`.
+    pub(super) fn new(
+        model: &dyn Model,
+        motions: &[Trajectory],
+        seconds: f64,
+        most: usize,
+        options: &RolloutOptions,
+    ) -> Result<Self> {
+        let of = |k: usize| {
+            windows(&motions[k], seconds)
+                .into_iter()
+                .map(move |w| (k, w))
         };
-        if !prediction.outcome.is_finished() {
-            unfinished += 1;
-            continue;
-        }
-        let predicted = &prediction.trajectory.q;
-        all.add(model.coordinates(), &truth.q, predicted);
-        let last = truth.q.len() - n;
-        ends.add(model.coordinates(), &truth.q[last..], &predicted[last..]);
+        let all: Vec<(usize, Trajectory)> = (0..motions.len()).flat_map(of).collect();
+        let every = all.len().div_ceil(most).max(1);
+        let (motions, truths): (_, Vec<Trajectory>) = all.into_iter().step_by(every).unzip();
+        Ok(Self {
+            predictions: predictions(model, &truths, Hold::Previous, options)?,
+            seconds,
+            motions,
+            truths,
+        })
     }
-    let score = RestartScore {
-        seconds,
-        starts: windows.len() - stopped,
-        unfinished,
-        q_rms: all.root_mean(),
-        q_rms_end: ends.root_mean(),
+
+    /// The predictions that were not stopped.
+    fn whole(&self) -> impl Iterator<Item = (&Trajectory, &Rollout)> {
+        let pairs = self.truths.iter().zip(&self.predictions);
+        let known = pairs.filter_map(|(truth, own)| Some((truth, own.as_ref()?)));
+        known.filter(|(_, own)| !own.outcome.is_stopped())
+    }
+
+    /// The number of predictions that were stopped.
+    pub(super) fn stopped(&self) -> usize {
+        self.truths.len() - self.whole().count()
+    }
+
+    /// The errors of the predictions.
+    pub(super) fn score(&self, coordinates: &Coordinates) -> RestartScore {
+        let n = coordinates.dof();
+        let [mut all, mut ends] = [const { Vec::new() }; 2];
+        let finished = || self.whole().filter(|(_, own)| own.outcome.is_finished());
+        for (truth, own) in finished() {
+            all.extend(differences(coordinates, &truth.q, &own.trajectory.q));
+            ends.extend_from_slice(&all[all.len() - n..]);
+        }
+        let root_mean = |errors: &[f64]| {
+            let count = (errors.len() / n) as f64;
+            column(errors, n, |x| {
+                (x.map(|e| e * e).sum::<f64>() / count).sqrt()
+            })
+        };
+        let starts = self.whole().count();
+        RestartScore {
+            seconds: self.seconds,
+            starts,
+            unfinished: starts - finished().count(),
+            q_rms: root_mean(&all),
+            q_rms_end: root_mean(&ends),
+        }
+    }
+}
+
+/// The motion from the first state of each of these; `None` for those that the stop came before.
+pub(super) fn predictions(
+    model: &dyn Model,
+    truths: &[Trajectory],
+    hold: Hold,
+    options: &RolloutOptions,
+) -> Result<Vec<Option<Rollout>>> {
+    let own = |truth: &Trajectory| {
+        let options = bounded(options, truth, truths.len());
+        let going = !options.stop.is_asked();
+        going
+            .then(|| predict_held(model, truth, hold, &options))
+            .transpose()
     };
-    Ok((score, stopped))
+    truths.par_iter().map(own).collect()
 }
 
 /// Pieces of this length, one after another; a shorter rest is omitted, and so is a piece with a gap.
@@ -122,32 +144,4 @@ pub(super) fn windows(t: &Trajectory, seconds: f64) -> Vec<Trajectory> {
         begin = next.max(begin + 1);
     }
     pieces
-}
-
-/// Sums of squared errors of q, `[n]`.
-struct Squares {
-    sums: Vec<f64>,
-    count: usize,
-}
-
-impl Squares {
-    fn new(n: usize) -> Self {
-        Self {
-            sums: vec![0.0; n],
-            count: 0,
-        }
-    }
-
-    fn add(&mut self, coordinates: &Coordinates, truth: &[f64], predicted: &[f64]) {
-        let n = self.sums.len();
-        for (k, (x, y)) in truth.iter().zip(predicted).enumerate() {
-            self.sums[k % n] += coordinates.difference(k % n, *y, *x).powi(2);
-        }
-        self.count += truth.len() / n;
-    }
-
-    fn root_mean(&self) -> Vec<f64> {
-        let count = self.count as f64;
-        self.sums.iter().map(|sum| (sum / count).sqrt()).collect()
-    }
 }

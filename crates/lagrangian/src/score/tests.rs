@@ -184,13 +184,14 @@ fn a_gap_is_no_reason_to_count_the_piece_after_it_again() {
     let model = by_name("pendulum", &[]).unwrap();
     let mut motion = damped("pendulum", &[[1.0, 0.0]], 4.0, 0.0).remove(0);
     let options = RolloutOptions::default();
-    let whole = restart(&*model, std::slice::from_ref(&motion), 0.5, &options).unwrap();
-    assert_eq!(whole.starts, 8);
+    let whole = score(&*model, std::slice::from_ref(&motion), &options).unwrap();
+    assert_eq!(whole.restarts[0].starts, 8);
     // Half of the samples come years later, as in nanoseconds.
     let half = motion.len() / 2;
     motion.t[half..].iter_mut().for_each(|t| *t += 1e9);
-    let torn = restart(&*model, &[motion], 0.5, &options).unwrap();
-    assert!((6..=8).contains(&torn.starts), "{}", torn.starts);
+    let torn = score(&*model, &[motion], &options).unwrap();
+    let starts = torn.restarts[0].starts;
+    assert!((6..=8).contains(&starts), "{starts}");
 }
 
 /// Swings of a pendulum as a sensor with this noise records them, with the errors of their states.

@@ -78,7 +78,7 @@ fn comparable(
 /// The error of a prediction in deviations of the truth.
 pub(super) struct NormalisedError<'a> {
     coordinates: &'a Coordinates,
-    /// Deviation of each coordinate, on the circle at most that of the uniform distribution there, `[n]`.
+    /// As [`deviations`], `[n]`.
     pub(super) sigma_q: Vec<f64>,
     /// Deviation of each velocity, `[n]`.
     pub(super) sigma_qd: Vec<f64>,
@@ -87,19 +87,10 @@ pub(super) struct NormalisedError<'a> {
 impl<'a> NormalisedError<'a> {
     pub(super) fn new(truth: &Trajectory, coordinates: &'a Coordinates) -> Self {
         let n = coordinates.dof();
-        let on_circle = std::f64::consts::PI / 3.0_f64.sqrt();
-        let sigma_q = (0..n).map(|i| {
-            let sigma = deviation(&truth.q, n, i);
-            match coordinates.is_circle(i) {
-                true => sigma.min(on_circle),
-                false => sigma,
-            }
-        });
-        let sigma_qd = (0..n).map(|i| deviation(&truth.qd, n, i));
         Self {
             coordinates,
-            sigma_q: sigma_q.collect(),
-            sigma_qd: sigma_qd.collect(),
+            sigma_q: deviations(coordinates, &truth.q),
+            sigma_qd: (0..n).map(|i| deviation(&truth.qd, n, i)).collect(),
         }
     }
 
@@ -114,6 +105,26 @@ impl<'a> NormalisedError<'a> {
         };
         ((0..n).map(component).sum::<f64>() / (2 * n) as f64).sqrt()
     }
+}
+
+/// The differences of positions, `[m, n]`, on the circle for angles.
+pub(super) fn differences(
+    coordinates: &Coordinates,
+    truth: &[f64],
+    predicted: &[f64],
+) -> impl Iterator<Item = f64> {
+    let pairs = truth.iter().zip(predicted).enumerate();
+    pairs.map(|(k, (x, y))| coordinates.difference(k % coordinates.dof(), *y, *x))
+}
+
+/// Deviation of each coordinate of positions `[m, n]`, on the circle at most that of the uniform distribution there, `[n]`.
+pub(super) fn deviations(coordinates: &Coordinates, q: &[f64]) -> Vec<f64> {
+    let n = coordinates.dof();
+    let most = |i| match coordinates.is_circle(i) {
+        true => std::f64::consts::PI / 3.0_f64.sqrt(),
+        false => f64::INFINITY,
+    };
+    (0..n).map(|i| deviation(q, n, i).min(most(i))).collect()
 }
 
 /// Standard deviation of component i of `[len, n]` values, 1 where it does not vary.
