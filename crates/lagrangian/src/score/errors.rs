@@ -6,6 +6,7 @@ use super::parts;
 use lagrangian_mechanics::dynamics::Model;
 use lagrangian_motion::Samples;
 use lagrangian_motion::Signal;
+use lagrangian_motion::statistics::variances;
 use lagrangian_motion::{Signals, Stop, Trajectory};
 
 /// Errors of one signal over all samples, by coordinate.
@@ -26,14 +27,15 @@ impl SignalError {
     /// The errors from mean squared errors and the variances of the true signals, both `[n]`.
     #[must_use]
     pub fn new(mse: Vec<f64>, variance: &[f64]) -> Self {
-        let nmse: Vec<f64> = mse.iter().zip(variance).map(|(e, v)| e / v).collect();
+        let nmse = mse.iter().zip(variance).map(|(e, v)| e / v).collect();
+        Self::of_parts(mse, nmse)
+    }
+
+    fn of_parts(mse: Vec<f64>, nmse: Vec<f64>) -> Self {
         // 0/0: a parameter, which is not predicted. What a model predicts as NaN counts.
-        let is_still = |e: f64, v: f64| e <= 0.0 && v <= 0.0;
-        let all = nmse.iter().zip(mse.iter().zip(variance));
-        let known = all
-            .filter(|(_, (e, v))| !is_still(**e, **v))
-            .map(|(x, _)| *x);
-        let known: Vec<f64> = known.collect();
+        let is_still = |x: f64, e: f64| x.is_nan() && e <= 0.0;
+        let known = nmse.iter().zip(&mse).filter(|(x, e)| !is_still(**x, **e));
+        let known: Vec<f64> = known.map(|(x, _)| *x).collect();
         Self {
             mse_sum: mse.iter().sum(),
             nmse_mean: known.iter().sum::<f64>() / known.len() as f64,
@@ -57,44 +59,22 @@ impl SignalError {
         if parts.is_empty() || self.nmse_mean.is_nan() {
             return self.clone();
         }
-        let variance = self
-            .mse
-            .iter()
-            .zip(&self.nmse)
-            .map(|(mse, nmse)| mse / nmse);
-        let mut own = self.clone();
-        for (i, variance) in variance.enumerate() {
-            let part = parts
-                .get(i)
-                .copied()
-                .filter(|part| part.is_finite() && variance.is_finite());
-            own.nmse[i] -= part.unwrap_or(0.0).min(own.nmse[i]);
-            own.mse[i] -= part.map_or(0.0, |part| part * variance).min(own.mse[i]);
+        let (mut mse, mut nmse) = (self.mse.clone(), self.nmse.clone());
+        for ((mse, nmse), part) in mse.iter_mut().zip(&mut nmse).zip(parts) {
+            let variance = *mse / *nmse;
+            if part.is_finite() && variance.is_finite() {
+                *nmse -= part.min(*nmse);
+                *mse -= (part * variance).min(*mse);
+            }
         }
-        let known: Vec<f64> = own
-            .nmse
-            .iter()
-            .copied()
-            .filter(|own| !own.is_nan())
-            .collect();
-        Self {
-            nmse_mean: known.iter().sum::<f64>() / known.len() as f64,
-            mse_sum: own.mse.iter().sum(),
-            ..own
-        }
+        Self::of_parts(mse, nmse)
     }
 
     /// The errors of some of the coordinates alone.
     #[must_use]
     pub fn of(&self, coordinates: &[usize]) -> Self {
         let pick = |all: &[f64]| -> Vec<f64> { coordinates.iter().map(|&i| all[i]).collect() };
-        let (mse, nmse) = (pick(&self.mse), pick(&self.nmse));
-        Self {
-            mse_sum: mse.iter().sum(),
-            nmse_mean: nmse.iter().sum::<f64>() / nmse.len() as f64,
-            mse,
-            nmse,
-        }
+        Self::of_parts(pick(&self.mse), pick(&self.nmse))
     }
 }
 
@@ -157,13 +137,7 @@ impl Errors {
             return None;
         }
         let count = (self.truth.len() / n) as f64;
-        let mean_over_samples = |f: &dyn Fn(usize, f64) -> f64| -> Vec<f64> {
-            let signal = |i| self.truth.iter().skip(i).step_by(n).map(move |x| f(i, *x));
-            (0..n).map(|i| signal(i).sum::<f64>() / count).collect()
-        };
-        let mean = mean_over_samples(&|_, x| x);
-        let variance = mean_over_samples(&|i, x| (x - mean[i]).powi(2));
         let mse: Vec<f64> = self.squared.iter().map(|s| s / count).collect();
-        Some(SignalError::new(mse, &variance))
+        Some(SignalError::new(mse, &variances(&self.truth, n)))
     }
 }
