@@ -4,9 +4,9 @@ use serde::Serialize;
 
 use super::Score;
 use lagrangian_mechanics::Model;
-use lagrangian_motion::Signal;
-use lagrangian_motion::statistics::variances;
-use lagrangian_motion::{Coordinates, Trajectory};
+use lagrangian_motion::solve::dot;
+use lagrangian_motion::statistics::{column, mean, variances};
+use lagrangian_motion::{Coordinates, Signals, Trajectory};
 
 /// The largest number of states at which the mass matrix is examined.
 const STATES: usize = 500;
@@ -39,13 +39,31 @@ pub struct Spectrum {
     pub scaled: f64,
 }
 
-/// Samples of the motions, at most [`STATES`].
-fn sampled(motions: &[Trajectory]) -> Vec<(&Trajectory, usize)> {
+/// A sample of a motion.
+struct State<'a> {
+    row: Signals<&'a [f64]>,
+    /// Standard errors of q̈; empty where they are not known.
+    errors: &'a [f64],
+    /// M, `[n, n]`.
+    mass: Vec<f64>,
+}
+
+/// Samples of the motions, at most [`STATES`]; `None` where a mass matrix is not finite.
+fn states<'a>(model: &dyn Model, motions: &'a [Trajectory]) -> Option<Vec<State<'a>>> {
+    let (n, mut evaluator) = (model.coordinates().dof(), model.evaluator());
     let all = motions
         .iter()
         .flat_map(|t| (0..t.len()).map(move |k| (t, k)));
     let total: usize = motions.iter().map(Trajectory::len).sum();
-    all.step_by(total.div_ceil(STATES).max(1)).collect()
+    let state = |(motion, k): (&'a Trajectory, usize)| {
+        let (row, errors) = (motion.row(k), motion.errors.row(n, k).qdd);
+        let mut mass = vec![0.0; n * n];
+        let outcome = evaluator.mass_matrix(row.q, row.qd, &mut mass);
+        outcome.is_finite().then_some(State { row, errors, mass })
+    };
+    all.step_by(total.div_ceil(STATES).max(1))
+        .map(state)
+        .collect()
 }
 
 /// The eigenvalues of a mass matrix, `[n, n]`, over the coordinates that move; `None` where they do not converge.
@@ -73,19 +91,9 @@ pub fn spectrum_of(coordinates: &Coordinates, mass: &[f64]) -> Option<Spectrum> 
 }
 
 pub(super) fn spectrum(model: &dyn Model, motions: &[Trajectory]) -> Option<Spectrum> {
-    let coordinates = model.coordinates();
-    let n = coordinates.dof();
-    let (mut evaluator, mut mass) = (model.evaluator(), vec![0.0; n * n]);
-    let mut found: Option<Spectrum> = None;
-    for (motion, k) in sampled(motions) {
-        let row = motion.row(k);
-        if !evaluator.mass_matrix(row.q, row.qd, &mut mass).is_finite() {
-            return None;
-        }
-        let own = spectrum_of(coordinates, &mass)?;
-        found = Some(found.map_or(own, |before| before.and(own)));
-    }
-    found
+    let own = states(model, motions)?.into_iter();
+    let own = own.map(|state| spectrum_of(model.coordinates(), &state.mass));
+    own.reduce(|a, b| Some(a?.and(b?)))?
 }
 
 /// The number of states whose mass matrices are compared, and as many that combine two of them.
@@ -134,45 +142,39 @@ impl Spectrum {
 /// The mean squares of M δq̈ over the variances of τ, `[n]`, for independent errors δq̈ of the accelerations; empty without them.
 pub(super) fn torque_noise(model: &dyn Model, motions: &[Trajectory]) -> Vec<f64> {
     let n = model.coordinates().dof();
-    let (mut evaluator, mut mass) = (model.evaluator(), vec![0.0; n * n]);
-    let (mut squares, mut applied) = (vec![0.0; n], Vec::new());
-    for (motion, k) in sampled(motions) {
-        let (errors, row) = (motion.errors.row(n, k).qdd, motion.row(k));
-        let known = errors.len() == n && row.tau.len() == n;
-        if !known || !evaluator.mass_matrix(row.q, row.qd, &mut mass).is_finite() {
-            return Vec::new();
-        }
-        for (sum, m) in squares.iter_mut().zip(mass.chunks_exact(n)) {
-            let pairs = m.iter().zip(errors);
-            *sum += pairs.map(|(m, e)| (m * e).powi(2)).sum::<f64>();
-        }
-        applied.extend(row.tau);
-    }
-    let count = applied.len() as f64 / n.max(1) as f64;
-    let parts = squares.iter().zip(variances(&applied, n));
-    parts.map(|(sum, all)| sum / count / all).collect()
+    let known = |state: &State| state.errors.len() == n && state.row.tau.len() == n;
+    let all = states(model, motions).filter(|all| all.iter().all(known));
+    let Some(all) = all else { return Vec::new() };
+    let noise = |state: &State| {
+        let square = |m: &[f64]| {
+            m.iter()
+                .zip(state.errors)
+                .map(|(m, e)| (m * e).powi(2))
+                .sum()
+        };
+        state.mass.chunks_exact(n).map(square).collect::<Vec<f64>>()
+    };
+    let noise: Vec<f64> = all.iter().flat_map(noise).collect();
+    let applied: Vec<f64> = all.iter().flat_map(|s| s.row.tau).copied().collect();
+    let parts = column(&noise, n, mean)
+        .into_iter()
+        .zip(variances(&applied, n));
+    parts.map(|(noise, all)| noise / all).collect()
 }
 
 /// The forward dynamics of each coordinate, where torques and accelerations are known.
 pub(super) fn forwards(model: &dyn Model, motions: &[Trajectory], score: &Score) -> Vec<Forward> {
-    let (Some(torque), Some(acceleration)) = (&score.torque, &score.acceleration) else {
+    let n = model.coordinates().dof();
+    let (Some(torque), Some(acceleration), Some(states)) =
+        (&score.torque, &score.acceleration, states(model, motions))
+    else {
         return Vec::new();
     };
-    let n = model.coordinates().dof();
-    let (mut evaluator, mut mass) = (model.evaluator(), vec![0.0; n * n]);
-    let [mut inertial, mut applied] = [const { Vec::new() }; 2];
-    for (motion, k) in sampled(motions) {
-        let (Some(_), Some(_)) = (motion.values(Signal::Qdd), motion.values(Signal::Tau)) else {
-            continue;
-        };
-        let row = motion.row(k);
-        if !evaluator.mass_matrix(row.q, row.qd, &mut mass).is_finite() {
-            return Vec::new();
-        }
-        let product = |mass: &[f64]| mass.iter().zip(row.qdd).map(|(m, x)| m * x).sum::<f64>();
-        inertial.extend(mass.chunks_exact(n).map(product));
-        applied.extend(row.tau);
-    }
+    let known = |state: &&State| state.row.qdd.len() == n && state.row.tau.len() == n;
+    let known = || states.iter().filter(known);
+    let inertial = known().flat_map(|s| s.mass.chunks_exact(n).map(|m| dot(m, s.row.qdd)));
+    let inertial: Vec<f64> = inertial.collect();
+    let applied: Vec<f64> = known().flat_map(|s| s.row.tau).copied().collect();
     let (inertial, applied) = (variances(&inertial, n), variances(&applied, n));
     let forward = |i: usize| {
         let share = inertial[i] / applied[i];
