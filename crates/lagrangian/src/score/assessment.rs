@@ -85,10 +85,7 @@ impl Assessment {
             verdict: Grade::Good,
             reasons: Vec::new(),
             forecast: score.forecast,
-            expectation: score
-                .forecast
-                .as_ref()
-                .map_or(String::new(), Forecast::sentence),
+            expectation: score.forecast.map_or(String::new(), |own| own.sentence()),
             joints,
             inertia,
         };
@@ -103,10 +100,7 @@ impl Assessment {
         for item in check.items.iter().filter(|item| item.doubtful) {
             let finding = format!("the data look wrong: {}: {}", item.name, item.finding);
             // Too little motion is a reservation; values that contradict themselves make a model of nothing.
-            let grade = match item.contradicts() {
-                true => Grade::Poor,
-                false => Grade::Fair,
-            };
+            let grade = Grade::of_defect(item.contradicts());
             let remedy = item.remedy.clone().unwrap_or_default();
             // One of a kind is enough: the check has all of them.
             if !doubts.iter().any(|r| r.remedy == remedy) {
@@ -153,6 +147,13 @@ fn of_description(candidates: &[CandidateResult]) -> Option<Reason> {
         let remedy = "check that the description is that of this robot, in m and rad, its joints in the order of the data (`joints`), positions without an offset";
         Reason::new(Grade::Fair, finding, remedy)
     })
+}
+
+impl Grade {
+    /// The grade of a model with a defect, which may make it useless.
+    fn of_defect(useless: bool) -> Self {
+        if useless { Self::Poor } else { Self::Fair }
+    }
 }
 
 impl Reason {
@@ -202,17 +203,18 @@ fn of_torques(score: &Score, coordinates: &Coordinates, joints: &[Forward]) -> V
         true => error.unexplained(),
         false => driven(error, joints),
     };
+    let grade = Grade::of_error(mean);
+    let finding = match mean < 1.0 {
+        true => format!("it explains {:.0} % of the torques", 100.0 * (1.0 - mean)),
+        false => format!("it predicts torques no better than their mean (nMSE {mean:.3})"),
+    };
+    let remedy = match grade {
+        Grade::Poor => MODEL,
+        _ => "record more and faster motions, or choose another model",
+    };
     let mut reasons = Vec::new();
-    if mean.is_nan() || mean >= 1.0 {
-        let finding = format!("it predicts torques no better than their mean (nMSE {mean:.3})");
-        reasons.push(Reason::new(Grade::Poor, finding, MODEL));
-    } else if mean > HALF {
-        let finding = format!("it explains {:.0} % of the torques", 100.0 * (1.0 - mean));
-        reasons.push(Reason::new(Grade::Poor, finding, MODEL));
-    } else if mean > GOOD {
-        let finding = format!("it explains {:.0} % of the torques", 100.0 * (1.0 - mean));
-        let remedy = "record more and faster motions, or choose another model";
-        reasons.push(Reason::new(Grade::Fair, finding, remedy));
+    if grade > Grade::Good {
+        reasons.push(Reason::new(grade, finding, remedy));
     }
     let names = coordinates.0.iter().map(|c| c.name.as_str());
     let is_passive = |k: usize| joints.get(k).is_some_and(|j| j.inertial_share > PASSIVE);
@@ -271,19 +273,18 @@ fn of_accelerations(score: &Score, joints: &[Forward]) -> Option<Reason> {
     }
     let mean = error.nmse_mean;
     let finding = format!("the squared error of its accelerations is {mean:.3} of their variance");
-    match mean - score.acceleration_noise {
-        x if x.is_nan() || x >= 1.0 => Some(Reason::new(
-            Grade::Poor,
-            finding,
-            "check the data with more care (units, angles, noise), fit longer, or choose another model",
-        )),
-        x if x > GOOD => Some(Reason::new(
+    let (grade, remedy) = match mean - score.acceleration_noise {
+        x if x <= GOOD => return None,
+        x if x < 1.0 => (
             Grade::Fair,
-            finding,
             "fit longer, or record more motions with less noise",
-        )),
-        _ => None,
-    }
+        ),
+        _ => (
+            Grade::Poor,
+            "check the data with more care (units, angles, noise), fit longer, or choose another model",
+        ),
+    };
+    Some(Reason::new(grade, finding, remedy))
 }
 
 /// Free accelerations that are wrong, and that fall with the speed.
@@ -302,29 +303,19 @@ fn of_speed(model: &dyn Model, motions: &[Trajectory], score: &Score) -> Option<
 }
 
 fn of_driven(joints: &[Forward]) -> Option<Reason> {
-    let predictable: Vec<&Forward> = joints.iter().filter(|j| j.predictable).collect();
-    let names = |all: &[&Forward]| {
-        let names: Vec<&str> = all.iter().map(|j| j.name.as_str()).collect();
-        names.join(", ")
-    };
-    if predictable.is_empty() {
+    let remedy = "use it for inverse dynamics alone, or record faster motions";
+    let predictable = || joints.iter().filter(|j| j.predictable);
+    if predictable().next().is_none() {
         let finding = "inertia makes up less of the torques than what stays unexplained: it predicts torques, but accelerations cannot be predicted from these motions";
-        let remedy = "use it for inverse dynamics alone, or record faster motions";
         return Some(Reason::new(Grade::Fair, finding, remedy));
     }
-    let wrong: Vec<&Forward> = predictable
-        .into_iter()
-        .filter(|j| j.acceleration_nmse.is_nan() || j.acceleration_nmse >= 1.0)
-        .collect();
-    if wrong.is_empty() {
-        return None;
-    }
+    let is_wrong = |j: &&Forward| j.acceleration_nmse.is_nan() || j.acceleration_nmse >= 1.0;
+    let wrong: Vec<&str> = predictable().filter(is_wrong).map(|j| &*j.name).collect();
     let finding = format!(
         "it predicts torques, but the acceleration of {} no better than the mean",
-        names(&wrong)
+        wrong.join(", ")
     );
-    let remedy = "use it for inverse dynamics alone, or record faster motions";
-    Some(Reason::new(Grade::Fair, finding, remedy))
+    (!wrong.is_empty()).then(|| Reason::new(Grade::Fair, finding, remedy))
 }
 
 fn of_inertia(spectrum: Spectrum) -> Option<Reason> {
@@ -349,16 +340,11 @@ fn of_poles(model: &dyn Model, motions: &[Trajectory]) -> Option<Reason> {
     };
     let share = poles(model, &all(Signal::Q), &all(Signal::Qd));
     let finding = format!(
-        "its mass matrix changes its signs in {:.1} % of the states that combine recorded positions and velocities: accelerations have          poles on the way there",
+        "its mass matrix changes its signs in {:.1} % of the states that combine recorded positions and velocities: accelerations have poles on the way there",
         100.0 * share
     );
     let remedy = "choose a family whose mass matrix is positive definite by construction, such as chain or delan";
-    let grade = if share > MANY {
-        Grade::Poor
-    } else {
-        Grade::Fair
-    };
-    (share > 0.0).then(|| Reason::new(grade, finding, remedy))
+    (share > 0.0).then(|| Reason::new(Grade::of_defect(share > MANY), finding, remedy))
 }
 
 /// A forecast is good where new motions can expect less than this part of their deviation, and of no use where it errs by more than that.
@@ -402,11 +388,8 @@ fn of_positions(motions: &[Trajectory], score: &Score) -> Option<Reason> {
     );
     let remedy =
         "check goals, gains and whether the motor was on, or record more motions and gains";
-    match share {
-        x if x.is_nan() || x > HALF => Some(Reason::new(Grade::Poor, finding, remedy)),
-        x if x > FAR_OFF => Some(Reason::new(Grade::Fair, finding, remedy)),
-        _ => None,
-    }
+    let above = |limit: f64| share.is_nan() || share > limit;
+    above(FAR_OFF).then(|| Reason::new(Grade::of_defect(above(HALF)), finding, remedy))
 }
 
 /// The sum over the coordinates of the mean absolute deviations of their positions.
@@ -444,9 +427,6 @@ fn of_motions(score: &Score) -> Option<Reason> {
     );
     let remedy = "do not predict for long with it; fit for longer, learn friction where there is some (`forces`), or record more motions";
     // Torques may be right where motions are not.
-    match share {
-        x if x < LOST && score.torque.is_none() => Some(Reason::new(Grade::Poor, finding, remedy)),
-        x if x < FOLLOWED => Some(Reason::new(Grade::Fair, finding, remedy)),
-        _ => None,
-    }
+    let useless = share < LOST && score.torque.is_none();
+    (share < FOLLOWED).then(|| Reason::new(Grade::of_defect(useless), finding, remedy))
 }
