@@ -129,16 +129,16 @@ impl Prepared {
             let doubts = own.items.into_iter().filter(|item| item.doubtful);
             check.items.extend(doubts);
         }
-        let suggested = options.chosen_low_pass(&check);
-        let low_pass = match suggested.filter(|_| !estimates.raw) {
-            Some(_) if are_clean(&check) && is_white(&training, &estimates)? => None,
-            other => other,
-        };
+        let suggested = (options.chosen_low_pass(&check)).filter(|_| !estimates.raw);
+        let clean = suggested.is_some() && are_clean(&check);
+        let whole = clean.then(|| estimated(training.clone(), &estimates));
+        let whole = whole.transpose()?.filter(|(_, how)| are_whole(how));
+        let low_pass = suggested.filter(|_| whole.is_none());
         if let Some(hertz) = low_pass.as_ref().and_then(|choice| choice.value.as_f64()) {
             estimates.low_pass = Some(hertz);
         }
         let held_back = validation.is_empty();
-        let (trajectories, mut how) = estimated(training, &estimates)?;
+        let (trajectories, mut how) = whole.map_or_else(|| estimated(training, &estimates), Ok)?;
         let (train, validation) = match held_back {
             true => split(trajectories, options.validate_fraction, spec.seed)?,
             false => {
@@ -169,19 +169,15 @@ impl Prepared {
 /// Whether the forces have no noise to speak of.
 fn are_clean(check: &CheckReport) -> bool {
     let noise = |item: &Item| item.values.get("force_noise").copied();
-    check
-        .items
-        .iter()
-        .filter_map(noise)
-        .all(|noise| noise <= NOISY_FORCES)
+    let mut noises = check.items.iter().filter_map(noise);
+    noises.all(|noise| noise <= NOISY_FORCES)
 }
 
-/// Whether most accelerations of the recordings need no low-pass: their noise is white, or there is none.
-fn is_white(recordings: &[Recording], options: &EstimateOptions) -> Result<bool> {
-    let (_, how) = estimated(recordings.to_vec(), options)?;
-    let of = how.iter().filter(|own| own.signal == "qdd");
+/// Whether most accelerations need no low-pass: their noise is white, or there is none.
+fn are_whole(estimates: &[Estimate]) -> bool {
+    let of = estimates.iter().filter(|own| own.signal == "qdd");
     let whole = of.clone().filter(|own| own.whole).count();
-    Ok(2 * whole >= of.count().max(1))
+    2 * whole >= of.count().max(1)
 }
 
 /// A name whose numbers are padded with zeros: in this order 2 comes before 10.
