@@ -5,7 +5,6 @@
 
 use super::Filtered;
 use super::least_squares::Part;
-use super::terms::FrictionCoupling;
 use lagrangian_motion::solve::dot;
 
 /// Largest number of states at which the mass matrix is compared with its transpose.
@@ -28,20 +27,14 @@ pub(super) fn couplings(filtered: &Filtered<'_>) -> Vec<Coupling> {
     let Some(stretches) = filtered.signals(0.0, &[0.0]) else {
         return Vec::new();
     };
-    let (n, terms) = (
-        stretches.speeds.len(),
-        stretches.terms(FrictionCoupling::Neighbours),
-    );
+    let (n, terms) = (stretches.speeds.len(), stretches.terms());
     let law = |i: usize| {
-        let all = Part::sum(&stretches.parts(i, 1, FrictionCoupling::Neighbours))?;
+        let all = Part::sum(&stretches.parts(i))?;
         (all.variance() > 0.0).then(|| all.law())?
     };
     let laws: Vec<Option<Vec<f64>>> = (0..n).map(law).collect();
-    let states: Vec<&[f64]> = stretches
-        .signals
-        .iter()
-        .flat_map(|s| s.q.chunks_exact(n))
-        .collect();
+    let states = stretches.signals.iter().flat_map(|s| s.q.chunks_exact(n));
+    let states: Vec<&[f64]> = states.collect();
     let still = vec![0.0; n];
     let mut row = Vec::new();
     // Mᵢⱼ at each state: the force of coordinate i by the unit acceleration of coordinate j.

@@ -9,7 +9,6 @@ use rayon::prelude::*;
 
 use super::Filtered;
 use super::least_squares::Part;
-use super::terms::FrictionCoupling;
 use crate::Recording;
 use crate::derivatives::GAP;
 use crate::local_polynomial::{median_step, segments};
@@ -60,32 +59,32 @@ pub(super) fn choose(recordings: &[&Recording]) -> Option<Cutoff> {
     // From the lowest to the highest.
     let hertz = candidates(recordings);
     let margin = 0.5 / hertz.first()?;
-    let all: Vec<Candidate> = hertz
+    let all = hertz
         .iter()
-        .filter_map(|&hertz| Candidate::new(recordings, hertz, margin))
-        .collect();
+        .filter_map(|hertz| Candidate::new(recordings, *hertz, margin));
+    let all: Vec<Candidate> = all.collect();
     let references: Vec<&Candidate> = all.iter().filter(|c| c.keeps(KEPT, all.last())).collect();
     // Indexed by reference, then by candidate.
     let errors_after = |r: &&Candidate| all.par_iter().map(|c| c.error(r)).collect();
     let table: Vec<Vec<f64>> = references.iter().map(errors_after).collect();
     let least = |errors: &[f64]| errors.iter().copied().fold(f64::INFINITY, f64::min);
     let clearest = table.iter().map(|e| least(e)).fold(f64::INFINITY, f64::min);
-    let clear: Vec<&Vec<f64>> = table
+    let clear = table
         .iter()
-        .filter(|errors| least(errors) <= clearest + CLEAR.ln())
-        .collect();
-    let mean = |k: usize| clear.iter().map(|e| e[k]).sum::<f64>() / clear.len() as f64;
-    let errors: Vec<f64> = (0..all.len()).map(mean).collect();
-    let best = errors.iter().copied().fold(f64::INFINITY, f64::min);
-    let pairs = all.iter().zip(&errors);
-    let mut near = pairs
-        .filter(|(_, e)| **e <= best + NEARLY.ln())
-        .map(|(c, _)| c);
+        .filter(|errors| least(errors) <= clearest + CLEAR.ln());
+    let count = clear.clone().count() as f64;
+    let error = |k: usize| clear.clone().map(|errors| errors[k]).sum::<f64>() / count;
+    let errors: Vec<f64> = (0..all.len()).map(error).collect();
+    let near = all.iter().zip(&errors);
+    let mut near = near
+        .filter(|(_, e)| **e <= least(&errors) + NEARLY.ln())
+        .map(|own| own.0);
     let lowest = near.next()?;
-    let whole = std::iter::once(lowest)
+    let is_whole = |c: &&Candidate| c.keeps(WHOLE, all.last());
+    let chosen = std::iter::once(lowest)
         .chain(near)
-        .find(|c| c.keeps(WHOLE, all.last()));
-    let chosen = whole.unwrap_or(lowest);
+        .find(is_whole)
+        .unwrap_or(lowest);
     let explained = 1.0 - chosen.error(chosen).exp();
     (explained > EXPLAINED).then_some(Cutoff {
         hertz: chosen.hertz,
@@ -100,9 +99,8 @@ pub(super) fn as_degrees(recordings: &[&Recording], hertz: f64) -> Option<f64> {
         let units: Vec<f64> = r.coordinates.0.iter().map(degrees_of).collect();
         for signal in [Signal::Q, Signal::Qd, Signal::Qdd] {
             let values = recording.signals.get_mut(signal).iter_mut();
-            values
-                .zip(units.iter().cycle())
-                .for_each(|(x, unit)| *x *= unit);
+            let pairs = values.zip(units.iter().cycle());
+            pairs.for_each(|(x, unit)| *x *= unit);
         }
         recording
     };
@@ -124,10 +122,8 @@ fn degrees_of(coordinate: &Coordinate) -> f64 {
 
 /// The candidate cut-offs, Hz, increasing.
 fn candidates(recordings: &[&Recording]) -> Vec<f64> {
-    let step = recordings
-        .iter()
-        .map(|r| median_step(&r.t))
-        .fold(0.0, f64::max);
+    let steps = recordings.iter().map(|r| median_step(&r.t));
+    let step = steps.fold(0.0, f64::max);
     let pieces = recordings.iter().flat_map(|r| {
         let pieces = segments(&r.t, GAP).into_iter();
         pieces.map(|s| r.t[s.end - 1] - r.t[s.start])
@@ -136,10 +132,8 @@ fn candidates(recordings: &[&Recording]) -> Vec<f64> {
     let allowed = PERIODS / longest..=HIGHEST.min(OF_RATE / step);
     let decades = (-3..=1).rev().map(|power| 10.0_f64.powi(power));
     let all = decades.flat_map(|decade| DECADE.map(|x| x * decade));
-    let mut chosen: Vec<f64> = all
-        .filter(|hertz| allowed.contains(hertz))
-        .take(CANDIDATES)
-        .collect();
+    let all = all.filter(|hertz| allowed.contains(hertz));
+    let mut chosen: Vec<f64> = all.take(CANDIDATES).collect();
     chosen.reverse();
     chosen
 }
@@ -150,12 +144,10 @@ impl Candidate {
         let own = (margin - 0.5 / hertz).max(0.0);
         let stretches = Filtered::new(recordings, hertz).signals(own, &[0.0])?;
         let n = stretches.speeds.len();
+        let joints = (0..n).into_par_iter().map(|i| stretches.parts(i));
         Some(Self {
             hertz,
-            joints: (0..n)
-                .into_par_iter()
-                .map(|i| stretches.parts(i, 1, FrictionCoupling::Neighbours))
-                .collect(),
+            joints: joints.collect(),
             speeds: stretches.speeds,
         })
     }

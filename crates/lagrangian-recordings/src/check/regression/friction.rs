@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::least_squares::{Part, RIDGE, jackknife};
-use super::terms::{FrictionCoupling, RUBBING, friction_at};
+use super::terms::{FrictionCoupling, RUBBING, Terms, friction_at};
 use super::{Filtered, Stretches};
 
 /// The friction in the force of one coordinate that depends on the velocity of one coordinate.
@@ -27,18 +27,18 @@ pub(super) fn rubs(filtered: &Filtered<'_>) -> Vec<Vec<FrictionTerm>> {
     let Some(stretches) = filtered.signals(0.0, &[0.0]) else {
         return Vec::new();
     };
-    let n = stretches.speeds.len();
-    let all: Option<Vec<Vec<FrictionTerm>>> = (0..n)
-        .into_par_iter()
-        .map(|i| of_force(&stretches, i))
-        .collect();
+    let forces = (0..stretches.speeds.len()).into_par_iter();
+    let all: Option<_> = forces.map(|i| of_force(&stretches, i)).collect();
     all.unwrap_or_default()
 }
 
 /// The friction in the force of coordinate `i`, with errors from omitting one stretch after another.
 fn of_force(stretches: &Stretches<'_>, i: usize) -> Option<Vec<FrictionTerm>> {
-    let terms = stretches.terms(FrictionCoupling::All);
-    let parts = stretches.parts(i, 1, FrictionCoupling::All);
+    let terms = Terms {
+        rubbing: FrictionCoupling::All,
+        ..stretches.terms()
+    };
+    let parts = stretches.parts_with(&terms, i, &[(0, i)]);
     let mut all = Part::sum(&parts)?;
     let deviation = (all.variance() / all.rows()).sqrt();
     let sizes = |sums: &Part| -> Option<Vec<f64>> {
@@ -58,7 +58,6 @@ fn of_force(stretches: &Stretches<'_>, i: usize) -> Option<Vec<FrictionTerm>> {
         error: jackknife(left.iter().map(|l| l[j])),
     };
     let rubs: Vec<FrictionTerm> = whole.into_iter().enumerate().map(rub).collect();
-    rubs.iter()
-        .all(|r| r.size.is_finite() && r.error.is_finite())
-        .then_some(rubs)
+    let finite = |r: &FrictionTerm| r.size.is_finite() && r.error.is_finite();
+    rubs.iter().all(finite).then_some(rubs)
 }

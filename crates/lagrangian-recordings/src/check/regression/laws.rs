@@ -10,7 +10,6 @@
 use rayon::prelude::*;
 
 use super::least_squares::Part;
-use super::terms::FrictionCoupling;
 use super::undriven::vanishing;
 use super::{Filtered, Stretches};
 use lagrangian_motion::statistics::upper_median;
@@ -115,8 +114,7 @@ impl Joint {
         let delays = (0..2 * DELAYS + 2).map(|k| (k, i));
         let coordinates = (0..stretches.speeds.len()).map(|j| (0, j));
         let columns: Vec<_> = delays.chain(coordinates).collect();
-        let stretched =
-            stretches.parts_with(i, 2 * DELAYS + 2, &columns, FrictionCoupling::Neighbours);
+        let stretched = stretches.parts_with(&stretches.terms(), i, &columns);
         let of_source = |source: &usize| {
             let pairs = stretched.iter().zip(&stretches.signals);
             Part::sum(pairs.filter(|(_, s)| s.source == *source).map(|(p, _)| p))
@@ -272,14 +270,12 @@ impl<'a> Laws<'a> {
         let laws = self.joints.iter().map(|j| j.law(&j.weighted(&weights)?));
         let left = self.joints.par_iter().map(|j| j.left_of_each(&weights));
         let left: Vec<Vec<f64>> = left.collect::<Option<_>>()?;
+        let of_others = |left: &Vec<f64>| kept.iter().map(|r| left[*r]).collect();
         Some(Suspect {
             recording,
             laws: laws.collect::<Option<_>>()?,
             own: left.iter().map(|left| left[recording]).collect(),
-            others: left
-                .iter()
-                .map(|left| kept.iter().map(|r| left[*r]).collect())
-                .collect(),
+            others: left.iter().map(of_others).collect(),
             kept,
         })
     }
@@ -290,11 +286,12 @@ impl<'a> Laws<'a> {
         let failing: Vec<usize> = (0..n).filter(|i| self.fails(s, *i)).collect();
         let failed = || failing.iter().copied();
         let force = |i: usize| self.joints[i].parts[r].square_force(0);
-        let missing = failed().filter(|i| force(*i) <= 0.0 && s.own[*i] > MISSING);
-        let missing =
-            missing.map(|i| format!("the force of {} cannot be 0, but is", self.names[i]));
+        let missing = |i: usize| {
+            let finding = format!("the force of {} cannot be 0, but is", self.names[i]);
+            (force(i) <= 0.0 && s.own[i] > MISSING).then_some(finding)
+        };
         let remedy = "record that force, or omit this recording";
-        let missing = found("forces", missing.collect(), remedy);
+        let missing = found("forces", failed().filter_map(missing).collect(), remedy);
         let exchange = |i: usize| {
             let others = (0..n).filter(|j| *j != i && force(*j) > 0.0);
             let columns = others.map(|j| (j, self.altered(s, i, column_of(j), 1.0)));
@@ -315,10 +312,8 @@ impl<'a> Laws<'a> {
         };
         let remedy = "check the signs and units of its forces";
         let factors = found("machines", failed().filter_map(factor).collect(), remedy);
-        missing
-            .or(exchanged)
-            .or(factors)
-            .or_else(|| self.delay(s, &failing))
+        let found = missing.or(exchanged).or(factors);
+        found.or_else(|| self.delay(s, &failing))
     }
 
     /// Whether the law of the others fails on a coordinate of a recording.
@@ -336,9 +331,8 @@ impl<'a> Laws<'a> {
     fn delay(&self, s: &Suspect, failing: &[usize]) -> Option<Disagreement> {
         let at = |r: usize, steps: i32| -> f64 {
             let joints = self.joints.iter().zip(&s.laws).filter(|(j, _)| !j.is_free);
-            joints
-                .map(|(joint, law)| joint.left(r, law, delayed(steps), 1.0))
-                .sum()
+            let left = joints.map(|(joint, law)| joint.left(r, law, delayed(steps), 1.0));
+            left.sum()
         };
         let all = -(DELAYS as i32)..=DELAYS as i32;
         let own = |steps: &i32| at(s.recording, *steps);
@@ -348,24 +342,19 @@ impl<'a> Laws<'a> {
         let late = failing.iter().any(explained) && of_others(steps) > of_others(0);
         let time = -1e3 * DELAY * f64::from(steps);
         let finding = format!("the forces are {time:.0} ms late");
-        found(
-            "delay",
-            late.then_some(finding).into_iter().collect(),
-            "shift its forces",
-        )
+        let late = late.then_some(finding).into_iter().collect();
+        found("delay", late, "shift its forces")
     }
 
     /// Another law than that of the others, which agree.
     fn other_law(&self, s: &Suspect) -> Option<Disagreement> {
         let of = |(i, others): (usize, &Vec<f64>)| {
             let pairs = s.kept.iter().zip(others);
-            let spoiled: f64 = pairs
-                .map(|(r, without)| (self.left[i][*r] / without).ln())
-                .sum();
+            let spoiled = pairs.map(|(r, without)| (self.left[i][*r] / without).ln());
             let (own, most) = (s.own[i], most(others));
             let other = own > LEFT.max(FAR * most)
                 && most < FITS
-                && spoiled > SPOILS.ln() * others.len() as f64;
+                && spoiled.sum::<f64>() > SPOILS.ln() * others.len() as f64;
             other.then_some((i, own, own / most))
         };
         let found = s.others.iter().enumerate().filter_map(of);

@@ -44,15 +44,11 @@ impl Part {
         }
     }
 
-    /// The sums of joint `i` over a stretch, with the forces of `columns`: the index of the delay, of `delays`, and of the joint of each.
-    pub(super) fn of(
-        s: &Signals,
-        terms: &Terms<'_>,
-        i: usize,
-        delays: usize,
-        columns: &[(usize, usize)],
-    ) -> Self {
-        let n = terms.speeds.len();
+    /// The sums of joint `i` over a stretch, with the forces of `columns`: the index of the delay and of the joint of each.
+    pub(super) fn of(s: &Signals, terms: &Terms<'_>, i: usize, columns: &[(usize, usize)]) -> Self {
+        let (n, delays) = (terms.speeds.len(), s.delays());
+        let unit: Vec<f64> = (0..n).map(|j| if j == i { 1.0 } else { 0.0 }).collect();
+        let mut ones = Vec::new();
         let mut row = Vec::new();
         let own = terms.row(i, &s.q[..n], &s.qd[..n], &s.qdd[..n], &mut row);
         let mut part = Self::empty(row.len(), own, columns.len());
@@ -65,13 +61,9 @@ impl Part {
                 *force = s.tau[(m * delays + k) * n + j];
             }
             part.add(&row, &forces);
-            let mut ones = Vec::new();
-            let unit: Vec<f64> = (0..n).map(|j| if j == i { 1.0 } else { 0.0 }).collect();
             terms.row(i, q, qd, &unit, &mut ones);
-            part.factors
-                .iter_mut()
-                .zip(&ones)
-                .for_each(|(f, x)| *f += x);
+            let factors = part.factors.iter_mut().zip(&ones);
+            factors.for_each(|(f, x)| *f += x);
             part.acceleration += qdd[i] * qdd[i];
         }
         part

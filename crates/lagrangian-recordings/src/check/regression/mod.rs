@@ -104,10 +104,7 @@ pub(in crate::check) fn fit_joints(
     let coordinates = &recordings.first()?.coordinates;
     let whole = |r: &&Recording| r.coordinates == *coordinates && !r.tau.is_empty() && usable(r);
     let recordings: Vec<&Recording> = recordings.iter().filter(whole).collect();
-    let step = recordings
-        .iter()
-        .map(|r| median_step(&r.t))
-        .reduce(f64::min)?;
+    let step = least_step(&recordings)?;
     let low_pass = match options.low_pass {
         Some(_) => None,
         None => cutoff::choose(&recordings),
@@ -117,11 +114,8 @@ pub(in crate::check) fn fit_joints(
     // A second, lower cut-off shows the influence of the first.
     let filtered = Filtered::new(&recordings, cutoff);
     let near = joints_far(&filtered, step, farther)?;
-    let low = joints_far(
-        &Filtered::new(&recordings, NARROWER * cutoff),
-        step,
-        farther,
-    );
+    let narrower = Filtered::new(&recordings, NARROWER * cutoff);
+    let low = joints_far(&narrower, step, farther);
     let joints = near.into_iter().enumerate().map(|(i, found)| {
         let other = low.as_ref().and_then(|w| w[i]);
         found.map(|f| f.beside(other))
@@ -151,16 +145,13 @@ pub(in crate::check) fn disagreement(
     let is_forced = recordings.iter().any(|r| !r.tau.is_empty());
     let whole =
         |r: &Recording| r.coordinates == *coordinates && r.tau.is_empty() != is_forced && usable(r);
-    let of = (0..recordings.len()).filter(|k| whole(recordings[*k]));
-    let of: Vec<usize> = of.collect();
-    let free = |r: &Recording| {
-        let mut recording = r.clone();
-        recording.signals.tau.resize(r.q.len(), 0.0);
-        recording
-    };
-    let all: Vec<Recording> = of.iter().map(|k| free(recordings[*k])).collect();
+    let mut of: Vec<usize> = (0..recordings.len()).collect();
+    of.retain(|k| whole(recordings[*k]));
+    let mut all: Vec<Recording> = of.iter().map(|k| recordings[*k].clone()).collect();
+    all.iter_mut()
+        .for_each(|r| r.signals.tau.resize(r.signals.q.len(), 0.0));
     let all: Vec<&Recording> = all.iter().collect();
-    let step = all.iter().map(|r| median_step(&r.t)).reduce(f64::min)?;
+    let step = least_step(&all)?;
     // A low-pass that was chosen for all forces is too low where some of them are wrong.
     let cutoffs = [low_pass, Some(UNKNOWN / step)].into_iter().flatten();
     let laws = cutoffs.filter_map(|cutoff| Laws::new(&Filtered::new(&all, cutoff)));
@@ -178,6 +169,11 @@ pub(in crate::check) fn disagreement(
         group.into_iter().map(|r| of[r]).collect(),
         ("machines", finding, remedy),
     ))
+}
+
+fn least_step(recordings: &[&Recording]) -> Option<f64> {
+    let steps = recordings.iter().map(|r| median_step(&r.t));
+    steps.reduce(f64::min)
 }
 
 /// Mean over the recordings, for each coordinate.
@@ -232,17 +228,10 @@ fn joints_far(filtered: &Filtered<'_>, step: f64, farther: bool) -> Option<Vec<O
 /// One estimate for each joint, at delays of up to `shifts` steps.
 fn joints(filtered: &Filtered<'_>, shifts: usize, step: f64) -> Option<Vec<Option<JointFit>>> {
     let n = filtered.coordinates.dof();
-    let delays: Vec<f64> = (0..=2 * shifts)
-        .map(|k| (k as f64 - shifts as f64) * step)
-        .collect();
+    let delays = (0..=2 * shifts).map(|k| (k as f64 - shifts as f64) * step);
+    let delays: Vec<f64> = delays.collect();
     let stretches = filtered.signals(shifts as f64 * step, &delays)?;
-    let joint = |i: usize| {
-        estimate(
-            &stretches.parts(i, delays.len(), FrictionCoupling::Neighbours),
-            shifts,
-            step,
-        )
-    };
+    let joint = |i: usize| estimate(&stretches.parts(i), shifts, step);
     Some((0..n).into_par_iter().map(joint).collect())
 }
 
@@ -254,13 +243,11 @@ struct Filtered<'a> {
 
 impl<'a> Filtered<'a> {
     fn new(recordings: &[&'a Recording], cutoff: f64) -> Self {
+        let sources = recordings.par_iter().enumerate();
+        let sources = sources.filter_map(|(k, r)| Source::new(k, r, cutoff));
         Self {
             coordinates: &recordings[0].coordinates,
-            sources: recordings
-                .par_iter()
-                .enumerate()
-                .filter_map(|(k, r)| Source::new(k, r, cutoff))
-                .collect(),
+            sources: sources.collect(),
         }
     }
 
@@ -294,29 +281,22 @@ struct Stretches<'a> {
 
 impl Stretches<'_> {
     /// The sums of joint `i` over each stretch.
-    fn parts(&self, i: usize, delays: usize, rubbing: FrictionCoupling) -> Vec<Part> {
-        let columns: Vec<_> = (0..delays).map(|k| (k, i)).collect();
-        self.parts_with(i, delays, &columns, rubbing)
+    fn parts(&self, i: usize) -> Vec<Part> {
+        let columns: Vec<_> = (0..self.signals[0].delays()).map(|k| (k, i)).collect();
+        self.parts_with(&self.terms(), i, &columns)
     }
 
-    /// The sums of joint `i` over each stretch, with the forces of `columns`: the index of a delay, of `delays`, and a joint.
-    fn parts_with(
-        &self,
-        i: usize,
-        delays: usize,
-        columns: &[(usize, usize)],
-        rubbing: FrictionCoupling,
-    ) -> Vec<Part> {
-        let terms = self.terms(rubbing);
-        let part = |s| Part::of(s, &terms, i, delays, columns);
+    /// The sums of joint `i` over each stretch, with the forces of `columns`: the index of a delay, and a joint.
+    fn parts_with(&self, terms: &Terms<'_>, i: usize, columns: &[(usize, usize)]) -> Vec<Part> {
+        let part = |s| Part::of(s, terms, i, columns);
         self.signals.iter().map(part).collect()
     }
 
-    fn terms(&self, rubbing: FrictionCoupling) -> Terms<'_> {
+    fn terms(&self) -> Terms<'_> {
         Terms {
             coordinates: self.coordinates,
             speeds: &self.speeds,
-            rubbing,
+            rubbing: FrictionCoupling::Neighbours,
         }
     }
 }

@@ -108,11 +108,8 @@ pub(super) fn stretches<'a>(sources: &'a [Source], margin: f64) -> Vec<Stretch<'
         let inside = move |s: &Range<usize>| s.start + own..s.end.saturating_sub(own);
         segments.iter().map(inside).map(move |rows| (source, rows))
     };
-    let pieces: Vec<(&'a Source, Range<usize>)> = sources
-        .iter()
-        .flat_map(usable)
-        .filter(|(_, rows)| rows.len() >= SHORTEST)
-        .collect();
+    let mut pieces: Vec<(&'a Source, Range<usize>)> = sources.iter().flat_map(usable).collect();
+    pieces.retain(|(_, rows)| rows.len() >= SHORTEST);
     let total: usize = pieces.iter().map(|(_, rows)| rows.len()).sum();
     let length = total.div_ceil(STRETCHES).max(SHORTEST);
     let stride = total.div_ceil(SAMPLES).max(1);
@@ -136,6 +133,13 @@ pub(super) struct Signals {
     pub(super) qd: Vec<f64>,
     pub(super) qdd: Vec<f64>,
     pub(super) tau: Vec<f64>,
+}
+
+impl Signals {
+    /// The number of delays.
+    pub(super) fn delays(&self) -> usize {
+        self.tau.len() / self.q.len()
+    }
 }
 
 impl Stretch<'_> {

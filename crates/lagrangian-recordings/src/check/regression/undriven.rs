@@ -10,9 +10,9 @@
 //! | v | x₀ ≈ Σ bₖ (xₖ − aₖ x₀), as the combination v·x that vanishes | P |
 
 use super::least_squares::{Part, RIDGE};
-use super::terms::FrictionCoupling;
 use super::{Filtered, Stretches};
 use lagrangian_motion::solve::ridge::{Ridge, scales};
+use lagrangian_motion::statistics::mean;
 
 /// A coordinate whose recorded force is 0 throughout, while others have some.
 #[derive(Debug, Clone, Copy)]
@@ -31,21 +31,19 @@ pub(super) fn undriven(filtered: &Filtered<'_>) -> Vec<Undriven> {
         return Vec::new();
     };
     let moving = |i: &usize| !stretches.coordinates.is_parameter(*i);
-    let coordinates: Vec<usize> = (0..stretches.speeds.len()).filter(moving).collect();
-    let (driven, free): (Vec<usize>, Vec<usize>) = coordinates
-        .into_iter()
-        .partition(|i| is_driven(&stretches, *i));
+    let moving = (0..stretches.speeds.len()).filter(moving);
+    let (driven, free): (Vec<_>, Vec<_>) = moving.partition(|i| is_driven(&stretches, *i));
     if driven.is_empty() || free.is_empty() {
         return Vec::new();
     }
-    let parts = |i: usize| stretches.parts(i, 1, FrictionCoupling::Neighbours);
-    let forces = driven.iter().filter_map(|i| of_force(&parts(*i)));
-    let (sum, count) = forces.fold((0.0, 0.0), |(s, c), x| (s + x, c + 1.0));
+    let parts = |i: usize| stretches.parts(i);
+    let mut forces = driven.iter().filter_map(|i| of_force(&parts(*i)));
+    let forces_explained = mean(&mut forces);
     let of_coordinate = |i: usize| {
         Some(Undriven {
             coordinate: i,
             explained: of_acceleration(&parts(i))?,
-            forces_explained: sum / count,
+            forces_explained,
         })
     };
     free.into_iter().filter_map(of_coordinate).collect()
