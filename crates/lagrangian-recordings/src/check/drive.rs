@@ -6,8 +6,8 @@ use super::regression::{self, Coupling, FrictionTerm, JointFit, JointFits, Undri
 use super::swings::{Swings, swings};
 use super::{Item, range, swings_of_all};
 use crate::Recording;
-use lagrangian_motion::Topology;
-use lagrangian_motion::counted;
+use lagrangian_motion::statistics::column;
+use lagrangian_motion::{Topology, counted};
 
 /// An inertia or a sign is assessed only where the motion explains this part of the variance of the force …
 const EXPLAINED: f64 = 0.5;
@@ -104,9 +104,10 @@ fn few_swings(recordings: &[Recording], fits: Option<&JointFits>) -> Option<Item
     })
 }
 
-fn names(recordings: &[Recording]) -> impl Iterator<Item = (usize, &str)> {
+/// The names of the coordinates.
+fn names(recordings: &[Recording]) -> Vec<&str> {
     let coordinates = recordings.iter().take(1).flat_map(|r| &r.coordinates.0);
-    coordinates.enumerate().map(|(i, c)| (i, c.name.as_str()))
+    coordinates.map(|c| c.name.as_str()).collect()
 }
 
 /// Whether the positions contain vibrations that the force does not, so that neither inertias nor delays can be trusted: the
@@ -119,12 +120,12 @@ fn is_shaken(fits: &JointFits) -> bool {
 
 /// Whether a coordinate spans more than a turn if it is in radians; read as degrees, such a span is small for a joint.
 fn reaches_far(recording: &Recording) -> bool {
-    let n = recording.dof();
-    let spans = |i: usize| {
-        let (low, high) = range(recording.q.iter().skip(i).step_by(n).copied());
-        high - low > TAU
+    let span = |x: &mut dyn Iterator<Item = f64>| {
+        let (low, high) = range(x);
+        high - low
     };
-    (0..n).any(spans)
+    let spans = column(&recording.q, recording.dof(), span);
+    spans.into_iter().any(|span| span > TAU)
 }
 
 /// Units that explain the forces better, or forces that are too large for a machine.
@@ -137,11 +138,8 @@ fn units(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
             "read as degrees, the coordinates leave {percent:.0} % of what stays unexplained of the forces in radians"
         );
         let remedy = "declare them: `angles` all and `degrees`, or convert them to radians";
-        items.push(
-            Item::doubt("unit", finding, remedy)
-                .claims(None, 1.0)
-                .value("left", left),
-        );
+        let item = Item::doubt("unit", finding, remedy).claims(None, 1.0);
+        items.push(item.value("left", left));
     }
     let forces = recordings.iter().flat_map(|r| &r.tau);
     let largest = forces.fold(0.0_f64, |most, x| most.max(x.abs()));
@@ -170,13 +168,7 @@ fn works(recordings: &[Recording]) -> Vec<Item> {
         return Vec::new();
     }
     let swings: Vec<Vec<Swings>> = recordings.iter().map(swings).collect();
-    let turns = |i: usize| {
-        swings
-            .iter()
-            .filter_map(|s| s.get(i))
-            .map(|s| s.count)
-            .sum::<usize>()
-    };
+    let turns = |i: usize| -> usize { swings.iter().filter_map(|s| Some(s.get(i)?.count)).sum() };
     let part = |i: usize| sums[i] / sizes[i];
     let of_joint = |(i, name): (usize, &str)| {
         (part(i) < -BRAKING && turns(i) >= FORTH_AND_BACK).then(|| {
@@ -188,15 +180,13 @@ fn works(recordings: &[Recording]) -> Vec<Item> {
             Item::doubt("work", finding, remedy).claims(Some(i), 1.0).value("part", part(i))
         })
     };
-    names(recordings)
-        .filter(|(i, _)| *i < n)
-        .filter_map(of_joint)
-        .collect()
+    let names = names(recordings).into_iter().enumerate().take(n);
+    names.filter_map(of_joint).collect()
 }
 
 /// Coordinates that must be driven, although their forces are 0 throughout.
 fn unrecorded(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
-    let all: Vec<&str> = names(recordings).map(|(_, name)| name).collect();
+    let all = names(recordings);
     let is_told = |u: &&Undriven| u.forces_explained > WELL_EXPLAINED && u.explained < EXPLAINED;
     let item = |u: &Undriven| {
         let finding = format!(
@@ -216,7 +206,7 @@ fn unrecorded(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
 
 /// Pairs of coordinates whose forces have different units, or are exchanged.
 fn couplings(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
-    let all: Vec<&str> = names(recordings).map(|(_, name)| name).collect();
+    let all = names(recordings);
     let item = |c: &Coupling| {
         let (first, second) = (all[c.pair.0], all[c.pair.1]);
         let known = |i: usize| fits.joints[i].is_some_and(|f| f.explained.0 > WELL_EXPLAINED);
@@ -255,7 +245,7 @@ pub(super) fn disagreement(
 
 /// Forces that brake the velocity of another joint, or drive their own velocity where friction should brake it.
 fn frictions(recordings: &[Recording], fits: &JointFits, errors: f64) -> Vec<Item> {
-    let all: Vec<&str> = names(recordings).map(|(_, name)| name).collect();
+    let all = names(recordings);
     let certain =
         |rub: &FrictionTerm, sign| rub.is_certain(sign, errors * FRICTION_ERRORS, FRICTION_PART);
     let of_force = |(i, rubs): (usize, &Vec<FrictionTerm>)| {
@@ -268,11 +258,8 @@ fn frictions(recordings: &[Recording], fits: &JointFits, errors: f64) -> Vec<Ite
                 100.0 * own.error
             );
             let remedy = "reverse the sign of that force, or of the coordinate and its velocity";
-            return Some(
-                Item::doubt("sign", finding, remedy)
-                    .claims(Some(i), 1.0)
-                    .value("friction", own.size),
-            );
+            let item = Item::doubt("sign", finding, remedy).claims(Some(i), 1.0);
+            return Some(item.value("friction", own.size));
         }
         let others = rubs.iter().enumerate().filter(|(j, _)| *j != i);
         let (j, most) = others.max_by(|a, b| a.1.size.total_cmp(&b.1.size))?;
@@ -290,12 +277,8 @@ fn frictions(recordings: &[Recording], fits: &JointFits, errors: f64) -> Vec<Ite
             100.0 * own.size
         );
         let remedy = "check the order of the columns of the forces: that of the coordinates";
-        Some(
-            Item::doubt("order", finding, remedy)
-                .claims(Some(i), 1.0)
-                .value("friction", most.size)
-                .value("own", own.size),
-        )
+        let item = Item::doubt("order", finding, remedy).claims(Some(i), 1.0);
+        Some(item.value("friction", most.size).value("own", own.size))
     };
     fits.rubs.iter().enumerate().filter_map(of_force).collect()
 }
@@ -355,7 +338,11 @@ fn delays(recordings: &[Recording], fits: &JointFits, errors: f64) -> Vec<Item> 
             .value("explained_without", found.explained.1);
         Some(item)
     };
-    names(recordings).filter_map(item).collect()
+    names(recordings)
+        .into_iter()
+        .enumerate()
+        .filter_map(item)
+        .collect()
 }
 
 fn inertias(recordings: &[Recording], fits: &JointFits, errors: f64) -> Vec<Item> {
@@ -385,29 +372,24 @@ fn inertias(recordings: &[Recording], fits: &JointFits, errors: f64) -> Vec<Item
         } else {
             Item::pass("inertia", finding)
         };
-        Some(
-            item.claims(Some(i), inertia.signum())
-                .value("inertia", inertia)
-                .value("error", error),
-        )
+        let item = item.claims(Some(i), inertia.signum());
+        Some(item.value("inertia", inertia).value("error", error))
     };
-    names(recordings).filter_map(item).collect()
+    names(recordings)
+        .into_iter()
+        .enumerate()
+        .filter_map(item)
+        .collect()
 }
 
 /// An item about noise in the accelerations, with the low-pass that helps.
 fn accelerations(recordings: &[Recording], fits: &JointFits) -> Option<Item> {
-    let certainty = fits.uncertainty.iter().enumerate();
-    let (at, worst) = certainty
-        .filter(|(_, c)| c.is_finite())
-        .max_by(|a, b| a.1.total_cmp(b.1))?;
-    let name = |i: usize| names(recordings).nth(i).map_or("", |n| n.1);
-    let (percent, joint) = (100.0 * worst, name(at));
-    let noise = fits
-        .noise
-        .iter()
-        .copied()
-        .filter(|x| x.is_finite())
-        .fold(0.0, f64::max);
+    let known = fits.uncertainty.iter().zip(names(recordings));
+    let known = known.filter(|(c, _)| c.is_finite());
+    let (worst, joint) = known.max_by(|a, b| a.0.total_cmp(b.0))?;
+    let percent = 100.0 * worst;
+    let noises = fits.noise.iter().copied().filter(|x| x.is_finite());
+    let noise = noises.fold(0.0, f64::max);
     let finding = format!(
         "estimated q̈ is uncertain by {percent:.1} % ({joint}), the forces by {:.1} % or less",
         100.0 * noise

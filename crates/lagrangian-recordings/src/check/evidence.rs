@@ -3,7 +3,7 @@
 //! The halves have equal numbers of samples, or else equal travel of the coordinate in question, since data inform about a coordinate
 //! only where it moves. Within a half, half as many standard errors count as evidence.
 
-use super::{Item, Verdict};
+use super::{Item, Verdict, duration};
 use crate::Recording;
 
 /// Standard errors that are evidence in one half of the data, as a fraction of those that all data need.
@@ -56,17 +56,12 @@ pub(super) fn confirm(
         let says = |half: &Vec<Item>, k: &usize| half.iter().any(|other| items[*k].agrees(other));
         open.retain(|k| !(concerned(k) && found.iter().all(|half| says(half, k))));
     }
-    let seconds: f64 = recordings
-        .iter()
-        .filter_map(|r| Some(r.t.last()? - r.t.first()?))
-        .sum();
+    let seconds = 2.0 * duration(recordings);
+    let remedy = format!("to tell it, record {seconds:.0} s or more with such motion");
     for k in open {
         let item = &mut items[k];
         item.finding += "; but not in each half of the data, so it is not certain";
-        item.remedy = Some(format!(
-            "to tell it, record {:.0} s or more with such motion",
-            2.0 * seconds
-        ));
+        item.remedy = Some(remedy.clone());
         (item.verdict, item.doubtful) = (Verdict::Pass, false);
     }
 }

@@ -17,10 +17,8 @@ const USUAL: f64 = 5.0;
 pub(super) fn item(t: &[f64], column: &Column<'_>) -> Option<Item> {
     let x: Vec<f64> = column.iter().collect();
     let runs = runs(&x);
-    let mut lengths: Vec<f64> = runs
-        .iter()
-        .flat_map(|r| std::iter::repeat_n(r.len() as f64, r.len()))
-        .collect();
+    let lengths = |r: &Range<usize>| std::iter::repeat_n(r.len() as f64, r.len());
+    let mut lengths: Vec<f64> = runs.iter().flat_map(lengths).collect();
     let usual = upper_median(&mut lengths);
     let mut steps: Vec<f64> = x.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
     steps.retain(|step| *step > 0.0);

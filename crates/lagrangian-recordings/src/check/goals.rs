@@ -94,9 +94,6 @@ fn of_coordinate(recordings: &[Recording], i: usize) -> Option<Item> {
     } else {
         Item::pass("goal", figures)
     };
-    Some(
-        item.claims(Some(i), correlation.signum())
-            .value("correlation", correlation)
-            .value("ratio", ratio),
-    )
+    let item = item.claims(Some(i), correlation.signum());
+    Some(item.value("correlation", correlation).value("ratio", ratio))
 }

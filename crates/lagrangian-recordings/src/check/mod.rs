@@ -395,9 +395,7 @@ fn of_one(recording: &Recording, errors: f64) -> Vec<Item> {
 /// Total length of the recordings.
 fn length(recordings: &[Recording], swings: usize) -> Item {
     let samples: usize = recordings.iter().map(Recording::len).sum();
-    let durations = recordings.iter();
-    let durations = durations.filter_map(|r| Some(r.t.last()? - r.t.first()?));
-    let seconds: f64 = durations.sum();
+    let seconds = duration(recordings);
     let n = recordings.first().map_or(0, Recording::dof);
     let finding = format!(
         "{samples} samples, {seconds:.4} s, {}, {}",
@@ -421,6 +419,13 @@ fn length(recordings: &[Recording], swings: usize) -> Item {
     item.value("samples", samples as f64)
         .value("seconds", seconds)
         .value("trajectories", recordings.len() as f64)
+}
+
+/// The duration of all recordings together, s.
+fn duration(recordings: &[Recording]) -> f64 {
+    let durations = recordings.iter();
+    let durations = durations.filter_map(|r| Some(r.t.last()? - r.t.first()?));
+    durations.sum()
 }
 
 /// The swings of all coordinates in all recordings.

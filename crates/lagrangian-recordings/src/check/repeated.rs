@@ -7,6 +7,7 @@ use super::column::{Column, columns};
 use super::{CheckReport, Item, drive};
 use crate::Recording;
 use crate::local_polynomial::median_step;
+use crate::low_pass::lagrange;
 use crate::sample::finalised;
 use lagrangian_motion::Signal;
 
@@ -34,22 +35,13 @@ pub(super) fn items(recordings: &[Recording]) -> Vec<Item> {
     let all: Vec<&Recording> = recordings.iter().collect();
     let name = |k: usize| &recordings[k].name;
     let item = |s: Shared| {
-        let Shared {
-            first,
-            second,
-            samples,
-        } = s;
-        let finding = match first == second {
-            true => format!(
-                "{samples} samples of '{}' repeat earlier ones of it",
-                name(second)
-            ),
-            false => format!(
-                "{samples} of {} samples of '{}' are those of '{}'",
-                recordings[second].len(),
-                name(second),
-                name(first)
-            ),
+        let (first, second, samples) = (name(s.first), name(s.second), s.samples);
+        let finding = match s.first == s.second {
+            true => format!("{samples} samples of '{second}' repeat earlier ones of it"),
+            false => {
+                let all = recordings[s.second].len();
+                format!("{samples} of {all} samples of '{second}' are those of '{first}'")
+            }
         };
         let remedy = "remove the copy: what is held back from a fit would be what it was fitted to";
         Item::doubt("repeated", finding, remedy).value("samples", samples as f64)
@@ -238,17 +230,12 @@ impl<'a> Pair<'a> {
     }
 }
 
-/// Position i of a recording at time t: the cubic through four samples (Lagrange).
+/// Position i of a recording at time t: the cubic through four samples.
 fn position(r: &Recording, i: usize, t: f64) -> f64 {
     let next = r.t.partition_point(|x| *x <= t);
     let first = next.saturating_sub(2).min(r.len() - 4);
-    let rows = first..first + 4;
-    let term = |k: usize| {
-        let others = rows.clone().filter(|j| *j != k);
-        let basis = others.map(|j| (t - r.t[j]) / (r.t[k] - r.t[j]));
-        basis.product::<f64>() * r.q[k * r.dof() + i]
-    };
-    rows.clone().map(term).sum()
+    let q = [0, 1, 2, 3].map(|k| r.q[(first + k) * r.dof() + i]);
+    lagrange(&r.t[first..first + 4], &q, t)
 }
 
 /// Samples that pairs of recordings share, in the order of the second; those before `from` are not compared with one another.
@@ -273,11 +260,8 @@ fn shared(recordings: &[&Recording], from: usize) -> Vec<Shared> {
                     place.map(|p| (p, row, 1))
                 }
             };
-            let here = Place {
-                recording: second,
-                row,
-            };
-            seen.entry(key).or_insert(here);
+            let recording = second;
+            seen.entry(key).or_insert(Place { recording, row });
         }
         end(&mut found, second, run);
     }
@@ -292,10 +276,8 @@ fn end(found: &mut Vec<Shared>, second: usize, run: Option<(Place, usize, usize)
         return;
     }
     let first = start.recording;
-    match found
-        .iter_mut()
-        .find(|s| s.first == first && s.second == second)
-    {
+    let mut known = found.iter_mut();
+    match known.find(|s| s.first == first && s.second == second) {
         Some(known) => known.samples += samples,
         None => found.push(Shared {
             first,
@@ -306,24 +288,19 @@ fn end(found: &mut Vec<Shared>, second: usize, run: Option<(Place, usize, usize)
 }
 
 /// Hash and first row of each window of consecutive samples in which a value changes at every sample.
-fn windows(recording: &Recording) -> impl Iterator<Item = (usize, u64)> {
+fn windows(recording: &Recording) -> Vec<(usize, u64)> {
     let n = recording.dof();
     let signals = [Signal::Q, Signal::Qd, Signal::Tau];
     let measured = move |row: usize| {
         let values = signals.into_iter().filter_map(|s| recording.values(s));
         values.flat_map(move |v| v.get(row * n..(row + 1) * n).unwrap_or_default())
     };
-    let rows: Vec<u64> = (0..recording.len())
-        .map(|row| measured(row).fold(SEED, |hash, x| mixed(hash, x.to_bits())))
-        .collect();
-    let moves = |w: &&[u64]| w.windows(2).all(|pair| pair[0] != pair[1]);
-    let keys: Vec<(usize, u64)> = rows
-        .windows(WINDOW)
-        .enumerate()
-        .filter(|(_, w)| moves(w))
-        .map(|(row, w)| (row, w.iter().fold(SEED, |hash, x| mixed(hash, *x))))
-        .collect();
-    keys.into_iter()
+    let row = |row| measured(row).fold(SEED, |hash, x| mixed(hash, x.to_bits()));
+    let rows: Vec<u64> = (0..recording.len()).map(row).collect();
+    let moves = |w: &[u64]| w.windows(2).all(|pair| pair[0] != pair[1]);
+    let key = |w: &[u64]| moves(w).then(|| w.iter().fold(SEED, |hash, x| mixed(hash, *x)));
+    let keys = rows.windows(WINDOW).enumerate();
+    keys.filter_map(|(row, w)| Some((row, key(w)?))).collect()
 }
 
 const SEED: u64 = 0xcbf2_9ce4_8422_2325;

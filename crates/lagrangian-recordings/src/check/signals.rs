@@ -56,18 +56,12 @@ pub(super) fn excitation(recordings: &[Recording]) -> Option<Item> {
         return Some(Item::fail("excitation", "no coordinate moves", remedy));
     }
     if still.is_empty() {
-        let (forces, all) = (
-            recordings.iter().filter(|r| !r.tau.is_empty()),
-            recordings.len(),
-        );
-        let forces = forces.count();
+        let forces = recordings.iter().filter(|r| !r.tau.is_empty()).count();
+        let all = recordings.len();
         let finding = format!("every coordinate moves; {forces} of {all} recordings have forces");
         return Some(Item::pass("excitation", finding));
     }
-    let names: Vec<&str> = still
-        .iter()
-        .map(|&i| coordinates.0[i].name.as_str())
-        .collect();
+    let names: Vec<&str> = still.iter().map(|i| &*coordinates.0[*i].name).collect();
     let finding = format!("{} never moves", names.join(", "));
     let remedy = "omit it with `q`, or excite it: nothing about it can be learned";
     Some(Item::warn("excitation", finding, remedy))
@@ -77,10 +71,8 @@ pub(super) fn excitation(recordings: &[Recording]) -> Option<Item> {
 pub(super) fn items(recording: &Recording, errors: f64) -> Vec<Item> {
     let columns = columns(recording);
     let mut items = vec![finite(&columns), ranges(recording, &columns, errors)];
-    let limited = columns
-        .iter()
-        .filter(|c| matches!(c.signal, Signal::Q | Signal::Tau));
-    items.extend(limited.filter_map(saturation));
+    let limited = |c: &&Column<'_>| matches!(c.signal, Signal::Q | Signal::Tau);
+    items.extend(columns.iter().filter(limited).filter_map(saturation));
     items
 }
 
@@ -93,18 +85,15 @@ pub(super) fn sampled_items(recording: &Recording) -> Vec<Item> {
     let mut items = vec![wraps(recording)];
     let positions = columns.iter().filter(|c| c.signal == Signal::Q);
     items.extend(positions.filter_map(|c| jumps(recording, c)));
-    let measured = columns
-        .iter()
-        .filter(|c| matches!(c.signal, Signal::Qd | Signal::Tau));
+    let measured = |c: &&Column<'_>| matches!(c.signal, Signal::Qd | Signal::Tau);
+    let measured = columns.iter().filter(measured);
     items.extend(measured.filter_map(|c| spikes::item(&recording.t, c)));
     let all_steps: Vec<f64> = columns.iter().map(Column::quantum).collect();
     items.push(repeats(recording, &all_steps));
     // Goals and gains are commanded, not measured.
-    let (sensors, steps): (Vec<_>, Vec<f64>) = columns
-        .into_iter()
-        .zip(all_steps)
-        .filter(|(c, _)| !c.signal.is_of_drive())
-        .unzip();
+    let sensors = columns.into_iter().zip(all_steps);
+    let sensors = sensors.filter(|(c, _)| !c.signal.is_of_drive());
+    let (sensors, steps): (Vec<_>, Vec<f64>) = sensors.unzip();
     items.extend(sensors.iter().filter_map(|c| frozen::item(&recording.t, c)));
     items.push(noise(recording, &sensors));
     items.push(quantisation(&sensors, &steps));
@@ -168,10 +157,8 @@ fn ranges(recording: &Recording, columns: &[Column<'_>], errors: f64) -> Item {
         let most = swings.count.max(changes) as f64;
         let wide = swings.travel / TAU > TURNS_IN_A_SWING * most;
         if is_angle && turns > MANY_TURNS && wide && swings.count as f64 >= errors * MANY_SWINGS {
-            item = item
-                .with(Verdict::Warn, remedy)
-                .in_doubt()
-                .claims(Some(c.coordinate), 1.0);
+            let doubt = item.with(Verdict::Warn, remedy).in_doubt();
+            item = doubt.claims(Some(c.coordinate), 1.0);
         }
     }
     item.finding = texts.join(", ");
@@ -198,9 +185,8 @@ fn jumps(recording: &Recording, c: &Column<'_>) -> Option<Item> {
     // Samples beside a gap have no prediction.
     let longest = GAP * median_step(t);
     let near = |k: usize| t[k - 1..k + 3].windows(2).all(|w| w[1] - w[0] <= longest);
-    let surprises: Vec<f64> = (1..q.len() - 2)
-        .map(|k| if near(k) { surprise(k) } else { 0.0 })
-        .collect();
+    let surprises = (1..q.len() - 2).map(|k| if near(k) { surprise(k) } else { 0.0 });
+    let surprises: Vec<f64> = surprises.collect();
     let (low, high) = c.range();
     let usual = upper_median(&mut surprises.clone());
     let threshold = (JUMP * usual).max(SMALLEST_JUMP * (high - low));
@@ -211,11 +197,8 @@ fn jumps(recording: &Recording, c: &Column<'_>) -> Option<Item> {
             && surprises.get(k.wrapping_sub(1)).is_none_or(|s| *s < own)
             && surprises.get(k + 1).is_none_or(|s| *s <= own)
     };
-    let found: Vec<usize> = (0..surprises.len())
-        .filter(is_jump)
-        .map(|k| k + 1)
-        .collect();
-    let &k = found.first()?;
+    let found: Vec<usize> = (0..surprises.len()).filter(is_jump).collect();
+    let k = found.first()? + 1;
     let (step, count, at, name) = (q[k + 1] - q[k], found.len(), t[k + 1], c.name);
     let whole_turn =
         |turn: f64| ((step.abs() - turn).abs() < 0.1 * turn) && high - low < 1.05 * turn;
@@ -278,11 +261,8 @@ fn noise(recording: &Recording, columns: &[Column<'_>]) -> Item {
     let loud = recording.qdd.is_empty() && known.peek().is_some() && known.all(|x| x < PREDICTED);
     let finding = "the positions are noise: neighbouring samples do not predict one another";
     let remedy = "check which columns are positions, the order of the rows, and the sampling rate";
-    if loud {
-        Item::fail("noise", finding, remedy)
-    } else {
-        item
-    }
+    let failed = loud.then(|| Item::fail("noise", finding, remedy));
+    failed.unwrap_or(item)
 }
 
 /// Positions of which their neighbours predict less than this part cannot be told from noise.
@@ -296,11 +276,8 @@ fn predicted(column: &Column<'_>) -> Option<f64> {
     // Sums over the sample and those of its nearest and next neighbours: products [x, a, b] with x, a and b.
     let mut sums = [[0.0; 3]; 3];
     for w in values.windows(5) {
-        let own = [
-            w[2] - mean,
-            w[1] + w[3] - 2.0 * mean,
-            w[0] + w[4] - 2.0 * mean,
-        ];
+        let [a, b, x, c, d] = [0, 1, 2, 3, 4].map(|k| w[k]);
+        let own = [x - mean, b + c - 2.0 * mean, a + d - 2.0 * mean];
         for (row, x) in sums.iter_mut().zip(own) {
             row.iter_mut().zip(own).for_each(|(sum, y)| *sum += x * y);
         }
@@ -382,11 +359,8 @@ fn saturation(c: &Column<'_>) -> Option<Item> {
     }
     let mean = c.iter().sum::<f64>() / len;
     if c.signal == Signal::Tau && c.deviation() < HARDLY_CHANGES * mean.abs() {
-        let finding = format!(
-            "{} hardly changes: {mean:.4} ± {:.1e}",
-            c.name,
-            c.deviation()
-        );
+        let (name, deviation) = (c.name, c.deviation());
+        let finding = format!("{name} hardly changes: {mean:.4} ± {deviation:.1e}");
         let remedy =
             "check that it was recorded and not merely commanded; a constant force excites nothing";
         return Some(Item::warn("saturation", finding, remedy));

@@ -122,11 +122,8 @@ fn whole_numbers(t: &[f64]) -> Option<Item> {
     if whole && t.windows(2).all(|w| w[1] - w[0] <= 1.0) {
         let finding = "time counts the rows: 0, 1, 2 …";
         let remedy = "divide it by the sampling rate, Hz: times are expected in seconds";
-        return Some(
-            Item::doubt("rate", finding, remedy)
-                .value("rate_hz", 1.0)
-                .value("step_s", 1.0),
-        );
+        let item = Item::doubt("rate", finding, remedy).value("rate_hz", 1.0);
+        return Some(item.value("step_s", 1.0));
     }
     let whole = whole && step >= 2.0;
     // Motions are sampled about ten to a few thousand times a second.
@@ -186,10 +183,8 @@ fn gaps(recording: &Recording) -> Item {
     });
     let is_cut = |k: usize| cuts.binary_search(&k).is_ok();
     let own = t.windows(2).enumerate();
-    let mut gaps: Vec<(f64, f64)> = own
-        .filter(|(k, w)| w[1] - w[0] > GAP * step && !is_cut(*k))
-        .map(|(_, w)| (w[0], w[1] - w[0]))
-        .collect();
+    let own = own.filter(|(k, w)| w[1] - w[0] > GAP * step && !is_cut(*k));
+    let mut gaps: Vec<(f64, f64)> = own.map(|(_, w)| (w[0], w[1] - w[0])).collect();
     if let Some(TimeStep { seconds, after }) = part.map(|part| part.longest_step)
         && seconds > GAP * step
         && gaps.iter().all(|gap| gap.1 < seconds)
