@@ -13,6 +13,8 @@ const TRIALS: i32 = 5;
 const PULL: f64 = 1e-4;
 /// The fewest samples between two knots.
 const CLOSEST: f64 = 4.0;
+/// Deviation of ln w from knot to knot.
+const WALK: f64 = 1.0;
 
 /// A smoothed piece: value and its first two derivatives in units of the process, with their variances.
 pub(super) struct Fitted {
@@ -35,14 +37,9 @@ impl Fitted {
         Self::new(&smoothed, forward.innovations, evidence, log_w)
     }
 
-    /// Smooths with an intensity that follows the motion; `walk` is the deviation of ln w from knot to knot.
-    pub(super) fn adaptive<const N: usize>(
-        piece: &Piece,
-        log_w: f64,
-        length: f64,
-        walk: f64,
-    ) -> Self {
-        let mut search = Search::<N>::new(piece, log_w, length, walk);
+    /// Smooths with an intensity that follows the motion.
+    pub(super) fn adaptive<const N: usize>(piece: &Piece, log_w: f64, length: f64) -> Self {
+        let mut search = Search::<N>::new(piece, log_w, length);
         let mut smoothed = search.smooth();
         let mut log_determinant = 0.0;
         for round in 1..=ROUNDS {
@@ -69,26 +66,17 @@ impl Fitted {
     ) -> Self {
         // A normal prior of the first state, as wide as the motion, in place of the flat one.
         let len = smoothed.states.len() as f64;
-        let start: f64 = (0..N)
-            .map(|i| {
-                let squares = smoothed.states.iter().map(|(x, _)| x[i] * x[i]);
-                let variance = (squares.sum::<f64>() / len).max(f64::MIN_POSITIVE);
-                0.5 * variance.ln() + 0.5 * smoothed.states[0].0[i].powi(2) / variance
-            })
-            .sum();
+        let states = || smoothed.states.iter();
+        let start = |i: usize| {
+            let squares = states().map(|(x, _)| x[i] * x[i]).sum::<f64>();
+            let variance = (squares / len).max(f64::MIN_POSITIVE);
+            0.5 * variance.ln() + 0.5 * smoothed.states[0].0[i].powi(2) / variance
+        };
         let three = |x: &dyn Fn(usize) -> f64| std::array::from_fn(x);
         Self {
-            states: smoothed
-                .states
-                .iter()
-                .map(|(x, _)| three(&|i| x[i]))
-                .collect(),
-            variances: smoothed
-                .states
-                .iter()
-                .map(|(_, p)| three(&|i| p[i][i]))
-                .collect(),
-            evidence: evidence - start,
+            states: states().map(|(x, _)| three(&|i| x[i])).collect(),
+            variances: states().map(|(_, p)| three(&|i| p[i][i])).collect(),
+            evidence: evidence - (0..N).map(start).sum::<f64>(),
             log_w,
             innovations,
         }
@@ -135,7 +123,7 @@ struct Search<'a, const N: usize> {
 }
 
 impl<'a, const N: usize> Search<'a, N> {
-    fn new(piece: &'a Piece, log_w: f64, length: f64, walk: f64) -> Self {
+    fn new(piece: &'a Piece, log_w: f64, length: f64) -> Self {
         let steps = piece.steps.len() as f64;
         let spacing = (2.0 * length).clamp(CLOSEST, (steps / 3.0).max(CLOSEST));
         let process = Process::new();
@@ -143,7 +131,7 @@ impl<'a, const N: usize> Search<'a, N> {
         Self {
             walk: Walk {
                 start: log_w,
-                precision: 1.0 / (walk * walk),
+                precision: 1.0 / (WALK * WALK),
             },
             knots: vec![log_w; (steps / spacing).ceil().max(1.0) as usize + 1],
             log_w: vec![log_w; piece.steps.len()],
@@ -197,12 +185,11 @@ impl<'a, const N: usize> Search<'a, N> {
             let knots: Vec<f64> = (self.knots.iter().zip(step))
                 .map(|(x, step)| x + scale * step)
                 .collect();
-            let log_w: Vec<f64> = (0..self.log_w.len())
-                .map(|k| {
-                    let (knot, part) = self.place(k);
-                    knots[knot] * (1.0 - part) + knots[knot + 1] * part
-                })
-                .collect();
+            let at = |k: usize| {
+                let (knot, part) = self.place(k);
+                knots[knot] * (1.0 - part) + knots[knot + 1] * part
+            };
+            let log_w: Vec<f64> = (0..self.log_w.len()).map(at).collect();
             let forward = self.problem.forward(&self.process, |k| log_w[k], true);
             let objective = forward.log_likelihood() + self.walk.log_density(&knots);
             if objective > self.objective {
@@ -234,11 +221,7 @@ impl Tridiagonal {
             }
         }
         for i in (0..x.len()).rev() {
-            let known = if i + 1 < x.len() {
-                self.beside[i] * x[i + 1]
-            } else {
-                0.0
-            };
+            let known = x.get(i + 1).map_or(0.0, |next| self.beside[i] * next);
             x[i] = (x[i] - known) / self.diagonal[i];
         }
         (x, self.diagonal.iter().map(|d| d.ln()).sum())

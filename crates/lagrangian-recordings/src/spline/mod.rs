@@ -193,11 +193,8 @@ impl<'a> Scaled<'a> {
         let length = |w: &[f64]| {
             let length = w[1] - w[0];
             // Stamps with rounding errors are even.
-            if (length - 1.0).abs() < 1e-6 {
-                1.0
-            } else {
-                length.max(1e-3)
-            }
+            let even = (length - 1.0).abs() < 1e-6;
+            if even { 1.0 } else { length.max(1e-3) }
         };
         times.windows(2).map(length).collect()
     }

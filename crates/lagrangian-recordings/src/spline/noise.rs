@@ -137,10 +137,8 @@ fn mean_intensity(blocks: &[Block], log_sigma: f64) -> f64 {
 /// The least deviation of a column's noise: of its rounding, or of its quantum where values repeat.
 fn floor(pieces: &[(Vec<f64>, Vec<f64>)]) -> f64 {
     let mut values: Vec<f64> = pieces.iter().flat_map(|(_, y)| y.iter().copied()).collect();
-    let (count, largest) = (
-        values.len(),
-        values.iter().fold(0.0_f64, |m, y| m.max(y.abs())),
-    );
+    let count = values.len();
+    let largest = values.iter().fold(0.0_f64, |m, y| m.max(y.abs()));
     let rounding = (largest * f64::EPSILON).max(1e-18);
     values.sort_by(f64::total_cmp);
     values.dedup();
@@ -148,11 +146,6 @@ fn floor(pieces: &[(Vec<f64>, Vec<f64>)]) -> f64 {
         return rounding;
     }
     let steps = values.windows(2).map(|w| w[1] - w[0]);
-    let quantum = steps
-        .filter(|d| *d > 4.0 * rounding)
-        .fold(f64::INFINITY, f64::min);
-    match quantum.is_finite() {
-        true => quantum / 12.0_f64.sqrt(),
-        false => rounding,
-    }
+    let quantum = steps.filter(|d| *d > 4.0 * rounding).reduce(f64::min);
+    quantum.map_or(rounding, |quantum| quantum / 12.0_f64.sqrt())
 }

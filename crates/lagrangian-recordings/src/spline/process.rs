@@ -66,10 +66,9 @@ impl<const N: usize> Process<N> {
             for j in 0..=i {
                 let sum: f64 = (0..j).map(|k| lower[i][k] * lower[j][k]).sum();
                 let rest = covariance(i, j) - sum;
-                lower[i][j] = if i == j {
-                    rest.sqrt()
-                } else {
-                    rest / lower[j][j]
+                lower[i][j] = match i == j {
+                    true => rest.sqrt(),
+                    false => rest / lower[j][j],
                 };
             }
         }

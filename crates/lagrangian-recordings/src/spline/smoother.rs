@@ -12,8 +12,6 @@ use rayon::prelude::*;
 
 /// The order of the process in which noise is found.
 pub(super) const ORDER_OF_NOISE: usize = 3;
-/// Deviation of ln w from knot to knot.
-const WALK: f64 = 1.0;
 /// Autocorrelations of the innovations that are tested, and the value that their statistic exceeds once in a thousand recordings
 /// with white noise: the quantile of χ² with as many degrees of freedom.
 const LAGS: usize = 6;
@@ -27,10 +25,10 @@ const CONTRADICTING: f64 = 2.0;
 fn adaptive(order: usize, piece: &Piece, sigma: f64, length: f64) -> Fitted {
     let log_w = 2.0 * sigma.ln() - (2 * order + 2) as f64 * length.ln();
     match order {
-        2 => Fitted::adaptive::<3>(piece, log_w, length, WALK),
-        3 => Fitted::adaptive::<4>(piece, log_w, length, WALK),
-        4 => Fitted::adaptive::<5>(piece, log_w, length, WALK),
-        _ => Fitted::adaptive::<6>(piece, log_w, length, WALK),
+        2 => Fitted::adaptive::<3>(piece, log_w, length),
+        3 => Fitted::adaptive::<4>(piece, log_w, length),
+        4 => Fitted::adaptive::<5>(piece, log_w, length),
+        _ => Fitted::adaptive::<6>(piece, log_w, length),
     }
 }
 
