@@ -67,26 +67,20 @@ impl EstimateOptions {
     pub(super) fn validate(&self) -> Result<()> {
         let window = self.window.unwrap_or(usize::MAX).min(self.longest_window);
         let cutoff = self.low_pass.unwrap_or(1.0);
-        let refused = [
-            (
-                "window",
-                window as f64,
-                window >= SHORTEST,
-                "at least 6 samples",
-            ),
-            (
-                "low_pass",
-                cutoff,
-                cutoff.is_finite() && cutoff > 0.0,
-                "a finite number of Hz above 0",
-            ),
-            ("gap", self.gap, self.gap > 1.0, "above 1 (in median steps)"),
-        ]
-        .into_iter()
-        .find(|(_, _, holds, _)| !holds);
-        match refused {
-            Some((name, value, _, must)) => Err(Error::argument(name, value, must)),
-            None => Ok(()),
+        if window < SHORTEST {
+            return Err(Error::argument("window", window, "at least 6 samples"));
+        }
+        if !(cutoff.is_finite() && cutoff > 0.0) {
+            let must = "a finite number of Hz above 0";
+            return Err(Error::argument("low_pass", cutoff, must));
+        }
+        match self.gap > 1.0 {
+            true => Ok(()),
+            false => Err(Error::argument(
+                "gap",
+                self.gap,
+                "above 1 (in median steps)",
+            )),
         }
     }
 }
@@ -133,30 +127,12 @@ pub struct Estimate {
     pub whole: bool,
 }
 
-/// A measured signal with its derivatives.
-struct DerivativeSource {
-    source: Source,
-    signals: &'static [Signal],
-}
-
-/// Possible sources of each signal through a low-pass.
-const WAYS: [DerivativeSource; 4] = [
-    DerivativeSource {
-        source: Source::Q,
-        signals: &[Signal::Q, Signal::Qd, Signal::Qdd],
-    },
-    DerivativeSource {
-        source: Source::Qd,
-        signals: &[Signal::Qd, Signal::Qdd],
-    },
-    DerivativeSource {
-        source: Source::Tau,
-        signals: &[Signal::Tau],
-    },
-    DerivativeSource {
-        source: Source::P,
-        signals: &[Signal::P, Signal::Pd],
-    },
+/// The sources of signals through a low-pass, each with itself and its derivatives.
+const WAYS: [(Source, &[Signal]); 4] = [
+    (Source::Q, &[Signal::Q, Signal::Qd, Signal::Qdd]),
+    (Source::Qd, &[Signal::Qd, Signal::Qdd]),
+    (Source::Tau, &[Signal::Tau]),
+    (Source::P, &[Signal::P, Signal::Pd]),
 ];
 
 /// A coordinate that is smooth, and the measured signal that tells most of it.
@@ -180,10 +156,8 @@ impl Fitted {
         let mut all = segments(&recording.t, options.gap);
         let longest = all.iter().map(Range::len).max().unwrap_or(0);
         if longest < SHORTEST {
-            let what = format!(
-                "trajectory '{}' (its longest piece without a gap)",
-                recording.name
-            );
+            let name = &recording.name;
+            let what = format!("trajectory '{name}' (its longest piece without a gap)");
             return Err(Error::too_short(what, longest, SHORTEST));
         }
         all.retain(|s| s.len() >= SHORTEST);
@@ -262,10 +236,9 @@ impl Fitted {
             let rates = rates.map(|rates| column(rates, n, c));
             let (t, values) = (&recording.t, column(values, n, c));
             let motion = spline::estimate(t, values, rates, &self.segments, options.clean)?;
-            let source = if motion.with_rates {
-                Source::Qd
-            } else {
-                source
+            let source = match motion.with_rates {
+                true => Source::Qd,
+                false => source,
             };
             Some(Spline { source, motion })
         };
@@ -283,40 +256,25 @@ impl Fitted {
         options: &EstimateOptions,
     ) -> Result<Self> {
         let step = median_step(&recording.t);
+        let (name, rate) = (&recording.name, 1.0 / step);
         if cutoff * step > low_pass::HIGHEST {
-            let name = &recording.name;
-            return Err(Error::argument(
-                "low_pass",
-                format!(
-                    "{cutoff} Hz for trajectory '{name}', sampled at {:.4} Hz",
-                    1.0 / step
-                ),
-                "at most 0.35 of the sampling rate",
-            ));
+            let value = format!("{cutoff} Hz for trajectory '{name}', sampled at {rate:.4} Hz");
+            let must = "at most 0.35 of the sampling rate";
+            return Err(Error::argument("low_pass", value, must));
         }
         let margin = LowPass::margin(cutoff, step);
         let shortest = 2 * margin + SHORTEST;
         let longest = self.segments.iter().map(Range::len).max().unwrap_or(0);
         if longest < shortest {
-            return Err(Error::too_short(
-                format!(
-                    "trajectory '{}', after a low-pass of {cutoff} Hz,",
-                    recording.name
-                ),
-                longest,
-                shortest,
-            ));
+            let what = format!("trajectory '{name}', after a low-pass of {cutoff} Hz,");
+            return Err(Error::too_short(what, longest, shortest));
         }
         self.segments.retain(|s| s.len() >= shortest);
-        let filters = self.segments.iter();
-        let filters: Vec<LowPass> = filters
-            .map(|s| LowPass::new(cutoff, &recording.t[s.clone()]))
-            .collect();
-        for way in WAYS
-            .iter()
-            .filter(|way| way.source != Source::P || options.momenta)
-        {
-            self.pass(recording, &filters, way);
+        let filter = |s: &Range<usize>| LowPass::new(cutoff, &recording.t[s.clone()]);
+        let filters: Vec<LowPass> = self.segments.iter().map(filter).collect();
+        let is_used = |way: &&(Source, _)| way.0 != Source::P || options.momenta;
+        for (source, signals) in WAYS.iter().filter(is_used) {
+            self.pass(recording, &filters, *source, signals);
         }
         if !options.accelerations {
             self.signals.qdd.clear();
@@ -336,8 +294,14 @@ impl Fitted {
 
     /// Filters one measured signal, and uses its derivatives for signals without a better estimate, coordinate by
     /// coordinate.
-    fn pass(&mut self, recording: &Recording, filters: &[LowPass], way: &DerivativeSource) {
-        let Some(measured) = recording.values(way.signals[0]) else {
+    fn pass(
+        &mut self,
+        recording: &Recording,
+        filters: &[LowPass],
+        source: Source,
+        signals: &[Signal],
+    ) {
+        let Some(measured) = recording.values(signals[0]) else {
             return;
         };
         let (n, step) = (recording.dof(), median_step(&recording.t));
@@ -348,7 +312,7 @@ impl Fitted {
             let noise = self.noise(series);
             let name = &recording.coordinates.0[coordinate].name;
             let mut better = Vec::new();
-            for (order, signal) in way.signals.iter().enumerate() {
+            for (order, signal) in signals.iter().enumerate() {
                 let standard_error = noise * damped[order];
                 let same = |e: &Estimate| e.signal == signal.name() && e.coordinate == *name;
                 let known = self.estimates.iter().position(same);
@@ -361,7 +325,7 @@ impl Fitted {
                     trajectory: recording.name.clone(),
                     signal: signal.name(),
                     coordinate: name.clone(),
-                    source: way.source,
+                    source,
                     window: 2 * LowPass::margin(cutoff, step) + 1,
                     seconds: 1.0 / cutoff,
                     noise,
@@ -571,12 +535,11 @@ pub(crate) fn velocity(series: Series<'_>, segments: &[Range<usize>]) -> (Vec<f6
     let options = EstimateOptions::default();
     let choice = choose(series, segments, Filter::of_order(1), &options);
     let mut values = vec![f64::NAN; series.t.len()];
-    let column: Vec<f64> = (0..series.t.len()).map(|k| series.value(k)).collect();
     let alone = Series {
-        t: series.t,
-        y: &column,
+        y: &column(series.y, series.n, series.coordinate),
         n: 1,
         coordinate: 0,
+        ..series
     };
     for segment in segments {
         apply(alone, choice, segment, &mut values);
