@@ -165,11 +165,8 @@ pub(crate) fn around(k: usize, window: usize, segment: &Range<usize>) -> Range<u
 /// Indices of the longest piece between gaps: steps of more than five median steps, as in [`EstimateOptions`](super::EstimateOptions).
 #[must_use]
 pub fn longest_piece(t: &[f64]) -> Range<usize> {
-    let pieces = segments(t, GAP);
-    pieces
-        .into_iter()
-        .max_by_key(Range::len)
-        .unwrap_or_default()
+    let pieces = segments(t, GAP).into_iter();
+    pieces.max_by_key(Range::len).unwrap_or_default()
 }
 
 /// Cuts time at gaps longer than `gap` median steps.

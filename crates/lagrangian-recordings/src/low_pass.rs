@@ -160,10 +160,8 @@ impl LowPass {
     /// The signal, interpolated at point `k` of the grid.
     fn at_point(&self, y: &[f64], k: usize) -> f64 {
         let at = self.t[0] + k as f64 * self.step;
-        let after = self
-            .t
-            .partition_point(|t| *t < at)
-            .clamp(1, self.t.len() - 1);
+        let after = self.t.partition_point(|t| *t < at);
+        let after = after.clamp(1, self.t.len() - 1);
         let four = after.saturating_sub(2)..(after + 2).min(self.t.len());
         let near = &self.t[four.clone()];
         let spread = near.windows(2).all(|w| w[1] - w[0] > CLOSE * self.step);

@@ -292,15 +292,13 @@ impl Recording {
             return Vec::new();
         };
         let runs = part.runs(self.len()).into_iter();
-        let times = runs.filter(|run| !run.is_empty());
-        let mut kept: Vec<Kept> = times
-            .map(|run| Kept {
-                begin: self.t[run.start],
-                end: self.t[run.end - 1],
-                cut_before: true,
-                cut_after: true,
-            })
-            .collect();
+        let own = |run: Range<usize>| Kept {
+            begin: self.t[run.start],
+            end: self.t[run.end - 1],
+            cut_before: true,
+            cut_after: true,
+        };
+        let mut kept: Vec<Kept> = runs.filter(|run| !run.is_empty()).map(own).collect();
         // The ends of the log itself are not cuts.
         let (first, last) = (part.stretches.first(), part.stretches.last());
         if let (Some(run), Some(0)) = (kept.first_mut(), first.map(|s| s.place)) {

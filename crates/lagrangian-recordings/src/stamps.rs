@@ -88,22 +88,17 @@ impl Steps {
 
     fn deviations(&self) -> Vec<f64> {
         let recorded = |k: usize| self.0[0][k].whole;
-        let mut deviations: Vec<f64> = self
-            .0
-            .iter()
-            .map(|own| self.residual(own, recorded))
-            .collect();
+        let recorded = |own: &Vec<Change>| self.residual(own, recorded);
+        let mut deviations: Vec<f64> = self.0.iter().map(recorded).collect();
         deviations[0] = FIRST;
         for _ in 0..ROUNDS {
             let told = (0..self.0[0].len()).map(|k| self.told(k, &deviations, usize::MAX));
             let told: Vec<[f64; 2]> = told.collect();
             let deviation = |own: &Vec<Change>| {
-                let mut spread = own
-                    .iter()
-                    .zip(&told)
-                    .map(|(own, told)| own.mean * told[1].sqrt());
-                self.residual(own, |k| told[k][0])
-                    .hypot(root_mean_square(&mut spread))
+                let pairs = own.iter().zip(&told);
+                let mut spread = pairs.map(|(own, told)| own.mean * told[1].sqrt());
+                let residual = self.residual(own, |k| told[k][0]);
+                residual.hypot(root_mean_square(&mut spread))
             };
             deviations = self.0.iter().map(deviation).collect();
         }
@@ -120,15 +115,13 @@ impl Steps {
                 / self.residual(&self.0[c], |k| self.told(k, deviations, c)[0])
         };
         let count = self.0.len() - 1;
-        (1..=count)
-            .map(factor)
-            .product::<f64>()
-            .powf(1.0 / count as f64)
+        let all: f64 = (1..=count).map(factor).product();
+        all.powf(1.0 / count as f64)
     }
 }
 
-/// Stamps that agree with positions and velocities of two or more coordinates, where the recorded ones do not.
-fn repaired(recording: &Recording) -> Option<Vec<f64>> {
+/// The recording with stamps that agree with positions and velocities of two or more coordinates, where the recorded ones do not.
+fn repaired(recording: &Recording) -> Option<Recording> {
     let t = &recording.t;
     if recording.dof() < 2 || recording.qd.is_empty() || recording.validate().is_err() {
         return None;
@@ -169,7 +162,7 @@ fn repaired(recording: &Recording) -> Option<Vec<f64>> {
         t: repaired,
         ..recording.clone()
     };
-    (noise(recording, &all) > SMOOTHER * noise(&own, &all)).then_some(own.t)
+    (noise(recording, &all) > SMOOTHER * noise(&own, &all)).then_some(own)
 }
 
 /// Geometric mean over the coordinates of the deviation of the noise of the positions.
@@ -185,10 +178,7 @@ fn noise(recording: &Recording, all: &[Range<usize>]) -> f64 {
 impl Recording {
     /// The recording with stamps that agree with its positions and velocities.
     pub(crate) fn repaired(&self) -> Cow<'_, Self> {
-        match repaired(self) {
-            Some(t) => Cow::Owned(Self { t, ..self.clone() }),
-            None => Cow::Borrowed(self),
-        }
+        repaired(self).map_or(Cow::Borrowed(self), Cow::Owned)
     }
 }
 

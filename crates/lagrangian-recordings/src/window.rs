@@ -127,10 +127,8 @@ pub(crate) fn choose(
                 risk.add_bias(&here, shorter, variance, |order| 1.0 - ratio.powi(-order));
             }
         }
-        let best = risks
-            .iter()
-            .map(|r| r.1.total())
-            .fold(f64::INFINITY, f64::min);
+        let totals = risks.iter().map(|r| r.1.total());
+        let best = totals.fold(f64::INFINITY, f64::min);
         if risks.last().is_some_and(|r| r.1.total() > 30.0 * best) {
             break;
         }
@@ -158,10 +156,8 @@ pub(crate) fn choose(
 fn least(risks: &[(usize, Risk)], values: &[Vec<f64>]) -> Option<usize> {
     let total = |k: usize| risks[k].1.total();
     (0..risks.len()).reduce(|best, k| {
-        let mut squares = values[k]
-            .iter()
-            .zip(&values[best])
-            .map(|(a, b)| (a - b).powi(2));
+        let pairs = values[k].iter().zip(&values[best]);
+        let mut squares = pairs.map(|(a, b)| (a - b).powi(2));
         let excess = mean(&mut squares).sqrt() - total(best).sqrt();
         match total(k).max(excess.max(0.0).powi(2)) < total(best) {
             true => k,
