@@ -224,7 +224,10 @@ impl Recording {
         self.estimated(options)
     }
 
-    fn estimated(self, options: &EstimateOptions) -> Result<(Trajectory, Vec<Estimate>)> {
+    pub(crate) fn estimated(
+        self,
+        options: &EstimateOptions,
+    ) -> Result<(Trajectory, Vec<Estimate>)> {
         let rates = !self.qdd.is_empty() && self.p.is_empty();
         let complete = !self.qd.is_empty() && (rates || !options.accelerations);
         if complete && !options.smooth && options.low_pass.is_none() {

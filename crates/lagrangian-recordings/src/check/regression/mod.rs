@@ -147,7 +147,8 @@ pub(in crate::check) fn disagreement(
         |r: &Recording| r.coordinates == *coordinates && r.tau.is_empty() != is_forced && usable(r);
     let mut of: Vec<usize> = (0..recordings.len()).collect();
     of.retain(|k| whole(recordings[*k]));
-    let mut all: Vec<Recording> = of.iter().map(|k| recordings[*k].clone()).collect();
+    let repaired = |k: &usize| recordings[*k].repaired().into_owned();
+    let mut all: Vec<Recording> = of.par_iter().map(repaired).collect();
     all.iter_mut()
         .for_each(|r| r.signals.tau.resize(r.signals.q.len(), 0.0));
     let all: Vec<&Recording> = all.iter().collect();

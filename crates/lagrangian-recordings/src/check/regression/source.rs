@@ -27,14 +27,15 @@ pub(super) struct Source {
 }
 
 impl Source {
-    /// `None` where the recording has no forces, or is too short for the filter.
+    /// A recording whose stamps were repaired; `None` where it has no forces, or is too short for the filter.
     pub(super) fn new(index: usize, recording: &Recording, cutoff: f64) -> Option<Self> {
         let options = EstimateOptions {
             low_pass: Some(cutoff),
             momenta: false,
             ..EstimateOptions::default()
         };
-        let (motion, _) = recording.clone().into_trajectory(&options).ok()?;
+        recording.validate().ok()?;
+        let (motion, _) = recording.clone().estimated(&options).ok()?;
         if motion.tau.is_empty() {
             return None;
         }
