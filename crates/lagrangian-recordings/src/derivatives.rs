@@ -446,6 +446,20 @@ impl Fitted {
         Some((source, choice))
     }
 
+    /// Replaces the estimates of parameters by their constant values.
+    pub(super) fn hold(&mut self, recording: &Recording) {
+        let n = recording.dof();
+        for i in recording.coordinates.parameters() {
+            let Signals { q, qd, qdd, .. } = &mut self.signals;
+            for (signal, value) in [(q, recording.q[i]), (qd, 0.0), (qdd, 0.0)] {
+                let column = signal.iter_mut().skip(i).step_by(n);
+                column.for_each(|x| *x = value);
+            }
+            let name = &recording.coordinates.0[i].name;
+            self.estimates.retain(|e| e.coordinate != *name);
+        }
+    }
+
     pub(super) fn into_trajectory(
         self,
         recording: Recording,

@@ -130,21 +130,6 @@ impl Recording {
         Ok(())
     }
 
-    /// Replaces the estimates of parameters by their constant values.
-    fn hold(&self, trajectory: &mut Trajectory, estimates: &mut Vec<Estimate>) {
-        let n = self.dof();
-        for i in self.coordinates.parameters() {
-            let Signals { qd, qdd, .. } = &mut trajectory.signals;
-            for signal in [qd, qdd] {
-                signal.iter_mut().skip(i).step_by(n).for_each(|x| *x = 0.0);
-            }
-            let value = self.q[i];
-            let column = trajectory.q.iter_mut().skip(i).step_by(n);
-            column.for_each(|x| *x = value);
-            estimates.retain(|e| e.coordinate != self.coordinates.0[i].name);
-        }
-    }
-
     pub(super) fn sample(
         &self,
         row: usize,
@@ -234,12 +219,8 @@ impl Recording {
             let trajectory = Trajectory::new(self.name, self.t, self.signals);
             return Ok((trajectory, Vec::new()));
         }
-        let fitted = Fitted::of(&self, options)?;
-        if self.coordinates.parameters().next().is_none() {
-            return Ok(fitted.into_trajectory(self, options));
-        }
-        let (mut trajectory, mut estimates) = fitted.into_trajectory(self.clone(), options);
-        self.hold(&mut trajectory, &mut estimates);
-        Ok((trajectory, estimates))
+        let mut fitted = Fitted::of(&self, options)?;
+        fitted.hold(&self);
+        Ok(fitted.into_trajectory(self, options))
     }
 }
