@@ -121,6 +121,52 @@ impl<T: Real> Pass<T> {
         }
     }
 
+    /// Writes ∂`S_i`/∂θ of sample `s`, `[parameters]`, to `out`; `scratch` is memory (theory.md, equation 18).
+    pub fn jacobian_row(
+        &self,
+        net: &Net,
+        terms: &Terms,
+        (s, i): (usize, usize),
+        scratch: &mut Vec<f64>,
+        out: &mut [f64],
+    ) {
+        for (l, layer) in net.layers.iter().enumerate() {
+            let Kind::Dense { inputs, bias } = &layer.kind else {
+                continue;
+            };
+            let (pairs, y) = (&terms.at(net, l)[i], self.sensitivity(l));
+            if let Some(bias) = bias {
+                let of_value = || pairs.iter().filter(|pair| pair.1 == 0);
+                for (u, out) in out[*bias..][..layer.width].iter_mut().enumerate() {
+                    *out = of_value()
+                        .map(|pair| y[self.index(pair.0, s, u)].f64())
+                        .sum();
+                }
+            }
+            for input in inputs.iter().filter(|input| input.width > 0) {
+                let a = self.input(input.source);
+                scratch.clear();
+                for &(_, k) in pairs {
+                    scratch.extend((0..input.width).map(|u| a[self.index(k, s, u)].f64()));
+                }
+                let matrix = &mut out[input.at..][..layer.width * input.width];
+                for (u, row) in matrix.chunks_exact_mut(input.width).enumerate() {
+                    let mut first = true;
+                    for (&(c, _), a) in pairs.iter().zip(scratch.chunks_exact(input.width)) {
+                        let weight = y[self.index(c, s, u)].f64();
+                        if std::mem::take(&mut first) {
+                            row.iter_mut().zip(a).for_each(|(out, a)| *out = weight * a);
+                        } else {
+                            row.iter_mut()
+                                .zip(a)
+                                .for_each(|(out, a)| *out += weight * a);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
     /// Adds Jᵀx = Σ `x[s, i]` ∂`S_i`/∂θ to `gradient`, with x `[samples, raw outputs]`; `scratch` has
     /// [`widest`](Pass::widest) values (theory.md, section 7).
     pub fn pull_back_factors(

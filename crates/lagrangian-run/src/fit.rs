@@ -64,9 +64,12 @@ impl RunFolder {
         choices: &[AutoSetting],
         provenance: Provenance,
     ) -> Result<()> {
-        if selection.tried.len() > 1 {
+        if selection.tried.len() > 1 || !begun.tried.is_empty() {
             begun.choices = choices.to_vec();
-            begun.tried.clone_from(&selection.tried);
+            // A resumed run refines its model again, and tries no other.
+            let anew = |name: &str| selection.tried.iter().any(|own| own.name == name);
+            begun.tried.retain(|own| !anew(&own.name));
+            begun.tried.extend_from_slice(&selection.tried);
             let fits = begun.resolved.get_mut("fit").and_then(Value::as_table_mut);
             if let Some(fits) = fits {
                 let own = of_fit(&selection.chosen.config)?;

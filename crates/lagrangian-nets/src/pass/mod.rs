@@ -172,7 +172,7 @@ impl<T: Real> Pass<T> {
     }
 
     /// Index of unit `i` of component `c` of sample `s` in a matrix of this block.
-    fn index(&self, c: usize, s: usize, i: usize) -> usize {
+    pub(super) fn index(&self, c: usize, s: usize, i: usize) -> usize {
         (i / T::LANES * self.rows() + c * self.samples + s) * T::LANES + i % T::LANES
     }
 

@@ -4,6 +4,7 @@ mod allowed;
 mod choice;
 mod forward;
 mod fresh;
+mod refine;
 mod screening;
 mod selection;
 mod settings;
@@ -11,6 +12,7 @@ mod stepper;
 
 pub use choice::{Part, ResolvedConfig};
 pub use fresh::fresh;
+pub use refine::{RefinedFit, refine};
 pub use selection::{Selection, select};
 pub use settings::{DampingName, OptimizerName, ROLLOUT_SETTINGS, SETTINGS, TrainingSettings};
 pub use stepper::Stepper;

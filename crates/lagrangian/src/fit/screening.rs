@@ -145,17 +145,20 @@ impl Screening {
     /// Whether the mean error of another is less by more than the standard error of the difference, and not greater where
     /// accelerations are uncertain or were not recorded.
     fn is_worse(&self, other: &Self) -> bool {
-        let pairs = self.errors.blocks.iter().zip(&other.errors.blocks);
-        let gains: Vec<f64> = pairs.map(|(own, other)| own - other).collect();
-        let gain = mean(&mut gains.iter().copied());
-        let spread = deviation(&mut gains.iter().copied());
-        let uncertain = spread / ((gains.len().max(2) - 1) as f64).sqrt();
         // Errors that are not finite are worse than all others.
         let finite = |own: &Self| own.errors.blocks.iter().all(|e| e.is_finite());
         let elsewhere = other.errors.alike <= ELSEWHERE * self.errors.alike
             && (!other.poles || self.poles || self.errors.mean() > USEFUL);
-        !finite(self) && finite(other) || gain > uncertain && elsewhere
+        !finite(self) && finite(other)
+            || exceed(&self.errors.blocks, &other.errors.blocks) && elsewhere
     }
+}
+
+/// Whether the mean of these errors exceeds that of others by more than the standard error of the difference.
+pub(super) fn exceed(errors: &[f64], others: &[f64]) -> bool {
+    let gains = || errors.iter().zip(others).map(|(own, other)| own - other);
+    let count = errors.len().max(2) - 1;
+    mean(&mut gains()) > deviation(&mut gains()) / (count as f64).sqrt()
 }
 
 impl HeldOut {

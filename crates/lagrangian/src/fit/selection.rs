@@ -5,6 +5,7 @@ use serde_json::json;
 
 use super::choice::{Part, ResolvedConfig, foreign, present};
 use crate::dataset::Dataset;
+use crate::fit::refine::{fit_and_refine, noise};
 use crate::fit::screening::{self, Screened, screen};
 use crate::fit::{Fit, FitConfig, OptimizerName, SECONDS, fit};
 use crate::models::{Candidate, Entry};
@@ -57,6 +58,7 @@ impl FitConfig {
         spec: &FitSpec,
     ) -> Result<Vec<ResolvedConfig>> {
         let known = DataFacts::of(dataset, estimates);
+        let noise = noise(dataset, estimates, &known);
         let candidates = spec.checked()?.candidates(dataset)?;
         let chosen = |own: Request| {
             let chosen = own.spec.choose(&known)?;
@@ -70,10 +72,14 @@ impl FitConfig {
                 (true, false) => Part::Beside,
                 (true, true) => Part::Instead,
             };
-            Ok(ResolvedConfig {
+            let chosen = ResolvedConfig {
                 name,
                 part,
                 ..chosen
+            };
+            Ok(match own.by_motion {
+                true => chosen.with_noise(&noise),
+                false => chosen,
             })
         };
         candidates.into_iter().map(chosen).collect()
@@ -327,7 +333,7 @@ fn select_by_motion(
     resume: Option<&Checkpoint>,
     observer: &mut dyn Observer,
 ) -> Result<Selection> {
-    let (mut chosen, tried, reason) = match resume.and_then(|own| begun(&candidates, own)) {
+    let (mut chosen, mut tried, reason) = match resume.and_then(|own| begun(&candidates, own)) {
         Some(chosen) => (
             chosen,
             Vec::new(),
@@ -339,9 +345,10 @@ fn select_by_motion(
             (chosen, tried, reason)
         }
     };
-    let fit = fit(dataset, &chosen.config, resume, observer)?;
     let setting = AutoSetting::new("model", &*chosen.name, reason);
     chosen.choices.insert(0, setting);
+    let (fit, refined) = fit_and_refine(dataset, &mut chosen, resume, observer)?;
+    tried.extend(refined);
     Ok(Selection { fit, chosen, tried })
 }
 

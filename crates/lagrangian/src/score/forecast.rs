@@ -17,8 +17,8 @@ const AHEAD: f64 = RESTARTS[0];
 /// … and is of the order of their natural period; else this part of that period.
 const PERIODS: std::ops::Range<f64> = 0.02..5.0;
 const PART: f64 = 0.25;
-/// The fewest samples within that time.
-const SAMPLES: f64 = 4.0;
+/// The fewest samples within that time: with fewer each step would be taken for a gap.
+const SAMPLES: f64 = 6.0;
 /// The largest number of predictions.
 const STARTS: usize = 120;
 /// The logarithm of the factor between the errors on two sets of many motions of the same kind, and what fewer and more different ones

@@ -19,6 +19,7 @@ pub(crate) mod rollout;
 pub mod run;
 mod schedule;
 mod shape;
+pub(crate) mod shooting;
 pub mod spec;
 pub(crate) mod task;
 #[cfg(test)]
@@ -42,6 +43,7 @@ pub use problem::{
 pub use rollout::{Observe, RolloutLoss, Start};
 pub use schedule::cosine;
 pub use shape::{NetworkShape, Parts};
+pub use shooting::Shooting;
 pub(crate) use spec::LOSS;
 pub use spec::{AutoSetting, FitSpec};
 pub use task::{Budget, Optimizer, TrainingTask};

@@ -19,6 +19,7 @@ mod order;
 mod parameters;
 mod recorded_data;
 mod reference_systems;
+mod refinement;
 mod rigid_bodies;
 mod rigid_identification;
 mod rollout_loss;

@@ -36,6 +36,9 @@ pub struct ResolvedConfig {
     pub config: FitConfig,
     /// The settings that the request omitted, with the chosen values.
     pub choices: Vec<AutoSetting>,
+    /// The standard deviations of the noise of positions, `[n]`, and of velocities too where they were measured, `[2n]`, where long
+    /// rollouts can average it; else empty.
+    pub noise: Vec<f64>,
 }
 
 /// The part of a model among several that are tried.
@@ -142,15 +145,14 @@ impl FitSpec {
         let name = training.optimizer();
         let (optimizer, batch) = (training.configured(name)?, training.batch(name));
         let budget = training.budget(self.budget());
-        let TrainingChoices {
-            asked, mut choices, ..
-        } = training;
+        let (asked, mut choices) = (training.asked, training.choices);
         if family.abilities().solved {
             choices.retain(|choice| !DESCENT.contains(&choice.setting.as_str()));
         }
         Ok(ResolvedConfig {
             part: Part::First,
             name: entry.name.into(),
+            noise: Vec::new(),
             config: FitConfig {
                 family,
                 training: TrainingTask {

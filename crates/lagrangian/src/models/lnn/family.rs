@@ -108,6 +108,9 @@ fn choose(known: &DataFacts, spec: &FitSpec) -> Result<Vec<AutoSetting>> {
         ));
     }
     let mut choices = vec![form];
+    if free && spec.nominal.is_none() {
+        choices.extend(family::narrow(known));
+    }
     if spec.nominal.is_some() && free {
         let reason =
             "with a nominal model the network begins at zero, without a mass matrix of its own";

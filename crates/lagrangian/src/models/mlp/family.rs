@@ -21,7 +21,7 @@ pub(crate) const ENTRY: Entry = Entry {
     about: "plain network, to compare with: (q, q̇, τ) → q̈, or (q, q̇, q̈) → τ under a loss of torques",
     default: family::default::<MlpConfig>,
     settings: &[shared::WIDTH, shared::LAYERS, shared::ACTIVATION],
-    choose: family::no_choice,
+    choose: |known, _| Ok(family::narrow(known).into_iter().collect()),
     read: family::read::<MlpConfig>,
     saved_as: &[NAME],
     load: |saved| Ok(Mlp::load(saved, saved.weights()?)?.into()),

@@ -30,8 +30,9 @@ mod segments;
 mod shoot;
 pub(crate) mod step;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod unit;
 
 pub use config::{Observe, RolloutLoss, Start};
 pub(crate) use descend::{RolloutDescent, RolloutProblems, RolloutValidation, SegmentOrder};
+pub(crate) use segments::Recorded;

@@ -7,20 +7,28 @@ use lagrangian_motion::Samples;
 
 /// The recorded motion that segments are cut from.
 #[derive(Clone, Copy)]
-pub(super) struct Recorded<'a> {
-    pub(super) coordinates: &'a Coordinates,
-    pub(super) samples: &'a Samples,
-    pub(super) times: &'a Timeline,
+pub(crate) struct Recorded<'a> {
+    pub(crate) coordinates: &'a Coordinates,
+    pub(crate) samples: &'a Samples,
+    pub(crate) times: &'a Timeline,
     /// The source of the momenta, where states are (q, p).
-    pub(super) momenta: Option<&'a Momenta>,
+    pub(crate) momenta: Option<&'a Momenta>,
 }
 
 impl<'a> Recorded<'a> {
-    pub(super) fn train(dataset: &'a Dataset, momenta: Option<&'a Momenta>) -> Self {
+    pub(crate) fn train(dataset: &'a Dataset, momenta: Option<&'a Momenta>) -> Self {
         Self::of(dataset, momenta, (&dataset.train, &dataset.train_times))
     }
 
-    pub(super) fn validation(dataset: &'a Dataset, momenta: Option<&'a Momenta>) -> Self {
+    /// The samples that models are compared on.
+    pub(crate) fn compared(dataset: &'a Dataset) -> Self {
+        match dataset.validation.is_empty() {
+            true => Self::train(dataset, None),
+            false => Self::validation(dataset, None),
+        }
+    }
+
+    pub(crate) fn validation(dataset: &'a Dataset, momenta: Option<&'a Momenta>) -> Self {
         let held = (&dataset.validation, &dataset.validation_times);
         Self::of(dataset, momenta, held)
     }
@@ -39,7 +47,7 @@ impl<'a> Recorded<'a> {
     }
 
     /// The samples that start segments of `horizon` samples, `stride` apart within each trajectory.
-    pub(super) fn starts(&self, horizon: usize, stride: usize) -> Vec<usize> {
+    pub(crate) fn starts(&self, horizon: usize, stride: usize) -> Vec<usize> {
         let runs = self.times.runs();
         let of_run = |run: std::ops::Range<usize>| {
             let end = run.end.saturating_sub(horizon);
@@ -49,7 +57,7 @@ impl<'a> Recorded<'a> {
     }
 
     /// Component `c` of the recorded state at sample `i`.
-    pub(super) fn state(&self, i: usize, c: usize) -> f64 {
+    pub(crate) fn state(&self, i: usize, c: usize) -> f64 {
         let (n, samples) = (self.samples.n, self.samples);
         if c < n {
             return samples.q[i * n + c];
@@ -62,8 +70,16 @@ impl<'a> Recorded<'a> {
         }
     }
 
+    /// The measured value of component `c` at sample `i`, where the state there is smoothed.
+    pub(crate) fn measured(&self, i: usize, c: usize) -> f64 {
+        let n = self.samples.n;
+        let all = &self.times.measured[c / n];
+        let measured = all.get(i * n + c % n);
+        measured.map_or_else(|| self.state(i, c), |value| *value)
+    }
+
     /// a − b of component `c`, angles on the circle.
-    pub(super) fn difference(&self, c: usize, a: f64, b: f64) -> f64 {
+    pub(crate) fn difference(&self, c: usize, a: f64, b: f64) -> f64 {
         use std::f64::consts::{PI, TAU};
         let difference = a - b;
         if c < self.samples.n && self.coordinates.is_circle(c) && difference.is_finite() {
@@ -76,7 +92,7 @@ impl<'a> Recorded<'a> {
     /// Weights of the components of a state, `[2n]`: one over the deviation of each (of an angle at most that of a
     /// uniform one), and over the distance that a state moves within the horizon in these units, so that a loss of 1 is that of a
     /// system at rest.
-    pub(super) fn weights(&self, horizon: usize) -> Vec<f64> {
+    pub(crate) fn weights(&self, horizon: usize) -> Vec<f64> {
         let d = 2 * self.samples.n;
         let mut weights: Vec<f64> = (0..d).map(|c| 1.0 / self.deviation(c)).collect();
         let (mut sum, mut count) = (0.0, 0.0);
@@ -95,7 +111,7 @@ impl<'a> Recorded<'a> {
         weights
     }
 
-    fn deviation(&self, c: usize) -> f64 {
+    pub(crate) fn deviation(&self, c: usize) -> f64 {
         let m = self.samples.len().max(1) as f64;
         let values = || (0..self.samples.len()).map(|i| self.state(i, c));
         let mean = values().sum::<f64>() / m;

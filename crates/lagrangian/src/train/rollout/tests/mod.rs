@@ -36,7 +36,7 @@ pub(super) fn methods(family: &dyn Family) -> Vec<Method> {
 }
 
 /// A motion that no model generated, at uneven times, one coordinate a circle, under forces.
-pub(super) fn dataset() -> Dataset {
+pub(crate) fn dataset() -> Dataset {
     let trajectory = |shift: f64| {
         let t: Vec<f64> = (0..14)
             .map(|k| 0.06 * f64::from(k) + 0.01 * (f64::from(k) * 1.7).sin())

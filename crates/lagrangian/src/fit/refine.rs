@@ -1,0 +1,219 @@
+//! The refinement of a fit by long rollouts.
+
+use std::ops::ControlFlow;
+
+use super::choice::ResolvedConfig;
+use super::screening::{exceed, held_out};
+use super::{Fit, FitConfig, fit};
+use crate::dataset::Dataset;
+use crate::models::Residuals;
+use crate::score::CandidateResult;
+use crate::train::checkpoint::Checkpoint;
+use crate::train::known::DataFacts;
+use crate::train::observer::{Ending, Observer, Progress};
+use crate::train::rollout::Recorded;
+use crate::train::shooting::{Problem, Shooting, descend};
+use crate::train::spec::AutoSetting;
+use crate::train::task::Budget;
+use lagrangian_mechanics::Visited;
+use lagrangian_motion::statistics::{mean, median_size, size};
+use lagrangian_motion::{Coordinate, Error, Result, Samples};
+use lagrangian_recordings::{Estimate, Source};
+
+/// A fit that was refined by long rollouts.
+#[derive(Debug, Clone)]
+pub struct RefinedFit {
+    /// The model; its best loss is the misfit.
+    pub fit: Fit,
+    /// Its parameters, in the order of [`Checkpoint::best_parameters`](crate::train::Checkpoint::best_parameters).
+    pub parameters: Vec<f64>,
+    /// χ² over its expectation N − starts − γ, where N residuals have the given noise: 1 where the model errs by the noise alone.
+    pub misfit: f64,
+    /// The number γ of parameters that the data determine.
+    pub determined: f64,
+}
+
+/// Refines the `parameters` of a fit of `config` by rollouts over long segments whose starts are free, see [`Shooting`]. `noise` is
+/// the standard deviation of each recorded position, `[n]`, and of each velocity too where they were recorded, `[2n]`, in
+/// the units of the data. All training samples serve at each step; validation samples are not used. Bits do not depend on the
+/// number of threads. A step costs rows × P², of P parameters: for networks of up to some thousands. The observer is told each step
+/// as a [stage](Observer::stage), and may end the refinement there with the present parameters.
+///
+/// # Errors
+/// [`Error::Argument`] for settings outside their domain, a family that does not predict accelerations, or data
+/// without times; [`Error::Shape`] for another number of parameters or noises.
+pub fn refine(
+    dataset: &Dataset,
+    config: &FitConfig,
+    (parameters, noise): (&[f64], &[f64]),
+    settings: &Shooting,
+    observer: &mut dyn Observer,
+) -> Result<RefinedFit> {
+    settings.validate(noise, dataset.coordinates.dof())?;
+    if dataset.train_times.longest() < 2 {
+        let must = "of trajectories of two samples or more: these have no times";
+        return Err(Error::argument("data", "samples", must));
+    }
+    let model = config.trainable(dataset)?;
+    let remedy = "give those of a fit with the same settings";
+    Error::check_shape("parameters", parameters.len(), model.parameters(), remedy)?;
+    let learner = model.learner(Residuals::OfRates);
+    if learner.residuals_each() != learner.dof() {
+        let must = "one that predicts accelerations, where a fit is refined by long rollouts";
+        return Err(Error::argument("family", config.family.name(), must));
+    }
+    let problem = Problem::new(&*learner, Recorded::train(dataset, None), noise, settings);
+    let refined = descend(&problem, parameters.to_vec(), settings, observer);
+    let visited = Visited::of(&dataset.coordinates, &dataset.train);
+    Ok(RefinedFit {
+        fit: Fit {
+            model: model.assemble(&refined.parameters)?.with_visited(visited),
+            ending: refined.ending,
+            best: refined.misfit,
+            best_step: refined.steps,
+            steps: refined.steps,
+            seconds: refined.seconds,
+        },
+        parameters: refined.parameters,
+        misfit: refined.misfit,
+        determined: refined.determined,
+    })
+}
+
+/// χ² over its expectation of rollouts over each held-out motion, or training motion without those, from their best starts: 1 where
+/// the model errs by the noise alone.
+pub(super) fn misfits(
+    dataset: &Dataset,
+    config: &FitConfig,
+    (parameters, noise): (&[f64], &[f64]),
+    settings: &Shooting,
+) -> Result<Vec<f64>> {
+    let model = config.trainable(dataset)?;
+    let learner = model.learner(Residuals::OfRates);
+    let problem = Problem::new(&*learner, Recorded::compared(dataset), noise, settings);
+    Ok(problem.misfits(parameters, &settings.horizons))
+}
+
+/// Networks of more parameters are not refined: a step takes the square of their number for each sample.
+const MOST: usize = 3000;
+
+impl ResolvedConfig {
+    /// The same, to be refined by long rollouts if noise limits the accelerations: half of its seconds are for that.
+    pub(super) fn with_noise(mut self, noise: &[f64]) -> Self {
+        if !noise.is_empty() {
+            if let Budget::Seconds(seconds) = &mut self.config.training.budget {
+                *seconds *= 0.5;
+            }
+            self.noise = noise.to_vec();
+        }
+        self
+    }
+}
+
+/// The noise of the measured components of a state whose accelerations are so uncertain that long rollouts know more of the motion;
+/// empty where they are not, or where the noise of a component is not known.
+pub(super) fn noise(dataset: &Dataset, estimates: &[Estimate], known: &DataFacts) -> Vec<f64> {
+    let Samples { n, signals, .. } = &dataset.train;
+    let left = |measured: &[f64], smoothed: &[f64]| {
+        let left = measured.iter().zip(smoothed).map(|(a, b)| a - b);
+        size(&left.collect::<Vec<_>>(), *n)
+    };
+    let of_window = |c: &Coordinate| {
+        let own =
+            |e: &&Estimate| e.signal == "qd" && e.source == Source::Q && e.coordinate == c.name;
+        median_size(&mut estimates.iter().filter(own).map(|e| e.noise))
+    };
+    let [q, qd] = &dataset.train_times.measured;
+    let mut noise = match q.is_empty() {
+        true => dataset.coordinates.0.iter().map(of_window).collect(),
+        false => left(q, &signals.q),
+    };
+    if !qd.is_empty() {
+        noise.extend(left(qd, &signals.qd));
+    }
+    match known.uncertain() && !dataset.forced && noise.iter().all(|noise| *noise > 0.0) {
+        true => noise,
+        false => Vec::new(),
+    }
+}
+
+/// A fit, refined by long rollouts where noise limits its accelerations, if rollouts over held-out motions err less after that. The
+/// refinement has no checkpoint of its own: a resumed run begins it again from the end of the fit.
+///
+/// # Errors
+/// As [`fit`](fn@super::fit).
+pub(super) fn fit_and_refine(
+    dataset: &Dataset,
+    chosen: &mut ResolvedConfig,
+    resume: Option<&Checkpoint>,
+    observer: &mut dyn Observer,
+) -> Result<(Fit, Option<CandidateResult>)> {
+    let mut kept = Kept {
+        parameters: resume.map_or(Vec::new(), |own| own.best_parameters.clone()),
+        observer,
+    };
+    let plain = fit(dataset, &chosen.config, resume, &mut kept)?;
+    let Kept {
+        parameters,
+        observer,
+    } = kept;
+    let few = (1..=MOST).contains(&parameters.len());
+    if chosen.noise.is_empty() || !few || plain.ending == Ending::Interrupted {
+        return Ok((plain, None));
+    }
+    let mut settings = Shooting::default();
+    match chosen.config.budget {
+        Budget::Steps(steps) => settings.steps = settings.steps.min(steps),
+        Budget::Seconds(seconds) => settings.seconds = 2.0 * seconds,
+    }
+    let (config, noise) = (&chosen.config, &*chosen.noise);
+    let refined = refine(dataset, config, (&parameters, noise), &settings, observer)?;
+    let misfits = |own: &[f64]| misfits(dataset, config, (own, noise), &settings);
+    let (before, after) = (misfits(&parameters)?, misfits(&refined.parameters)?);
+    let better = exceed(&before, &after) || before.iter().any(|x| !x.is_finite());
+    let average = |own: &[f64]| mean(&mut own.iter().copied());
+    let reason = format!(
+        "noise limits the accelerations; rollouts of up to {} samples over held-out motions, from their best starts, err by {:.3} \
+         times the variance of that noise, by {:.3} without the refinement",
+        settings.horizons.last().unwrap_or(&0),
+        average(&after),
+        average(&before),
+    );
+    let result = CandidateResult {
+        family: chosen.config.family.name().into(),
+        acceleration_nmse: Some(held_out(&refined.fit, dataset, 0).mean()),
+        seconds: refined.fit.seconds,
+        name: format!("{}, refined by rollouts", chosen.name),
+        ..CandidateResult::default()
+    };
+    let value = if better { "kept" } else { "not kept" };
+    let setting = AutoSetting::new("refinement by rollouts", value, reason);
+    chosen.choices.insert(1, setting);
+    let mut fit = plain;
+    fit.seconds += refined.fit.seconds;
+    if refined.fit.ending == Ending::Interrupted {
+        fit.ending = Ending::Interrupted;
+    }
+    if better {
+        fit.model = refined.fit.model;
+        chosen.name.clone_from(&result.name);
+    }
+    Ok((fit, Some(result)))
+}
+
+/// Keeps the parameters of the model of a fit.
+struct Kept<'a> {
+    parameters: Vec<f64>,
+    observer: &'a mut dyn Observer,
+}
+
+impl Observer for Kept<'_> {
+    fn progress(&mut self, progress: &Progress) -> ControlFlow<()> {
+        self.observer.progress(progress)
+    }
+
+    fn checkpoint(&mut self, checkpoint: &Checkpoint) -> Result<()> {
+        self.parameters.clone_from(&checkpoint.best_parameters);
+        self.observer.checkpoint(checkpoint)
+    }
+}

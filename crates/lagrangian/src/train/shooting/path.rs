@@ -1,0 +1,315 @@
+//! A block of segments, forward with the sensitivities of their states to the parameters and to the starts.
+
+use super::problem::Segment;
+use crate::train::learner::{Learner, Work};
+use crate::train::rollout::Recorded;
+use crate::train::rollout::flow::{Flow, Point, Sizes};
+use lagrangian_mechanics::integrate::Rk4;
+use nets::{Packed, Terms};
+
+/// Columns of a sensitivity that are carried at a time: those of all components of a state stay in the first-level cache.
+const COLUMNS: usize = 256;
+
+/// A model at some parameters, and the recordings that it follows.
+pub(super) struct At<'a> {
+    learner: &'a dyn Learner<f64>,
+    packed: Packed<f64>,
+    extra: Vec<f64>,
+    terms: Terms,
+    recorded: Recorded<'a>,
+    substeps: usize,
+}
+
+impl<'a> At<'a> {
+    pub(super) fn new(
+        learner: &'a dyn Learner<f64>,
+        recorded: Recorded<'a>,
+        theta: &[f64],
+        substeps: usize,
+    ) -> Self {
+        let net = learner.net();
+        let (weights, extra) = theta.split_at(net.parameters);
+        let mut packed = Packed::new(net);
+        packed.set(net, weights);
+        Self {
+            packed,
+            extra: extra.to_vec(),
+            terms: learner.terms(),
+            learner,
+            recorded,
+            substeps,
+        }
+    }
+}
+
+/// What a pass over segments leaves: states, and the sensitivities of the first so many components.
+#[derive(Clone, Copy)]
+pub(super) enum Wanted {
+    States,
+    /// Those to the starts.
+    Starts(usize),
+    /// Those to the parameters and to the starts.
+    All(usize),
+}
+
+/// The states of a block along its segments.
+pub(super) struct Path {
+    /// x of each sample of each segment, `[samples, d]`.
+    pub(super) states: Vec<Vec<f64>>,
+    /// ∂x/∂(θ, s) of each sample of each segment, `[samples, wanted components, P + d]`.
+    pub(super) slopes: Vec<Vec<f64>>,
+    /// Whether the rollout of each segment has failed.
+    pub(super) failed: Vec<bool>,
+}
+
+impl Path {
+    /// Follows segments by the classical method of Runge and Kutta, τ held from sample to sample.
+    pub(super) fn of(at: &At<'_>, segments: &[Segment], wanted: Wanted) -> Self {
+        let mut follower = Follower::new(at, segments, wanted);
+        let longest = segments.iter().map(|s| s.samples).max().unwrap_or(0);
+        for sample in 0..longest {
+            follower.record(sample);
+            if sample + 1 < longest {
+                follower.hold(sample);
+                (0..at.substeps).for_each(|_| follower.step());
+            }
+        }
+        follower.path
+    }
+}
+
+/// The memory of a pass.
+struct Follower<'a> {
+    at: &'a At<'a>,
+    segments: &'a [Segment],
+    flow: Flow<'a>,
+    work: Work<f64>,
+    /// The stages of a step.
+    points: Vec<Point>,
+    /// x, `[segments, d]`, the step h of each segment, and its τ.
+    x: Vec<f64>,
+    h: Vec<f64>,
+    tau: Vec<f64>,
+    carried: Carried,
+    path: Path,
+}
+
+/// The sensitivities that are carried along.
+struct Carried {
+    /// The components of which they are kept; 0 for none.
+    seen: usize,
+    /// The parameters to which they are carried: all or none.
+    parameters: usize,
+    /// ∂x/∂(θ, s), its last rate, and its change in a step, `[segments, d, P + d]`.
+    now: Vec<f64>,
+    rate: Vec<f64>,
+    change: Vec<f64>,
+    /// ∂S/∂θ of one sample, `[k, P]`.
+    rows: Vec<f64>,
+    scratch: Vec<f64>,
+    /// The sensitivities at a stage, some columns of them.
+    moved: Vec<f64>,
+}
+
+impl Carried {
+    fn new(sizes: Sizes, seen: usize, parameters: usize) -> Self {
+        let (d, columns) = (sizes.state(), parameters + sizes.state());
+        let wide = if seen > 0 {
+            sizes.samples * d * columns
+        } else {
+            0
+        };
+        let mut now = vec![0.0; wide];
+        for (row, slopes) in now.chunks_exact_mut(columns).enumerate() {
+            slopes[parameters + row % d] = 1.0;
+        }
+        Self {
+            seen,
+            parameters,
+            now,
+            rate: vec![0.0; wide],
+            change: vec![0.0; wide],
+            rows: vec![0.0; sizes.outputs * parameters],
+            scratch: Vec::new(),
+            moved: vec![0.0; d * COLUMNS],
+        }
+    }
+}
+
+impl<'a> Follower<'a> {
+    fn new(at: &'a At<'a>, segments: &'a [Segment], wanted: Wanted) -> Self {
+        let (learner, count) = (at.learner, segments.len());
+        let sizes = Sizes::of(learner, count);
+        let d = sizes.state();
+        let (seen, parameters) = match wanted {
+            Wanted::States => (0, 0),
+            Wanted::Starts(seen) => (seen, 0),
+            Wanted::All(seen) => (seen, learner.parameters()),
+        };
+        let each = |size: usize| move |s: &Segment| Vec::with_capacity(s.samples * size);
+        Self {
+            flow: Flow {
+                learner,
+                packed: &at.packed,
+                extra: &at.extra,
+                sizes,
+            },
+            work: Work::new(learner, count),
+            points: vec![Point::new(&sizes, false); Rk4::STAGES.len()],
+            x: segments
+                .iter()
+                .flat_map(|s| s.start.iter().copied())
+                .collect(),
+            h: vec![0.0; count],
+            tau: vec![0.0; count * sizes.n],
+            carried: Carried::new(sizes, seen, parameters),
+            path: Path {
+                states: segments.iter().map(each(d)).collect(),
+                slopes: segments.iter().map(each(seen * (parameters + d))).collect(),
+                failed: vec![false; count],
+            },
+            at,
+            segments,
+        }
+    }
+
+    /// Keeps the states of a sample, and their sensitivities.
+    fn record(&mut self, sample: usize) {
+        let d = self.flow.sizes.state();
+        let columns = self.carried.parameters + d;
+        for (s, _) in self
+            .segments
+            .iter()
+            .enumerate()
+            .filter(|(_, g)| sample < g.samples)
+        {
+            self.path.states[s].extend(&self.x[s * d..][..d]);
+            let slopes = self.carried.now.get(s * d * columns..).unwrap_or_default();
+            self.path.slopes[s].extend(&slopes[..self.carried.seen * columns]);
+        }
+    }
+
+    /// Sets h and τ from a sample to the next; segments that have ended stay where they are.
+    fn hold(&mut self, sample: usize) {
+        let (n, recorded) = (self.flow.sizes.n, &self.at.recorded);
+        for (s, segment) in self.segments.iter().enumerate() {
+            let goes_on = sample + 1 < segment.samples;
+            let i = segment.begin + if goes_on { sample } else { 0 };
+            let step = || recorded.times.t[i + 1] - recorded.times.t[i];
+            self.h[s] = if goes_on {
+                step() / self.at.substeps as f64
+            } else {
+                0.0
+            };
+            self.tau[s * n..][..n].copy_from_slice(&recorded.samples.tau[i * n..][..n]);
+        }
+    }
+
+    fn step(&mut self) {
+        let d = self.flow.sizes.state();
+        for (stage, &(a, _)) in Rk4::STAGES.iter().enumerate() {
+            let (before, rest) = self.points.split_at_mut(stage);
+            let point = &mut rest[0];
+            point.x.copy_from_slice(&self.x);
+            if let Some(last) = before.last() {
+                for (at, (x, rate)) in point.x.iter_mut().zip(&last.rate).enumerate() {
+                    *x += self.h[at / d] * a * rate;
+                }
+            }
+            let (work, failed) = (&mut self.work, &mut self.path.failed);
+            if self.carried.seen > 0 {
+                self.flow.linearised(work, &self.tau, point, failed);
+                (0..self.segments.len()).for_each(|s| self.carry(stage, s));
+            } else {
+                let Point { x, rate, .. } = point;
+                self.flow.rate(work, x, &self.tau, rate, failed);
+            }
+        }
+        for ((_, sixths), point) in Rk4::STAGES.iter().zip(&self.points) {
+            for (at, (x, rate)) in self.x.iter_mut().zip(&point.rate).enumerate() {
+                *x += self.h[at / d] * sixths / 6.0 * rate;
+            }
+        }
+        let changed = self.carried.now.iter_mut().zip(&self.carried.change);
+        changed.for_each(|(now, change)| *now += change);
+    }
+
+    /// Writes ∂S/∂θ of segment `s`.
+    fn differentiate(&mut self, s: usize) {
+        let (learner, Sizes { n, outputs, .. }) = (self.at.learner, self.flow.sizes);
+        let (net, forces) = (learner.net(), learner.extra());
+        for (i, row) in self
+            .carried
+            .rows
+            .chunks_exact_mut(self.carried.parameters)
+            .enumerate()
+        {
+            let (terms, pass) = (&self.at.terms, &self.work.pass);
+            pass.jacobian_row(net, terms, (s, i), &mut self.carried.scratch, row);
+            row[net.parameters..].fill(0.0);
+            let slopes = &self.work.linear.extra[(s * outputs + i) * forces..][..forces];
+            for (e, slope) in slopes.iter().enumerate() {
+                row[net.parameters + e * n + learner.coordinate(i)] = *slope;
+            }
+        }
+    }
+
+    /// The sensitivities of segment `s` at a stage: rate ← F (now + a h rate) + D ∂S/∂θ, change ← change + b h rate.
+    fn carry(&mut self, stage: usize, s: usize) {
+        if self.carried.parameters > 0 {
+            self.differentiate(s);
+        }
+        let Sizes {
+            rates, outputs: k, ..
+        } = self.flow.sizes;
+        let (d, (a, sixths)) = (self.flow.sizes.state(), Rk4::STAGES[stage]);
+        let (ah, bh) = (a * self.h[s], sixths / 6.0 * self.h[s]);
+        let columns = self.carried.parameters + d;
+        let slopes = &self.points[stage].slopes[s * d * d..][..d * d];
+        let by_output = &self.points[stage].by_output[s * rates * k..][..rates * k];
+        let all = s * d * columns..(s + 1) * d * columns;
+        let (now, rate) = (
+            &self.carried.now[all.clone()],
+            &mut self.carried.rate[all.clone()],
+        );
+        let change = &mut self.carried.change[all];
+        self.carried.moved.resize(d * COLUMNS, 0.0);
+        let moved = &mut self.carried.moved;
+        for from in (0..columns).step_by(COLUMNS) {
+            let width = COLUMNS.min(columns - from);
+            for (c, moved) in moved.chunks_exact_mut(COLUMNS).enumerate() {
+                let part = c * columns + from..c * columns + from + width;
+                let pairs = now[part.clone()].iter().zip(&rate[part]);
+                let ah = if stage == 0 { 0.0 } else { ah };
+                moved
+                    .iter_mut()
+                    .zip(pairs)
+                    .for_each(|(m, (x, r))| *m = x + ah * r);
+            }
+            for i in 0..d {
+                let part = i * columns + from..i * columns + from + width;
+                let out = &mut rate[part.clone()];
+                out.fill(0.0);
+                for (slope, moved) in slopes[i * d..][..d].iter().zip(moved.chunks_exact(COLUMNS)) {
+                    if *slope != 0.0 {
+                        out.iter_mut().zip(moved).for_each(|(o, m)| *o += slope * m);
+                    }
+                }
+                let learned = (i + rates)
+                    .checked_sub(d)
+                    .filter(|_| from < self.carried.parameters);
+                for j in learned.map_or(0..0, |_| 0..k) {
+                    let weight = by_output[(i + rates - d) * k + j];
+                    let row = &self.carried.rows[j * self.carried.parameters..]
+                        [..self.carried.parameters][from..];
+                    out.iter_mut().zip(row).for_each(|(o, r)| *o += weight * r);
+                }
+                let change = &mut change[part];
+                if stage == 0 {
+                    change.fill(0.0);
+                }
+                change.iter_mut().zip(&*out).for_each(|(c, r)| *c += bh * r);
+            }
+        }
+    }
+}

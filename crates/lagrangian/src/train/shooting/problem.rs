@@ -1,0 +1,294 @@
+//! The recordings as segments, and their residuals.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::normal::{Reduced, eliminate};
+use super::path::{At, Path, Wanted};
+use crate::train::learner::Learner;
+use crate::train::rollout::Recorded;
+use lagrangian_motion::solve::dot;
+
+/// Segments that are followed at once.
+pub(super) const BLOCK: usize = 4;
+
+/// Steps of the starts of new segments.
+const IMPROVEMENTS: usize = 4;
+
+/// The lengths of a step that are tried, each half of the last.
+const TRIES: usize = 4;
+
+/// A step that is foreseen to lower χ² by less than this part is not taken.
+const SETTLED: f64 = 1e-9;
+
+/// χ² and what a step lowers it by, where a rollout fails.
+const LOST: [f64; 2] = [f64::INFINITY, 0.0];
+
+/// A stretch of a recording that one rollout follows.
+#[derive(Debug, Clone)]
+pub(super) struct Segment {
+    /// The first sample.
+    pub(super) begin: usize,
+    pub(super) samples: usize,
+    /// The state at the first sample, `[2n]`.
+    pub(super) start: Vec<f64>,
+}
+
+/// What is refined, and on what.
+pub(crate) struct Problem<'a> {
+    pub(super) learner: &'a dyn Learner<f64>,
+    pub(super) recorded: Recorded<'a>,
+    /// The noise of the components of a state that are compared, `[n]` or `[2n]`.
+    pub(super) noise: &'a [f64],
+    /// The deviation of each component of a state, `[2n]`.
+    deviations: Vec<f64>,
+    amplification: f64,
+    substeps: usize,
+}
+
+impl<'a> Problem<'a> {
+    pub(crate) fn new(
+        learner: &'a dyn Learner<f64>,
+        recorded: Recorded<'a>,
+        noise: &'a [f64],
+        config: &super::Shooting,
+    ) -> Self {
+        Self {
+            deviations: (0..2 * learner.dof())
+                .map(|c| recorded.deviation(c))
+                .collect(),
+            learner,
+            recorded,
+            noise,
+            amplification: config.amplification,
+            substeps: config.substeps,
+        }
+    }
+
+    /// The length d of a state.
+    pub(super) fn state(&self) -> usize {
+        2 * self.learner.dof()
+    }
+
+    pub(super) fn at(&self, theta: &[f64]) -> At<'_> {
+        At::new(self.learner, self.recorded, theta, self.substeps)
+    }
+
+    /// The numbers of residuals and of components of starts.
+    pub(super) fn counts(&self, segments: &[Segment]) -> (usize, usize) {
+        let samples: usize = segments.iter().map(|s| s.samples).sum();
+        (samples * self.noise.len(), segments.len() * self.state())
+    }
+
+    /// The recorded states, `[samples, d]`.
+    pub(super) fn recorded_states(&self) -> Vec<f64> {
+        let (d, samples) = (self.state(), self.recorded.samples.len());
+        (0..samples * d)
+            .map(|at| self.recorded.state(at / d, at % d))
+            .collect()
+    }
+
+    /// Segments of about `horizon` samples that start at these states, halved while a state depends too much on the start.
+    pub(super) fn segments(&self, theta: &[f64], horizon: usize, states: &[f64]) -> Vec<Segment> {
+        let (d, at) = (self.state(), self.at(theta));
+        let segment = |begin: usize, end: usize| Segment {
+            begin,
+            samples: end - begin,
+            start: states[begin * d..][..d].to_vec(),
+        };
+        let runs = self.recorded.times.runs().filter(|run| run.len() > 1);
+        let mut segments: Vec<Segment> = runs
+            .flat_map(|run| {
+                let parts = ((run.len() + horizon / 2) / horizon).max(1);
+                let cut = move |k: usize| run.start + run.len() * k / parts;
+                (0..parts)
+                    .map(move |k| segment(cut(k), cut(k + 1)))
+                    .collect::<Vec<_>>()
+            })
+            .collect();
+        loop {
+            let blocks = segments.par_chunks(BLOCK);
+            let chaotic: Vec<bool> = blocks
+                .flat_map_iter(|block| self.chaotic(&at, block))
+                .collect();
+            let halves = |(s, chaotic): (&Segment, &bool)| {
+                let (middle, end) = (s.begin + s.samples / 2, s.begin + s.samples);
+                match *chaotic && s.samples >= 8 {
+                    true => vec![segment(s.begin, middle), segment(middle, end)],
+                    false => vec![s.clone()],
+                }
+            };
+            let halved: Vec<Segment> = segments.iter().zip(&chaotic).flat_map(halves).collect();
+            if halved.len() == segments.len() {
+                return segments;
+            }
+            segments = halved;
+        }
+    }
+
+    /// Segments whose starts are near the best for these parameters, and their χ².
+    pub(super) fn cut(&self, theta: &[f64], horizon: usize, states: &[f64]) -> (Vec<Segment>, f64) {
+        let mut segments = self.segments(theta, horizon, states);
+        let values = (0..IMPROVEMENTS).map(|_| self.improve_starts(theta, &mut segments));
+        let value = values.last().unwrap_or(f64::INFINITY);
+        (segments, value)
+    }
+
+    /// χ² of each recorded motion over its expectation, from the best starts at these parameters.
+    pub(crate) fn misfits(&self, theta: &[f64], horizons: &[usize]) -> Vec<f64> {
+        let (mut states, mut segments) = (self.recorded_states(), Vec::new());
+        for &horizon in horizons {
+            (segments, _) = self.cut(theta, horizon, &states);
+            self.write_states(theta, &segments, &mut states);
+        }
+        let values = self.values(theta, &segments);
+        let runs = self.recorded.times.runs().filter(|run| run.len() > 1);
+        let misfit = |run: Range<usize>| {
+            let own = segments.iter().zip(&values);
+            let own = own.filter(|(s, _)| run.contains(&s.begin));
+            let value: f64 = own.clone().map(|(_, value)| value).sum();
+            let (residuals, starts) = (run.len() * self.noise.len(), own.count() * self.state());
+            value / residuals.saturating_sub(starts).max(1) as f64
+        };
+        runs.map(misfit).collect()
+    }
+
+    /// Whether a state of each segment depends on its start by more than the bound.
+    fn chaotic(&self, at: &At<'_>, block: &[Segment]) -> Vec<bool> {
+        let (d, bound, unit) = (self.state(), self.amplification, &self.deviations);
+        let path = Path::of(at, block, Wanted::Starts(d));
+        let each = path.slopes.iter().zip(&path.failed);
+        let exceeds = |slopes: &[f64]| {
+            let entries = slopes.iter().enumerate();
+            entries.into_iter().any(|(at, x)| {
+                let (to, from) = (at / d % d, at % d);
+                !((x * unit[from] / unit[to]).abs() <= bound)
+            })
+        };
+        each.map(|(slopes, failed)| *failed || exceeds(slopes))
+            .collect()
+    }
+
+    /// The residuals of a segment along these states.
+    fn residuals(&self, segment: &Segment, states: &[f64]) -> Vec<f64> {
+        let (d, noise) = (self.state(), self.noise);
+        let of_sample = |(j, x): (usize, &[f64])| -> Vec<f64> {
+            let seen = |c: usize| self.recorded.measured(segment.begin + j, c);
+            let error = |c: usize| self.recorded.difference(c, x[c], seen(c));
+            noise
+                .iter()
+                .enumerate()
+                .map(|(c, sigma)| error(c) / sigma)
+                .collect()
+        };
+        states
+            .chunks_exact(d)
+            .enumerate()
+            .flat_map(of_sample)
+            .collect()
+    }
+
+    /// χ² of each segment, ∞ where its rollout fails.
+    fn values(&self, theta: &[f64], segments: &[Segment]) -> Vec<f64> {
+        let at = self.at(theta);
+        let of_block = |block: &[Segment]| -> Vec<f64> {
+            let path = Path::of(&at, block, Wanted::States);
+            let each = block.iter().zip(&path.states).zip(&path.failed);
+            let value = |((segment, states), failed): ((&Segment, &Vec<f64>), &bool)| {
+                let r = self.residuals(segment, states);
+                let value = dot(&r, &r);
+                if *failed || value.is_nan() {
+                    f64::INFINITY
+                } else {
+                    value
+                }
+            };
+            each.map(value).collect()
+        };
+        segments.par_chunks(BLOCK).flat_map_iter(of_block).collect()
+    }
+
+    /// One step of each start alone, shorter where the whole does not help; returns χ².
+    pub(super) fn improve_starts(&self, theta: &[f64], segments: &mut [Segment]) -> f64 {
+        let at = self.at(theta);
+        let of_block = |block: &[Segment]| -> Vec<(Segment, [f64; 2])> {
+            match self.reduced(&at, block, false) {
+                Some(reduced) => {
+                    let each = block.iter().zip(&reduced);
+                    let own = |(s, r): (&Segment, &Reduced)| (r.start.of(s, &[]), r.value());
+                    each.map(own).collect()
+                }
+                None => block.iter().map(|s| (s.clone(), LOST)).collect(),
+            }
+        };
+        let blocks = segments.par_chunks(BLOCK);
+        let (mut moved, values): (Vec<_>, Vec<_>) = blocks.flat_map_iter(of_block).unzip();
+        let (mut values, foreseen): (Vec<_>, Vec<_>) = values
+            .into_iter()
+            .map(|[value, gain]| (value, gain))
+            .unzip();
+        let mut open: Vec<usize> = (0..moved.len()).collect();
+        open.retain(|&s| foreseen[s] > SETTLED * values[s]);
+        for _ in 0..TRIES {
+            let tried: Vec<Segment> = open.iter().map(|&s| moved[s].clone()).collect();
+            let mut after = self.values(theta, &tried).into_iter();
+            open.retain(|&s| {
+                let value = after.next().unwrap_or(f64::INFINITY);
+                let better = value < values[s];
+                if better {
+                    (segments[s], values[s]) = (moved[s].clone(), value);
+                } else {
+                    let pairs = moved[s].start.iter_mut().zip(&segments[s].start);
+                    pairs.for_each(|(x, from)| *x = f64::midpoint(*x, *from));
+                }
+                !better
+            });
+        }
+        values.iter().sum()
+    }
+
+    /// Segments without their starts, linearised in the parameters where these are to change.
+    pub(super) fn reduced(
+        &self,
+        at: &At<'_>,
+        block: &[Segment],
+        parameters: bool,
+    ) -> Option<Vec<Reduced>> {
+        let (d, seen) = (self.state(), self.noise.len());
+        let count = if parameters {
+            self.learner.parameters()
+        } else {
+            0
+        };
+        let wanted = if parameters {
+            Wanted::All(seen)
+        } else {
+            Wanted::Starts(seen)
+        };
+        let path = Path::of(at, block, wanted);
+        if path.failed.contains(&true) {
+            return None;
+        }
+        let each = block.iter().zip(&path.states).zip(path.slopes);
+        let reduced = each.map(|((segment, states), mut rows)| {
+            let scaled = rows
+                .chunks_exact_mut(count + d)
+                .zip(self.noise.iter().cycle());
+            scaled.for_each(|(row, sigma)| row.iter_mut().for_each(|x| *x /= sigma));
+            eliminate(rows, self.residuals(segment, states), count, d)
+        });
+        Some(reduced.collect())
+    }
+
+    /// Writes the states along the segments to `states`, `[samples, d]`.
+    pub(super) fn write_states(&self, theta: &[f64], segments: &[Segment], states: &mut [f64]) {
+        let at = self.at(theta);
+        for block in segments.chunks(BLOCK) {
+            let path = Path::of(&at, block, Wanted::States);
+            for (segment, x) in block.iter().zip(&path.states) {
+                states[segment.begin * self.state()..][..x.len()].copy_from_slice(x);
+            }
+        }
+    }
+}

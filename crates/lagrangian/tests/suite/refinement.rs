@@ -1,0 +1,120 @@
+//! Fits of noisy free motions, which are refined by long rollouts.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::ops::ControlFlow;
+
+use lagrangian::analytic::{by_name, normal};
+use lagrangian::dataset::random_starts;
+use lagrangian::fit::{ResolvedConfig, Selection, select};
+use lagrangian::rollout::{free, rollout_many, times};
+use lagrangian::train::{Ending, FitSpec};
+use lagrangian::{
+    Checkpoint, Dataset, EstimateOptions, FitConfig, Model, Observer, Progress, Recording, Result,
+    RolloutOptions, Signals,
+};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+/// The candidates of a fit of pendulums whose positions alone are recorded, with noise of this deviation.
+fn noisy(deviation: f64, spec: &FitSpec) -> (Dataset, Vec<ResolvedConfig>) {
+    let system = by_name("pendulum", &[]).unwrap();
+    let (starts, times) = (random_starts(&*system, 6, 3), times(3.0, 0.03).unwrap());
+    let options = RolloutOptions::truth();
+    let motions = rollout_many(&*system, &starts, &times, &free, &options).unwrap();
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let (mut trajectories, mut estimates) = (Vec::new(), Vec::new());
+    for motion in motions {
+        let t = motion.trajectory.t.clone();
+        let exact = motion.trajectory.signals.q.iter();
+        let q: Vec<f64> = exact.map(|x| x + deviation * normal(&mut rng)).collect();
+        let recording = Recording {
+            name: "noisy".into(),
+            coordinates: system.coordinates().clone(),
+            signals: Signals {
+                tau: vec![0.0; q.len()],
+                q,
+                ..Signals::default()
+            },
+            columns: Default::default(),
+            unwrapped: vec![0],
+            sampled: None,
+            t,
+        };
+        let (trajectory, own) = recording
+            .into_trajectory(&EstimateOptions::default())
+            .unwrap();
+        trajectories.push(trajectory);
+        estimates.extend(own);
+    }
+    let (train, validation) = trajectories.split_at(4);
+    let dataset = Dataset::new(system.coordinates().clone(), train, validation).unwrap();
+    let candidates = FitConfig::candidates(&dataset, &estimates, spec).unwrap();
+    (dataset, candidates)
+}
+
+fn brief() -> FitSpec {
+    FitSpec {
+        steps: Some(12),
+        ..FitSpec::default()
+    }
+}
+
+/// The models that were refined, by their names.
+fn refined(selection: &Selection) -> usize {
+    let tried = selection.tried.iter();
+    tried
+        .filter(|own| own.name.ends_with("refined by rollouts"))
+        .count()
+}
+
+fn acceleration(selection: &Selection) -> f64 {
+    let (mut evaluator, mut found) = (selection.fit.model.evaluator(), [0.0]);
+    let _ = evaluator.forward_dynamics(&[0.7], &[0.3], &[0.0], &mut found);
+    found[0]
+}
+
+/// Ends a run in its refinement, and keeps its last checkpoint.
+#[derive(Default)]
+struct Interrupting {
+    last: Option<Checkpoint>,
+}
+
+impl Observer for Interrupting {
+    fn progress(&mut self, _: &Progress) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+
+    fn stage(&mut self, what: &str, _: f64) -> ControlFlow<()> {
+        match what == "refining by rollouts, horizon 40" {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    }
+
+    fn checkpoint(&mut self, checkpoint: &Checkpoint) -> Result<()> {
+        self.last = Some(checkpoint.clone());
+        Ok(())
+    }
+}
+
+#[test]
+fn a_run_that_was_interrupted_in_its_refinement_resumes_to_the_same_bits() {
+    let (dataset, candidates) = noisy(0.02, &brief());
+    let whole = select(&dataset, candidates.clone(), None, &mut ()).unwrap();
+    assert_eq!(refined(&whole), 1, "{:?}", whole.tried);
+    let settings: Vec<&str> = whole.chosen.choices.iter().map(|c| &*c.setting).collect();
+    assert_eq!(settings[..2], ["model", "refinement by rollouts"]);
+    let mut observer = Interrupting::default();
+    let part = select(&dataset, candidates.clone(), None, &mut observer).unwrap();
+    assert_eq!(part.fit.ending, Ending::Interrupted);
+    let resumed = select(&dataset, candidates, observer.last.as_ref(), &mut ()).unwrap();
+    assert_eq!(acceleration(&resumed), acceleration(&whole));
+    assert_eq!(resumed.fit.ending, whole.fit.ending);
+}
+
+#[test]
+fn clean_motions_are_not_refined() {
+    let (dataset, candidates) = noisy(0.0, &brief());
+    let selection = select(&dataset, candidates, None, &mut ()).unwrap();
+    assert_eq!(refined(&selection), 0);
+}
