@@ -14,7 +14,7 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
-use super::search::{BLOCKS, SPEEDS};
+use super::search::{BLOCKS, SPEEDS, blocks, relative, weights_of};
 use lagrangian_mechanics::Evaluator;
 use lagrangian_mechanics::rigid::RigidBodies;
 use lagrangian_mechanics::rigid::consistent::{Minimum, Prior, minimise};
@@ -90,37 +90,17 @@ impl Refinement<'_> {
     /// The mean logarithm of the relative mean square error on blocks of time that were omitted in turn.
     pub(super) fn error_of_blocks(&self, screws: &[Screw]) -> Option<f64> {
         let robot = RigidBodies::of_screws(screws, self.coordinates).ok()?;
-        let m = self.samples.len();
-        let block = |b: usize| {
-            JointSums::over(
-                self.samples,
-                b * m / BLOCKS..(b + 1) * m / BLOCKS,
-                &robot,
-                &SPEEDS,
-            )
-        };
-        let blocks: Vec<JointSums> = (0..BLOCKS).map(block).collect();
+        let blocks = blocks(self.samples, &robot);
         let mut errors = vec![0.0; screws.len()];
         for (left, own) in blocks.iter().enumerate() {
-            let others = blocks
-                .iter()
-                .enumerate()
-                .filter(|(b, _)| *b != left)
-                .map(|(_, b)| b);
+            let others = blocks[..left].iter().chain(&blocks[left + 1..]);
             let others = others.fold(JointSums::zero(screws.len(), SPEEDS.len()), JointSums::plus);
             let (_, values) = self.reweighted(&others)?;
-            for (error, own) in errors
-                .iter_mut()
-                .zip(own.mean_squares(&values, &Friction::Every))
-            {
-                *error += own / BLOCKS as f64;
-            }
+            let own = own.mean_squares(&values, &Friction::Every);
+            let pairs = errors.iter_mut().zip(own);
+            pairs.for_each(|(error, own)| *error += own / BLOCKS as f64);
         }
-        let relative = errors
-            .iter()
-            .zip(self.scale)
-            .map(|(e, s)| (e / (s * s)).max(1e-12).ln());
-        Some(relative.sum::<f64>() / errors.len().max(1) as f64)
+        Some(relative(&errors, self.scale))
     }
 
     /// Weights of the joints by their residuals after a few rounds, and the parameters of the last.
@@ -131,17 +111,9 @@ impl Refinement<'_> {
         for _ in 0..ROUNDS {
             let data = sums.quadratic(&weights, &Friction::Every);
             values = minimise(&data, &prior, STRENGTH, &values)?.values;
-            weights = self.weights_of(&sums.mean_squares(&values, &Friction::Every));
+            weights = weights_of(&sums.mean_squares(&values, &Friction::Every), self.scale);
         }
         Some((weights, values))
-    }
-
-    fn weights_of(&self, squares: &[f64]) -> Vec<f64> {
-        let floored = squares
-            .iter()
-            .zip(self.scale)
-            .map(|(e, s)| e.max(1e-4 * s * s));
-        floored.map(|e| 1.0 / e.sqrt()).collect()
     }
 
     fn sums(&self, robot: &RigidBodies) -> JointSums {

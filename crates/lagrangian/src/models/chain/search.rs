@@ -134,8 +134,8 @@ fn screws_of(joints: &[Joint]) -> Vec<Screw> {
 struct Search<'a> {
     coordinates: &'a Coordinates,
     samples: Samples,
-    /// Variances of the torques.
-    variances: Vec<f64>,
+    /// The deviations of the torques.
+    scale: Vec<f64>,
 }
 
 /// Mean square errors on blocks that were omitted, `[n]`.
@@ -150,7 +150,7 @@ impl<'a> Search<'a> {
         }
         Ok(Self {
             coordinates: &dataset.coordinates,
-            variances: dataset.force_scale().iter().map(|s| s * s).collect(),
+            scale: dataset.force_scale(),
             samples,
         })
     }
@@ -174,11 +174,11 @@ impl<'a> Search<'a> {
         };
         let mut joints: Vec<Joint> = (0..n).map(&mut joint).collect();
         let mut order: Vec<usize> = (0..n).collect();
-        let mut weights: Vec<f64> = self.variances.iter().map(|v| 1.0 / v.sqrt()).collect();
+        let mut weights: Vec<f64> = self.scale.iter().map(|s| 1.0 / s).collect();
         let mut best = f64::INFINITY;
         for _ in 0..SWEEPS {
             if let Some(errors) = self.errors(&joints, &weights) {
-                weights = self.weights(&errors);
+                weights = weights_of(&errors, &self.scale);
             }
             let before = self.score(&joints, &weights);
             best = before;
@@ -226,57 +226,53 @@ impl<'a> Search<'a> {
         self.coordinates.0[j].unit == "m"
     }
 
-    fn weights(&self, errors: &[f64]) -> Vec<f64> {
-        let floored = errors
-            .iter()
-            .zip(&self.variances)
-            .map(|(e, v)| e.max(SMALLEST * SMALLEST * v));
-        floored.map(|e| 1.0 / e.sqrt()).collect()
-    }
-
     /// The mean logarithm of the relative errors; infinite without a regression.
     fn score(&self, joints: &[Joint], weights: &[f64]) -> f64 {
-        let Some(errors) = self.errors(joints, weights) else {
-            return f64::INFINITY;
-        };
-        let relative = errors
-            .iter()
-            .zip(&self.variances)
-            .map(|(e, v)| (e / v).max(1e-12).ln());
-        relative.sum::<f64>() / errors.len().max(1) as f64
+        let errors = self.errors(joints, weights);
+        errors.map_or(f64::INFINITY, |errors| relative(&errors, &self.scale))
     }
 
     fn errors(&self, joints: &[Joint], weights: &[f64]) -> Option<Errors> {
         let robot = RigidBodies::of_screws(&screws_of(joints), self.coordinates).ok()?;
-        let m = self.samples.len();
-        let block = |b: usize| {
-            JointSums::over(
-                &self.samples,
-                b * m / BLOCKS..(b + 1) * m / BLOCKS,
-                &robot,
-                &SPEEDS,
-            )
-        };
-        let blocks: Vec<JointSums> = (0..BLOCKS).map(block).collect();
-        let parts: Vec<Quadratic> = blocks
+        let blocks = blocks(&self.samples, &robot);
+        let parts = blocks
             .iter()
-            .map(|b| b.quadratic(weights, &Friction::Every))
-            .collect();
+            .map(|b| b.quadratic(weights, &Friction::Every));
+        let parts: Vec<Quadratic> = parts.collect();
         // Each quadratic is a mean; all blocks count by their samples.
-        let shares: Vec<f64> = blocks.iter().map(|b| b.samples as f64 / m as f64).collect();
+        let m = self.samples.len() as f64;
+        let shares: Vec<f64> = blocks.iter().map(|b| b.samples as f64 / m).collect();
         let all = sum(&parts, &shares, None);
         let mut errors = vec![0.0; joints.len()];
         for (left, own) in blocks.iter().enumerate() {
             let values = ridge(&sum(&parts, &shares, Some(left)), &all)?;
-            for (error, own) in errors
-                .iter_mut()
-                .zip(own.mean_squares(&values, &Friction::Every))
-            {
-                *error += shares[left] * own;
-            }
+            let own = own.mean_squares(&values, &Friction::Every);
+            let pairs = errors.iter_mut().zip(own);
+            pairs.for_each(|(error, own)| *error += shares[left] * own);
         }
         errors.iter().all(|e| e.is_finite()).then_some(errors)
     }
+}
+
+/// The sums over blocks of the samples.
+pub(super) fn blocks(samples: &Samples, robot: &RigidBodies) -> Vec<JointSums> {
+    let place = |b: usize| b * samples.len() / BLOCKS;
+    let block = |b| JointSums::over(samples, place(b)..place(b + 1), robot, &SPEEDS);
+    (0..BLOCKS).map(block).collect()
+}
+
+/// One over the roots of mean squares, which are bounded below by a part of those of `scale`.
+pub(super) fn weights_of(squares: &[f64], scale: &[f64]) -> Vec<f64> {
+    let pairs = squares.iter().zip(scale);
+    let floored = pairs.map(|(e, s)| e.max(SMALLEST * SMALLEST * s * s));
+    floored.map(|e| 1.0 / e.sqrt()).collect()
+}
+
+/// The mean logarithm of mean squares over those of `scale`.
+pub(super) fn relative(squares: &[f64], scale: &[f64]) -> f64 {
+    let pairs = squares.iter().zip(scale);
+    let logarithms = pairs.map(|(e, s)| (e / (s * s)).max(1e-12).ln());
+    logarithms.sum::<f64>() / squares.len().max(1) as f64
 }
 
 /// The sums of all blocks but one.
