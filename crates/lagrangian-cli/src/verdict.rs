@@ -3,13 +3,12 @@
 use std::fmt::Write;
 
 use lagrangian::score::{Assessment, Forward, Grade};
-use lagrangian_run::grade_name;
 
 use crate::failure::{FAILED, SUCCESS, with_flags};
 
 /// The verdict and its reasons, for a terminal.
 pub(crate) fn text(assessment: &Assessment) -> String {
-    let mut text = format!("verdict: {}\n", grade_name(assessment.verdict));
+    let mut text = format!("verdict: {}\n", assessment.verdict.name());
     // OK: writing to a string does not fail.
     let expected = &assessment.expectation;
     let said = assessment.reasons.iter().any(|r| r.finding == *expected);

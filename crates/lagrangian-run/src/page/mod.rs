@@ -279,7 +279,7 @@ impl Page<'_> {
 
     fn summary(&self, score: &Score, assessment: &Assessment) -> Vec<String> {
         let reasons = assessment.reasons.iter();
-        let reason = |r: &Reason| format!("{}: {}; {}.", grade_name(r.grade), r.finding, r.remedy);
+        let reason = |r: &Reason| format!("{}: {}; {}.", r.grade.name(), r.finding, r.remedy);
         let mut summary: Vec<String> = reasons.map(reason).collect();
         summary.extend(self.predictions(score));
         summary
@@ -304,12 +304,6 @@ impl Page<'_> {
         }
         summary
     }
-}
-
-/// The word for a verdict.
-#[must_use]
-pub fn grade_name(grade: Grade) -> &'static str {
-    grade.name()
 }
 
 /// The last part of a path; the command line of the run holds the whole.
