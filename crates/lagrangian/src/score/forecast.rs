@@ -145,7 +145,7 @@ pub(super) fn forecast(
         return Ok(None);
     }
     let own: Short;
-    let short = match half.seconds == seconds && half.truths.len() <= STARTS {
+    let short = match seconds == AHEAD && half.truths.len() <= STARTS {
         true => half,
         false => {
             own = Short::new(model, motions, seconds, STARTS, options)?;

@@ -34,7 +34,7 @@ pub struct RestartScore {
 /// Predictions over a short time.
 pub(super) struct Short {
     /// Length of each prediction, s.
-    pub(super) seconds: f64,
+    seconds: f64,
     /// The motion that each truth is a part of.
     pub(super) motions: Vec<usize>,
     pub(super) truths: Vec<Trajectory>,
