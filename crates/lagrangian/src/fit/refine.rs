@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use super::choice::ResolvedConfig;
+use super::choice::{Part, ResolvedConfig};
 use super::screening::{exceed, held_out};
 use super::{Fit, FitConfig, fit};
 use crate::dataset::Dataset;
@@ -62,7 +62,8 @@ pub fn refine(
         let must = "one that predicts accelerations, where a fit is refined by long rollouts";
         return Err(Error::argument("family", config.family.name(), must));
     }
-    let problem = Problem::new(&*learner, Recorded::train(dataset, None), noise, settings);
+    let problem = Problem::new(&*learner, Recorded::train(dataset, None), noise);
+    let problem = problem.resolved(parameters);
     let refined = descend(&problem, parameters.to_vec(), settings, observer);
     let visited = Visited::of(&dataset.coordinates, &dataset.train);
     Ok(RefinedFit {
@@ -90,24 +91,37 @@ pub(super) fn misfits(
 ) -> Result<Vec<f64>> {
     let model = config.trainable(dataset)?;
     let learner = model.learner(Residuals::OfRates);
-    let problem = Problem::new(&*learner, Recorded::compared(dataset), noise, settings);
-    Ok(problem.misfits(parameters, &settings.horizons))
+    let problem = Problem::new(&*learner, Recorded::compared(dataset), noise);
+    Ok(problem
+        .resolved(parameters)
+        .misfits(parameters, &settings.horizons))
 }
 
 /// Networks of more parameters are not refined: a step takes the square of their number for each sample.
 const MOST: usize = 3000;
 
-impl ResolvedConfig {
-    /// The same, to be refined by long rollouts if noise limits the accelerations: half of its seconds are for that.
-    pub(super) fn with_noise(mut self, noise: &[f64]) -> Self {
-        if !noise.is_empty() {
-            if let Budget::Seconds(seconds) = &mut self.config.training.budget {
-                *seconds *= 0.5;
-            }
-            self.noise = noise.to_vec();
-        }
-        self
+/// The candidates, of which those that learn accelerations are refined by long rollouts where these have noise: half of their seconds
+/// are for that. Larger ones are left out then.
+pub(super) fn to_be_refined(
+    dataset: &Dataset,
+    noise: &[f64],
+    mut all: Vec<ResolvedConfig>,
+) -> Vec<ResolvedConfig> {
+    let few = |own: &ResolvedConfig| {
+        let model = own.config.trainable(dataset);
+        own.part == Part::Beside && model.is_ok_and(|model| model.parameters() <= MOST)
+    };
+    if noise.is_empty() || !all.iter().any(few) {
+        return all;
     }
+    all.retain(few);
+    for own in &mut all {
+        if let Budget::Seconds(seconds) = &mut own.config.training.budget {
+            *seconds *= 0.5;
+        }
+        own.noise = noise.to_vec();
+    }
+    all
 }
 
 /// The noise of the measured components of a state whose accelerations are so uncertain that long rollouts know more of the motion;
@@ -157,8 +171,7 @@ pub(super) fn fit_and_refine(
         parameters,
         observer,
     } = kept;
-    let few = (1..=MOST).contains(&parameters.len());
-    if chosen.noise.is_empty() || !few || plain.ending == Ending::Interrupted {
+    if chosen.noise.is_empty() || parameters.is_empty() || plain.ending == Ending::Interrupted {
         return Ok((plain, None));
     }
     let mut settings = Shooting::default();

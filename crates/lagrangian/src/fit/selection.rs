@@ -5,7 +5,7 @@ use serde_json::json;
 
 use super::choice::{Part, ResolvedConfig, foreign, present};
 use crate::dataset::Dataset;
-use crate::fit::refine::{fit_and_refine, noise};
+use crate::fit::refine::{fit_and_refine, noise, to_be_refined};
 use crate::fit::screening::{self, Screened, screen};
 use crate::fit::{Fit, FitConfig, OptimizerName, SECONDS, fit};
 use crate::models::{Candidate, Entry};
@@ -72,17 +72,14 @@ impl FitConfig {
                 (true, false) => Part::Beside,
                 (true, true) => Part::Instead,
             };
-            let chosen = ResolvedConfig {
+            Ok(ResolvedConfig {
                 name,
                 part,
                 ..chosen
-            };
-            Ok(match own.by_motion {
-                true => chosen.with_noise(&noise),
-                false => chosen,
             })
         };
-        candidates.into_iter().map(chosen).collect()
+        let all: Result<_> = candidates.into_iter().map(chosen).collect();
+        Ok(to_be_refined(dataset, &noise, all?))
     }
 }
 

@@ -33,11 +33,6 @@ use lagrangian_motion::{Error, Result};
 pub struct Shooting {
     /// Samples of a segment in each stage.
     pub horizons: Vec<usize>,
-    /// The largest sensitivity of a state to the start of its segment, in units of the deviations of both: longer segments of
-    /// chaotic motions are halved.
-    pub amplification: f64,
-    /// The number of steps of the integrator from one sample to the next.
-    pub substeps: usize,
     /// The largest number of steps in a stage.
     pub steps: usize,
     /// The largest duration, s: the refinement ends with the step in which it is exceeded.
@@ -48,8 +43,6 @@ impl Default for Shooting {
     fn default() -> Self {
         Self {
             horizons: vec![15, 40, 120, 240],
-            amplification: 100.0,
-            substeps: 1,
             steps: 20,
             seconds: f64::INFINITY,
         }
@@ -66,9 +59,6 @@ impl Shooting {
                 value,
                 "one or more, each at least 2 samples",
             ));
-        }
-        if self.substeps == 0 {
-            return Err(Error::argument("substeps", "0", "at least 1"));
         }
         if noise.len() != dof && noise.len() != 2 * dof {
             let remedy =

@@ -9,6 +9,7 @@ use super::path::{At, Path, Wanted};
 use crate::train::learner::Learner;
 use crate::train::rollout::Recorded;
 use lagrangian_motion::solve::dot;
+use lagrangian_motion::statistics::root_mean_square;
 
 /// Segments that are followed at once.
 pub(super) const BLOCK: usize = 4;
@@ -24,6 +25,17 @@ const SETTLED: f64 = 1e-9;
 
 /// χ² and what a step lowers it by, where a rollout fails.
 const LOST: [f64; 2] = [f64::INFINITY, 0.0];
+
+/// The length of the rollouts that tell how many steps of the integrator are needed, their largest number between two samples, and the
+/// error, in units of the noise, that is too small to need more.
+const RESOLVED: usize = 15;
+const SUBSTEPS: usize = 8;
+const SLIGHT: f64 = 0.1;
+
+/// An error of the start as large as the noise may grow to this part of the deviation, or else by this factor: beyond that residuals
+/// are not linear in the start.
+const LINEAR: f64 = 0.3;
+const LEAST: f64 = 3.0;
 
 /// A stretch of a recording that one rollout follows.
 #[derive(Debug, Clone)]
@@ -43,8 +55,8 @@ pub(crate) struct Problem<'a> {
     pub(super) noise: &'a [f64],
     /// The deviation of each component of a state, `[2n]`.
     deviations: Vec<f64>,
-    amplification: f64,
-    substeps: usize,
+    /// Steps of the integrator from one sample to the next.
+    pub(super) substeps: usize,
 }
 
 impl<'a> Problem<'a> {
@@ -52,7 +64,6 @@ impl<'a> Problem<'a> {
         learner: &'a dyn Learner<f64>,
         recorded: Recorded<'a>,
         noise: &'a [f64],
-        config: &super::Shooting,
     ) -> Self {
         Self {
             deviations: (0..2 * learner.dof())
@@ -61,9 +72,26 @@ impl<'a> Problem<'a> {
             learner,
             recorded,
             noise,
-            amplification: config.amplification,
-            substeps: config.substeps,
+            substeps: 1,
         }
+    }
+
+    /// The same with as many steps of the integrator as keep its errors below the noise.
+    pub(crate) fn resolved(mut self, theta: &[f64]) -> Self {
+        let segments = self.segments(theta, RESOLVED, &self.recorded_states());
+        let mut now = self.followed(theta, &segments);
+        while self.substeps < SUBSTEPS {
+            self.substeps *= 2;
+            let finer = self.followed(theta, &segments);
+            let pairs = now.iter().flatten().zip(finer.iter().flatten());
+            let errors = pairs.map(|(a, b)| a - b).filter(|e| e.is_finite());
+            if root_mean_square(&mut errors.collect::<Vec<_>>().into_iter()) < SLIGHT {
+                self.substeps /= 2;
+                break;
+            }
+            now = finer;
+        }
+        self
     }
 
     /// The length d of a state.
@@ -156,7 +184,10 @@ impl<'a> Problem<'a> {
 
     /// Whether a state of each segment depends on its start by more than the bound.
     fn chaotic(&self, at: &At<'_>, block: &[Segment]) -> Vec<bool> {
-        let (d, bound, unit) = (self.state(), self.amplification, &self.deviations);
+        let (d, unit) = (self.state(), &self.deviations);
+        let noise = self.noise.iter().zip(unit);
+        let noise = noise.map(|(own, unit)| own / unit).fold(0.0, f64::max);
+        let bound = (LINEAR / noise).max(LEAST);
         let path = Path::of(at, block, Wanted::Starts(d));
         let each = path.slopes.iter().zip(&path.failed);
         let exceeds = |slopes: &[f64]| {
@@ -189,24 +220,28 @@ impl<'a> Problem<'a> {
             .collect()
     }
 
-    /// χ² of each segment, ∞ where its rollout fails.
-    fn values(&self, theta: &[f64], segments: &[Segment]) -> Vec<f64> {
+    /// The residuals of each segment; ∞ where its rollout fails.
+    fn followed(&self, theta: &[f64], segments: &[Segment]) -> Vec<Vec<f64>> {
         let at = self.at(theta);
-        let of_block = |block: &[Segment]| -> Vec<f64> {
+        let of_block = |block: &[Segment]| -> Vec<Vec<f64>> {
             let path = Path::of(&at, block, Wanted::States);
             let each = block.iter().zip(&path.states).zip(&path.failed);
-            let value = |((segment, states), failed): ((&Segment, &Vec<f64>), &bool)| {
-                let r = self.residuals(segment, states);
-                let value = dot(&r, &r);
-                if *failed || value.is_nan() {
-                    f64::INFINITY
-                } else {
-                    value
-                }
+            let own = |((segment, states), failed): ((&Segment, &Vec<f64>), &bool)| match failed {
+                true => vec![f64::INFINITY],
+                false => self.residuals(segment, states),
             };
-            each.map(value).collect()
+            each.map(own).collect()
         };
         segments.par_chunks(BLOCK).flat_map_iter(of_block).collect()
+    }
+
+    /// χ² of each segment, ∞ where its rollout fails.
+    fn values(&self, theta: &[f64], segments: &[Segment]) -> Vec<f64> {
+        let all = self.followed(theta, segments).into_iter();
+        let values = all.map(|r| dot(&r, &r));
+        values
+            .map(|x| if x.is_nan() { f64::INFINITY } else { x })
+            .collect()
     }
 
     /// One step of each start alone, shorter where the whole does not help; returns χ².

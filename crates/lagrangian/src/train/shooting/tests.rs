@@ -56,11 +56,8 @@ fn agrees_with_differences(family: Box<dyn Family>, noise: &[f64]) {
     let config = config(family);
     let model = config.trainable(&data).unwrap();
     let learner = model.learner(Residuals::OfRates);
-    let settings = Shooting {
-        substeps: 2,
-        ..Shooting::default()
-    };
-    let problem = Problem::new(&*learner, Recorded::train(&data, None), noise, &settings);
+    let mut problem = Problem::new(&*learner, Recorded::train(&data, None), noise);
+    problem.substeps = 2;
     let theta = model.initialise(3);
     let best = |theta: &[f64]| {
         let mut segments = problem.segments(theta, 7, &problem.recorded_states());
@@ -165,16 +162,13 @@ fn a_chaotic_stretch_is_halved() {
     let config = config(families().remove(0));
     let model = config.trainable(&data).unwrap();
     let learner = model.learner(Residuals::OfRates);
-    let count = |amplification: f64| {
-        let settings = Shooting {
-            amplification,
-            ..Shooting::default()
-        };
-        let recorded = Recorded::train(&data, None);
-        let problem = Problem::new(&*learner, recorded, &[1.0, 1.0], &settings);
+    let count = |noise: f64| {
+        let noise = [noise; 2];
+        let problem = Problem::new(&*learner, Recorded::train(&data, None), &noise);
+        let theta = model.initialise(1);
         problem
-            .segments(&model.initialise(1), 14, &problem.recorded_states())
+            .segments(&theta, 14, &problem.recorded_states())
             .len()
     };
-    assert_eq!(2 * count(1e9), count(0.5));
+    assert_eq!(2 * count(1e-9), count(10.0));
 }
