@@ -26,6 +26,9 @@ const USEFUL: f64 = 0.1;
 /// Held-out errors below this part of the mean square are explained: no other model is tried.
 pub(super) const EXPLAINED: f64 = 1e-8;
 
+/// The end of the name of a model whose friction is tried too.
+pub(super) const WITH_FRICTION: &str = " with friction";
+
 /// The candidate to train on, and all that were tried.
 pub(super) struct Screened {
     pub(super) chosen: ResolvedConfig,
@@ -170,9 +173,8 @@ impl HeldOut {
 impl ResolvedConfig {
     /// The same without friction; `None` where there is none.
     pub(super) fn without_friction(&self) -> Option<Self> {
-        let with = " with friction";
         let mut free = self.clone();
-        free.name = self.name.strip_suffix(with)?.into();
+        free.name = self.name.strip_suffix(WITH_FRICTION)?.into();
         free.config.training.forces = ForceTerms::default();
         Some(free)
     }

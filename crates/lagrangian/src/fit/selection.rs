@@ -6,8 +6,8 @@ use serde_json::json;
 use super::choice::{Part, ResolvedConfig, foreign, present};
 use crate::dataset::Dataset;
 use crate::fit::refine::{fit_and_refine, noise, to_be_refined};
-use crate::fit::screening::{self, Screened, screen};
-use crate::fit::{Fit, FitConfig, OptimizerName, SECONDS, fit};
+use crate::fit::screening::{self, Screened, WITH_FRICTION, screen};
+use crate::fit::{Fit, FitConfig, OptimizerName, fit};
 use crate::models::{Candidate, Entry};
 use crate::saved;
 use crate::score::{CandidateResult, HALF, torque_error};
@@ -22,6 +22,9 @@ use lagrangian_recordings::Estimate;
 /// The friction that is learned beside a network of a driven machine.
 const FORCES: [&str; 3] = ["viscous", "coulomb", "offset"];
 
+/// The settings of friction: those who give one still get several models, all with that friction.
+const FRICTION: [&str; 2] = ["forces", "dissipation"];
+
 /// Held-out blocks of the fitted motions show little of the extrapolation of a flexible model. The candidates are ordered
 /// by the strength of their assumptions, and one with weaker assumptions must halve the error to be kept.
 const MARGIN: f64 = 0.5;
@@ -31,8 +34,9 @@ const SAME: f64 = 1.1;
 /// … and up to twice, where accelerations err by less than this part.
 const FAR: f64 = 0.1;
 
-/// The steps of a fit of accelerations where neither steps nor seconds are given.
+/// The steps of a fit where neither steps nor seconds are given: of the natural gradient, and of Adam.
 const STEPS: usize = 400;
+const ADAM_STEPS: usize = 8000;
 
 /// The best of several fits.
 #[derive(Debug)]
@@ -59,7 +63,7 @@ impl FitConfig {
     ) -> Result<Vec<ResolvedConfig>> {
         let known = DataFacts::of(dataset, estimates);
         let noise = noise(dataset, estimates, &known);
-        let candidates = spec.checked()?.candidates(dataset)?;
+        let candidates = spec.checked()?.candidates(dataset, &known)?;
         let chosen = |own: Request| {
             let chosen = own.spec.choose(&known)?;
             let name = match own.name {
@@ -98,18 +102,28 @@ impl FitSpec {
         self.urdf.is_some() || given.is_some_and(|robot| !robot.is_null())
     }
 
+    /// The settings of friction that are given.
+    fn friction(&self) -> impl Iterator<Item = &'static str> {
+        let given = present(&self.settings);
+        FRICTION
+            .into_iter()
+            .filter(move |name| given.contains_key(*name))
+    }
+
     /// Whether several families may be tried: the request does not name the fitted one, or includes a robot.
     pub(crate) fn is_open(&self) -> bool {
-        let silent = || present(&self.settings).is_empty() && !self.training.contains_key("loss");
+        let others = || present(&self.settings).len() > self.friction().count();
+        let silent = || !others() && !self.training.contains_key("loss");
         self.family.is_none() && self.nominal.is_none() && (self.has_robot() || silent())
     }
 
     /// The requests for the models that are tried.
-    fn candidates(&self, dataset: &Dataset) -> Result<Vec<Request>> {
-        let tried = match self.is_open() && dataset.train.steps.is_empty() {
+    fn candidates(&self, dataset: &Dataset, known: &DataFacts) -> Result<Vec<Request>> {
+        let mut tried = match self.is_open() && dataset.train.steps.is_empty() {
             true => Entry::tried(dataset, self.has_robot()),
             false => Vec::new(),
         };
+        tried.retain(|(entry, _)| self.friction().all(|name| entry.has(name)));
         if tried.len() < 2 {
             let family = tried.first().map(|(alone, _)| alone.name.into());
             let spec = Self {
@@ -122,8 +136,8 @@ impl FitSpec {
             }]);
         }
         let given = present(&self.settings);
-        let known = |name: &str| tried.iter().any(|(entry, _)| entry.has(name));
-        if let Some(name) = given.keys().find(|name| !known(name)) {
+        let has = |name: &str| tried.iter().any(|(entry, _)| entry.has(name));
+        if let Some(name) = given.keys().find(|name| !has(name)) {
             let families: Vec<&str> = tried.iter().map(|(entry, _)| entry.name).collect();
             return Err(foreign(
                 name,
@@ -131,47 +145,53 @@ impl FitSpec {
             ));
         }
         let own = |(entry, own): &(&Entry, &Candidate)| Request {
-            name: format!("{}{}", entry.name, own.with),
+            name: match self.friction().next() {
+                Some(_) => format!("{}{}", entry.name, own.with.trim_end_matches(WITH_FRICTION)),
+                None => format!("{}{}", entry.name, own.with),
+            },
             by_motion: own.by_motion,
-            spec: self.of_candidate(entry, own, dataset.forced),
+            spec: self.of_candidate(entry, own, known),
         };
         Ok(tried.iter().map(own).collect())
     }
 
     /// The request for one of several models, with the settings that its family has.
-    fn of_candidate(&self, entry: &Entry, candidate: &Candidate, forced: bool) -> Self {
-        let mut spec = self.clone();
+    fn of_candidate(&self, entry: &Entry, candidate: &Candidate, known: &DataFacts) -> Self {
+        let (mut spec, forced) = (self.clone(), known.forced);
         spec.family = Some(entry.name.into());
         spec.settings.retain(|name, _| entry.has(name));
         if (entry.default)().abilities().solved {
             spec.training.retain(|name, _| name == "forward");
             return spec;
         }
-        let given = |name: &&str| self.settings.contains_key(*name);
-        if forced && entry.has("forces") && !["forces", "dissipation"].iter().any(given) {
+        let given = self.friction().next().is_some();
+        if forced && entry.has("forces") && !given {
             spec.settings.insert("forces".into(), json!(FORCES));
         }
         let own = candidate.settings.iter();
-        for (name, value) in own.filter(|own| !(forced && own.0 == "dissipation")) {
+        for (name, value) in own.filter(|own| !((forced || given) && own.0 == "dissipation")) {
             let value = serde_json::from_str(value).unwrap_or_default();
             spec.settings.entry(*name).or_insert(value);
         }
-        // Half of the time is for the other models.
-        let half = |seconds: f64| 0.5 * seconds;
+        let training = &mut spec.training;
+        let loss = match candidate.by_motion {
+            true => Loss::ACCELERATION,
+            false => Loss::TORQUE,
+        };
+        training.entry("loss").or_insert(json!(loss.name()));
         if candidate.by_motion {
-            spec.seconds = self.seconds.map(half);
-            let natural = OptimizerName::Natural;
-            (spec.training.entry("optimizer")).or_insert(json!(natural));
-            (spec.training.entry("loss")).or_insert(json!(Loss::ACCELERATION.name()));
-            spec.steps = self.steps.or(self.seconds.is_none().then_some(STEPS));
-            return spec;
+            let natural = json!(OptimizerName::Natural);
+            training.entry("optimizer").or_insert(natural);
         }
-        spec.training
-            .entry("loss")
-            .or_insert(json!(Loss::TORQUE.name()));
-        if self.steps.is_none() {
-            spec.seconds = Some(half(self.seconds.unwrap_or(SECONDS)));
-        }
+        let adam = json!(OptimizerName::Adam);
+        let given = training.get("optimizer");
+        let steps = match given.map_or(known.noisy(), |given| *given == adam) {
+            true => ADAM_STEPS,
+            false => STEPS,
+        };
+        // Half of the time is for the other models.
+        spec.seconds = self.seconds.map(|seconds| 0.5 * seconds);
+        spec.steps = self.steps.or(self.seconds.is_none().then_some(steps));
         spec
     }
 }

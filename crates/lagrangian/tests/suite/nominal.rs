@@ -401,12 +401,15 @@ fn what_makes_a_nominal_model_worse_is_told_as_poor() {
 #[test]
 fn a_description_that_explains_much_less_than_a_chain_lowers_the_verdict() {
     let model = arm();
-    let motions = [Trajectory {
-        name: "arm".into(),
-        t: (0..200).map(|k| 0.01 * f64::from(k)).collect(),
-        signals: samples(&arm(), 200, 7).signals,
-        ..Trajectory::default()
-    }];
+    let moved = rollout(
+        &model,
+        &[0.4, -0.3],
+        &[0.5, 1.0],
+        &times(2.0, 0.01).unwrap(),
+        &free,
+        &RolloutOptions::truth(),
+    );
+    let motions = [moved.unwrap().trajectory];
     let score = score(&model, &motions, &RolloutOptions::default()).unwrap();
     let graded = |errors: &[(&str, Option<f64>)]| {
         let candidate = |(family, error): &(&str, Option<f64>)| CandidateResult {
