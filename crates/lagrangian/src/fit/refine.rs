@@ -35,7 +35,7 @@ pub struct RefinedFit {
 
 /// Refines the `parameters` of a fit of `config` by rollouts over long segments whose starts are free, see [`Shooting`]. `noise` is
 /// the standard deviation of each recorded position, `[n]`, and of each velocity too where they were recorded, `[2n]`, in
-/// the units of the data. All training samples serve at each step; validation samples are not used. Bits do not depend on the
+/// the units of the data. At most 10 000 training samples serve at each step, evenly spread; validation samples are not used. Bits do not depend on the
 /// number of threads. A step costs rows × P², of P parameters: for networks of up to some thousands. The observer is told each step
 /// as a [stage](Observer::stage), and may end the refinement there with the present parameters.
 ///

@@ -83,7 +83,7 @@ impl Groups {
         self.group.iter().map(each).collect()
     }
 
-    /// α ← γ / |θ|² with γ = n − α tr (JᵀJ/t + A)⁻¹ of each group; returns Σ γ. `matrix` is the lower triangle of JᵀJ, t the
+    /// α ← γ / |θ|² with γ = n − α tr (Jᵀ J/t + A)⁻¹ of each group; returns Σ γ. `matrix` is the lower triangle of Jᵀ J, t the
     /// variance of the residuals.
     pub(super) fn update(&mut self, matrix: &Mat<f64>, variance: f64, theta: &[f64]) -> f64 {
         let mut curvature = Mat::from_fn(theta.len(), theta.len(), |i, j| {

@@ -12,12 +12,12 @@ use lagrangian_motion::solve::dot;
 /// Bytes of the rows of J that are held at a time.
 const HELD: usize = 64 << 20;
 
-/// Rows and columns of a tile of JᵀJ.
+/// Rows and columns of a tile of Jᵀ J.
 const TILE: usize = 192;
 
-/// JᵀJ and Jᵀr of what the starts leave, and what gives the starts.
+/// Jᵀ J and Jᵀr of what the starts leave, and what gives the starts.
 pub(super) struct Normal {
-    /// JᵀJ `[P, P]`, its lower triangle.
+    /// Jᵀ J `[P, P]`, its lower triangle.
     pub(super) matrix: Mat<f64>,
     /// Jᵀr.
     pub(super) right: Vec<f64>,
@@ -103,7 +103,7 @@ impl Normal {
         Some(normal)
     }
 
-    /// The solution δ of (JᵀJ + A + μ M) δ = −(Jᵀr + A θ) and how much it should lower the objective.
+    /// The solution δ of (Jᵀ J + A + μ M) δ = −(Jᵀr + A θ) and how much it should lower the objective.
     pub(super) fn solve(
         &self,
         theta: &[f64],
@@ -143,7 +143,7 @@ impl Normal {
     }
 }
 
-/// A tile of JᵀJ, its first row and column given.
+/// A tile of Jᵀ J, its first row and column given.
 fn product(reduced: &[Reduced], columns: usize, count: usize, (i, j): (usize, usize)) -> Mat<f64> {
     let (height, width) = (TILE.min(count - i), TILE.min(count - j));
     let mut tile = Mat::zeros(height, width);

@@ -17,6 +17,9 @@ pub(super) const BLOCK: usize = 4;
 /// Steps of the starts of new segments.
 const IMPROVEMENTS: usize = 4;
 
+/// The largest number of samples: of longer recordings segments are left out, evenly.
+const MOST: usize = 10_000;
+
 /// The lengths of a step that are tried, each half of the last.
 const TRIES: usize = 4;
 
@@ -126,6 +129,7 @@ impl<'a> Problem<'a> {
             start: states[begin * d..][..d].to_vec(),
         };
         let runs = self.recorded.times.runs().filter(|run| run.len() > 1);
+        let every = self.recorded.samples.len().div_ceil(MOST).max(1);
         let mut segments: Vec<Segment> = runs
             .flat_map(|run| {
                 let parts = ((run.len() + horizon / 2) / horizon).max(1);
@@ -134,6 +138,7 @@ impl<'a> Problem<'a> {
                     .map(move |k| segment(cut(k), cut(k + 1)))
                     .collect::<Vec<_>>()
             })
+            .step_by(every)
             .collect();
         loop {
             let blocks = segments.par_chunks(BLOCK);
@@ -176,10 +181,11 @@ impl<'a> Problem<'a> {
             let own = segments.iter().zip(&values);
             let own = own.filter(|(s, _)| run.contains(&s.begin));
             let value: f64 = own.clone().map(|(_, value)| value).sum();
-            let (residuals, starts) = (run.len() * self.noise.len(), own.count() * self.state());
-            value / residuals.saturating_sub(starts).max(1) as f64
+            let own: Vec<Segment> = own.map(|(s, _)| s.clone()).collect();
+            let (residuals, starts) = self.counts(&own);
+            (residuals > starts).then(|| value / (residuals - starts) as f64)
         };
-        runs.map(misfit).collect()
+        runs.filter_map(misfit).collect()
     }
 
     /// Whether a state of each segment depends on its start by more than the bound.
@@ -194,7 +200,8 @@ impl<'a> Problem<'a> {
             let entries = slopes.iter().enumerate();
             entries.into_iter().any(|(at, x)| {
                 let (to, from) = (at / d % d, at % d);
-                !((x * unit[from] / unit[to]).abs() <= bound)
+                let grown = (x * unit[from] / unit[to]).abs();
+                grown.is_nan() || grown > bound
             })
         };
         each.map(|(slopes, failed)| *failed || exceeds(slopes))
