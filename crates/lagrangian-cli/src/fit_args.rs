@@ -120,7 +120,7 @@ pub(crate) struct TrainingArgs {
     #[arg(long, conflicts_with = "seconds", value_parser = steps)]
     pub(crate) steps: Option<u64>,
 
-    /// Time after which the fit ends, s; the schedule covers it [default: 60]
+    /// Time after which the fit ends, s; the schedule covers it [default: 60, or a number of steps where several models are tried]
     #[arg(long, value_parser = positive)]
     pub(crate) seconds: Option<f64>,
 

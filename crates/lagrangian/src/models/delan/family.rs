@@ -72,8 +72,8 @@ const SETTINGS: &[Setting] = &[
     shared::VECTOR_POTENTIAL,
 ];
 
-/// Units of a layer for noisy data, whose narrow mass matrix extrapolates better: of machines, and of free motions, which are refined.
-const NARROW: [usize; 2] = [16, 24];
+/// Units of a layer for noisy data: a narrow mass matrix extrapolates better.
+const NARROW: usize = 16;
 
 /// The width for noisy data.
 pub(crate) fn narrow(known: &DataFacts) -> Option<AutoSetting> {
@@ -83,7 +83,7 @@ pub(crate) fn narrow(known: &DataFacts) -> Option<AutoSetting> {
     );
     known
         .noisy()
-        .then(|| AutoSetting::new("width", NARROW[usize::from(!known.forced)], reason))
+        .then(|| AutoSetting::new("width", NARROW, reason))
 }
 
 /// A torque loss needs accelerations as certain as the torques, or both after the same low-pass: where a machine swings nearly
