@@ -192,9 +192,10 @@ pub(super) fn fit_and_refine(
         average(&after),
         average(&before),
     );
+    let loss = held_out(&refined.fit, dataset, 0).mean();
     let result = CandidateResult {
         family: chosen.config.family.name().into(),
-        acceleration_nmse: Some(held_out(&refined.fit, dataset, 0).mean()),
+        acceleration_nmse: Some(loss),
         seconds: refined.fit.seconds,
         name: format!("{}, refined by rollouts", chosen.name),
         ..CandidateResult::default()
@@ -209,6 +210,8 @@ pub(super) fn fit_and_refine(
     }
     if better {
         fit.model = refined.fit.model;
+        fit.steps += refined.fit.steps;
+        (fit.best, fit.best_step) = (loss, fit.steps);
         chosen.name.clone_from(&result.name);
     }
     Ok((fit, Some(result)))
