@@ -6,23 +6,44 @@ use super::step::{MAX_STATE, StepContext};
 use lagrangian_mechanics::integrate::Rk4;
 
 /// x ← x + h Σ b f(stage).
-pub(crate) fn step(mut moving: StepContext<'_>) {
-    let d = moving.flow.sizes.state();
+pub(crate) fn step(moving: StepContext<'_>) {
+    let StepContext {
+        flow,
+        works,
+        points,
+        span,
+        x,
+        failed,
+    } = moving;
+    advance(x, span.h, points, |stage, point| {
+        let work = span.work(works, stage);
+        flow.linearised(work, span.tau, point, failed);
+    });
+}
+
+/// The same for steps `h` of all segments: `evaluate` sets the rate of each stage, at its state.
+pub(crate) fn advance(
+    x: &mut [f64],
+    h: &[f64],
+    points: &mut [Point],
+    mut evaluate: impl FnMut(usize, &mut Point),
+) {
+    let d = x.len() / h.len();
     for (stage, (a, _)) in Rk4::STAGES.iter().enumerate() {
-        let (before, rest) = moving.points.split_at_mut(stage);
+        let (before, rest) = points.split_at_mut(stage);
         let point = &mut rest[0];
-        point.x.copy_from_slice(moving.x);
+        point.x.copy_from_slice(x);
         if let Some(last) = before.last() {
             for (at, (x, rate)) in point.x.iter_mut().zip(&last.rate).enumerate() {
-                *x += moving.span.h[at / d] * a * rate;
+                *x += h[at / d] * a * rate;
             }
         }
-        moving.linearise(stage);
+        evaluate(stage, point);
     }
-    for ((_, sixths), point) in Rk4::STAGES.iter().zip(&*moving.points) {
+    for ((_, sixths), point) in Rk4::STAGES.iter().zip(points) {
         let b = sixths / 6.0;
-        for (at, (x, rate)) in moving.x.iter_mut().zip(&point.rate).enumerate() {
-            *x += moving.span.h[at / d] * b * rate;
+        for (at, (x, rate)) in x.iter_mut().zip(&point.rate).enumerate() {
+            *x += h[at / d] * b * rate;
         }
     }
 }

@@ -19,6 +19,14 @@ pub(crate) struct Span<'a> {
     pub(crate) first: usize,
 }
 
+impl Span<'_> {
+    /// The work of evaluation `stage`, one of all or the only one.
+    pub(crate) fn work<'w>(&self, works: &'w mut [Work<f64>], stage: usize) -> &'w mut Work<f64> {
+        let count = works.len();
+        &mut works[(self.first + stage) % count]
+    }
+}
+
 /// A step of a block of segments: its memory, and the state x `[samples, 2n]` that it moves.
 pub(crate) struct StepContext<'a> {
     pub(crate) flow: &'a Flow<'a>,
@@ -34,8 +42,7 @@ pub(crate) struct StepContext<'a> {
 impl StepContext<'_> {
     /// Evaluates and linearises the flow at the state of evaluation `stage`.
     pub(crate) fn linearise(&mut self, stage: usize) {
-        let count = self.works.len();
-        let work = &mut self.works[(self.span.first + stage) % count];
+        let work = self.span.work(self.works, stage);
         let point = &mut self.points[stage];
         self.flow
             .linearised(work, self.span.tau, point, self.failed);

@@ -4,6 +4,7 @@ use super::problem::Segment;
 use crate::train::learner::{Learner, Work};
 use crate::train::rollout::Recorded;
 use crate::train::rollout::flow::{Flow, Point, Sizes};
+use crate::train::rollout::rk4;
 use lagrangian_mechanics::integrate::Rk4;
 use nets::{Packed, Terms};
 
@@ -206,48 +207,45 @@ impl<'a> Follower<'a> {
     }
 
     fn step(&mut self) {
-        let d = self.flow.sizes.state();
-        for (stage, &(a, _)) in Rk4::STAGES.iter().enumerate() {
-            let (before, rest) = self.points.split_at_mut(stage);
-            let point = &mut rest[0];
-            point.x.copy_from_slice(&self.x);
-            if let Some(last) = before.last() {
-                for (at, (x, rate)) in point.x.iter_mut().zip(&last.rate).enumerate() {
-                    *x += self.h[at / d] * a * rate;
+        let Self {
+            at,
+            flow,
+            work,
+            points,
+            x,
+            h,
+            tau,
+            carried,
+            path,
+            ..
+        } = self;
+        rk4::advance(x, h, points, |stage, point| {
+            if carried.seen > 0 {
+                flow.linearised(work, tau, point, &mut path.failed);
+                let sizes = flow.sizes;
+                for (s, h) in h.iter().enumerate() {
+                    carried.carry(at, (sizes, work), point, (stage, s, *h));
                 }
-            }
-            let (work, failed) = (&mut self.work, &mut self.path.failed);
-            if self.carried.seen > 0 {
-                self.flow.linearised(work, &self.tau, point, failed);
-                (0..self.segments.len()).for_each(|s| self.carry(stage, s));
             } else {
                 let Point { x, rate, .. } = point;
-                self.flow.rate(work, x, &self.tau, rate, failed);
+                flow.rate(work, x, tau, rate, &mut path.failed);
             }
-        }
-        for ((_, sixths), point) in Rk4::STAGES.iter().zip(&self.points) {
-            for (at, (x, rate)) in self.x.iter_mut().zip(&point.rate).enumerate() {
-                *x += self.h[at / d] * sixths / 6.0 * rate;
-            }
-        }
-        let changed = self.carried.now.iter_mut().zip(&self.carried.change);
+        });
+        let changed = carried.now.iter_mut().zip(&carried.change);
         changed.for_each(|(now, change)| *now += change);
     }
+}
 
+impl Carried {
     /// Writes ∂S/∂θ of segment `s`.
-    fn differentiate(&mut self, s: usize) {
-        let (learner, Sizes { n, outputs, .. }) = (self.at.learner, self.flow.sizes);
+    fn differentiate(&mut self, at: &At<'_>, sizes: Sizes, work: &Work<f64>, s: usize) {
+        let (learner, Sizes { n, outputs, .. }) = (at.learner, sizes);
         let (net, forces) = (learner.net(), learner.extra());
-        for (i, row) in self
-            .carried
-            .rows
-            .chunks_exact_mut(self.carried.parameters)
-            .enumerate()
-        {
-            let (terms, pass) = (&self.at.terms, &self.work.pass);
-            pass.jacobian_row(net, terms, (s, i), &mut self.carried.scratch, row);
+        for (i, row) in self.rows.chunks_exact_mut(self.parameters).enumerate() {
+            let (terms, pass) = (&at.terms, &work.pass);
+            pass.jacobian_row(net, terms, (s, i), &mut self.scratch, row);
             row[net.parameters..].fill(0.0);
-            let slopes = &self.work.linear.extra[(s * outputs + i) * forces..][..forces];
+            let slopes = &work.linear.extra[(s * outputs + i) * forces..][..forces];
             for (e, slope) in slopes.iter().enumerate() {
                 row[net.parameters + e * n + learner.coordinate(i)] = *slope;
             }
@@ -255,26 +253,28 @@ impl<'a> Follower<'a> {
     }
 
     /// The sensitivities of segment `s` at a stage: rate ← F (now + a h rate) + D ∂S/∂θ, change ← change + b h rate.
-    fn carry(&mut self, stage: usize, s: usize) {
-        if self.carried.parameters > 0 {
-            self.differentiate(s);
+    fn carry(
+        &mut self,
+        at: &At<'_>,
+        (sizes, work): (Sizes, &Work<f64>),
+        point: &Point,
+        (stage, s, h): (usize, usize, f64),
+    ) {
+        if self.parameters > 0 {
+            self.differentiate(at, sizes, work, s);
         }
         let Sizes {
             rates, outputs: k, ..
-        } = self.flow.sizes;
-        let (d, (a, sixths)) = (self.flow.sizes.state(), Rk4::STAGES[stage]);
-        let (ah, bh) = (a * self.h[s], sixths / 6.0 * self.h[s]);
-        let columns = self.carried.parameters + d;
-        let slopes = &self.points[stage].slopes[s * d * d..][..d * d];
-        let by_output = &self.points[stage].by_output[s * rates * k..][..rates * k];
+        } = sizes;
+        let (d, (a, sixths)) = (sizes.state(), Rk4::STAGES[stage]);
+        let (ah, bh) = (a * h, sixths / 6.0 * h);
+        let columns = self.parameters + d;
+        let slopes = &point.slopes[s * d * d..][..d * d];
+        let by_output = &point.by_output[s * rates * k..][..rates * k];
         let all = s * d * columns..(s + 1) * d * columns;
-        let (now, rate) = (
-            &self.carried.now[all.clone()],
-            &mut self.carried.rate[all.clone()],
-        );
-        let change = &mut self.carried.change[all];
-        self.carried.moved.resize(d * COLUMNS, 0.0);
-        let moved = &mut self.carried.moved;
+        let (now, rate) = (&self.now[all.clone()], &mut self.rate[all.clone()]);
+        let change = &mut self.change[all];
+        let moved = &mut self.moved;
         for from in (0..columns).step_by(COLUMNS) {
             let width = COLUMNS.min(columns - from);
             for (c, moved) in moved.chunks_exact_mut(COLUMNS).enumerate() {
@@ -297,11 +297,10 @@ impl<'a> Follower<'a> {
                 }
                 let learned = (i + rates)
                     .checked_sub(d)
-                    .filter(|_| from < self.carried.parameters);
+                    .filter(|_| from < self.parameters);
                 for j in learned.map_or(0..0, |_| 0..k) {
                     let weight = by_output[(i + rates - d) * k + j];
-                    let row = &self.carried.rows[j * self.carried.parameters..]
-                        [..self.carried.parameters][from..];
+                    let row = &self.rows[j * self.parameters..][..self.parameters][from..];
                     out.iter_mut().zip(row).for_each(|(o, r)| *o += weight * r);
                 }
                 let change = &mut change[part];
