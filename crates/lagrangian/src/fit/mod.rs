@@ -12,7 +12,7 @@ mod stepper;
 
 pub use choice::{Part, ResolvedConfig};
 pub use fresh::fresh;
-pub use refine::{RefinedFit, refine};
+pub use refine::refine;
 pub use selection::{Selection, select};
 pub use settings::{DampingName, OptimizerName, ROLLOUT_SETTINGS, SETTINGS, TrainingSettings};
 pub use stepper::Stepper;
@@ -119,6 +119,8 @@ impl<'de> Deserialize<'de> for FitConfig {
 pub struct Fit {
     /// The model with the weights of the best validation loss.
     pub model: Learned,
+    /// Its parameters, in the order of [`Checkpoint::best_parameters`]; empty for a family that is fitted in closed form.
+    pub parameters: Vec<f64>,
     /// The reason for the end of the run.
     pub ending: Ending,
     /// The best mean validation loss; the training loss where there are no validation samples.
@@ -214,8 +216,10 @@ fn descend(
         },
     }?;
     let state = run.state;
+    let parameters = state.best_parameters[..weights].to_vec();
     Ok(Fit {
-        model: model.assemble(&state.best_parameters[..weights])?,
+        model: model.assemble(&parameters)?,
+        parameters,
         ending,
         best: state.best,
         best_step: state.best_step,
@@ -246,6 +250,7 @@ fn solve_at_once(
     Ok(Fit {
         best: solution.validation.unwrap_or(solution.loss),
         model: solution.model,
+        parameters: Vec::new(),
         ending: Ending::Finished,
         best_step: 1,
         steps: 1,

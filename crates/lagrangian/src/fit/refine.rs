@@ -1,7 +1,5 @@
 //! The refinement of a fit by long rollouts.
 
-use std::ops::ControlFlow;
-
 use super::choice::{Part, ResolvedConfig};
 use super::screening::{exceed, held_out};
 use super::{Fit, FitConfig, fit};
@@ -10,7 +8,7 @@ use crate::models::Residuals;
 use crate::score::CandidateResult;
 use crate::train::checkpoint::Checkpoint;
 use crate::train::known::DataFacts;
-use crate::train::observer::{Ending, Observer, Progress};
+use crate::train::observer::{Ending, Observer};
 use crate::train::rollout::Recorded;
 use crate::train::shooting::{Problem, Shooting, descend};
 use crate::train::spec::AutoSetting;
@@ -20,23 +18,11 @@ use lagrangian_motion::statistics::{mean, median_size, size};
 use lagrangian_motion::{Coordinate, Error, Result, Samples};
 use lagrangian_recordings::{Estimate, Source};
 
-/// A fit that was refined by long rollouts.
-#[derive(Debug, Clone)]
-pub struct RefinedFit {
-    /// The model; its best loss is the misfit.
-    pub fit: Fit,
-    /// Its parameters, in the order of [`Checkpoint::best_parameters`](crate::train::Checkpoint::best_parameters).
-    pub parameters: Vec<f64>,
-    /// χ² over its expectation N − starts − γ, where N residuals have the given noise: 1 where the model errs by the noise alone.
-    pub misfit: f64,
-    /// The number γ of parameters that the data determine.
-    pub determined: f64,
-}
-
 /// Refines the `parameters` of a fit of `config` by rollouts over long segments whose starts are free, see [`Shooting`]. `noise` is
 /// the standard deviation of each recorded position, `[n]`, and of each velocity too where they were recorded, `[2n]`, in
-/// the units of the data. At most 10 000 training samples serve at each step, evenly spread; validation samples are not used. Bits do not depend on the
-/// number of threads. A step costs rows × P², of P parameters: for networks of up to some thousands. The observer is told each step
+/// the units of the data. At most 10 000 training samples serve at each step, evenly spread; validation samples are not used. The best
+/// loss of the fit is χ² over its expectation N − starts − γ, with N residuals and the number γ of parameters that the data determine: 1
+/// where the model errs by that noise alone. Bits do not depend on the number of threads. A step costs rows × P², of P parameters: for networks of up to some thousands. The observer is told each step
 /// as a [stage](Observer::stage), and may end the refinement there with the present parameters.
 ///
 /// # Errors
@@ -48,7 +34,7 @@ pub fn refine(
     (parameters, noise): (&[f64], &[f64]),
     settings: &Shooting,
     observer: &mut dyn Observer,
-) -> Result<RefinedFit> {
+) -> Result<Fit> {
     settings.validate(noise, dataset.coordinates.dof())?;
     if dataset.train_times.longest() < 2 {
         let must = "of trajectories of two samples or more: these have no times";
@@ -66,18 +52,14 @@ pub fn refine(
     let problem = problem.resolved(parameters);
     let refined = descend(&problem, parameters.to_vec(), settings, observer);
     let visited = Visited::of(&dataset.coordinates, &dataset.train);
-    Ok(RefinedFit {
-        fit: Fit {
-            model: model.assemble(&refined.parameters)?.with_visited(visited),
-            ending: refined.ending,
-            best: refined.misfit,
-            best_step: refined.steps,
-            steps: refined.steps,
-            seconds: refined.seconds,
-        },
+    Ok(Fit {
+        model: model.assemble(&refined.parameters)?.with_visited(visited),
         parameters: refined.parameters,
-        misfit: refined.misfit,
-        determined: refined.determined,
+        ending: refined.ending,
+        best: refined.misfit,
+        best_step: refined.steps,
+        steps: refined.steps,
+        seconds: refined.seconds,
     })
 }
 
@@ -105,28 +87,34 @@ const MOST: usize = 3000;
 pub(super) fn to_be_refined(
     dataset: &Dataset,
     noise: &[f64],
-    mut all: Vec<ResolvedConfig>,
+    all: Vec<ResolvedConfig>,
 ) -> Vec<ResolvedConfig> {
+    if noise.is_empty() {
+        return all;
+    }
     let few = |own: &ResolvedConfig| {
         let model = own.config.trainable(dataset);
         own.part == Part::Beside && model.is_ok_and(|model| model.parameters() <= MOST)
     };
-    if noise.is_empty() || !all.iter().any(few) {
-        return all;
+    let (mut refined, others): (Vec<_>, Vec<_>) = all.into_iter().partition(few);
+    if refined.is_empty() {
+        return others;
     }
-    all.retain(few);
-    for own in &mut all {
+    for own in &mut refined {
         if let Budget::Seconds(seconds) = &mut own.config.training.budget {
             *seconds *= 0.5;
         }
         own.noise = noise.to_vec();
     }
-    all
+    refined
 }
 
 /// The noise of the measured components of a state whose accelerations are so uncertain that long rollouts know more of the motion;
 /// empty where they are not, or where the noise of a component is not known.
 pub(super) fn noise(dataset: &Dataset, estimates: &[Estimate], known: &DataFacts) -> Vec<f64> {
+    if !known.uncertain() || dataset.forced {
+        return Vec::new();
+    }
     let Samples { n, signals, .. } = &dataset.train;
     let left = |measured: &[f64], smoothed: &[f64]| {
         let left = measured.iter().zip(smoothed).map(|(a, b)| a - b);
@@ -145,7 +133,7 @@ pub(super) fn noise(dataset: &Dataset, estimates: &[Estimate], known: &DataFacts
     if !qd.is_empty() {
         noise.extend(left(qd, &signals.qd));
     }
-    match known.uncertain() && !dataset.forced && noise.iter().all(|noise| *noise > 0.0) {
+    match noise.iter().all(|noise| *noise > 0.0) {
         true => noise,
         false => Vec::new(),
     }
@@ -162,16 +150,8 @@ pub(super) fn fit_and_refine(
     resume: Option<&Checkpoint>,
     observer: &mut dyn Observer,
 ) -> Result<(Fit, Option<CandidateResult>)> {
-    let mut kept = Kept {
-        parameters: resume.map_or(Vec::new(), |own| own.best_parameters.clone()),
-        observer,
-    };
-    let plain = fit(dataset, &chosen.config, resume, &mut kept)?;
-    let Kept {
-        parameters,
-        observer,
-    } = kept;
-    if chosen.noise.is_empty() || parameters.is_empty() || plain.ending == Ending::Interrupted {
+    let plain = fit(dataset, &chosen.config, resume, observer)?;
+    if chosen.noise.is_empty() || plain.ending == Ending::Interrupted {
         return Ok((plain, None));
     }
     let mut settings = Shooting::default();
@@ -180,9 +160,10 @@ pub(super) fn fit_and_refine(
         Budget::Seconds(seconds) => settings.seconds = 2.0 * seconds,
     }
     let (config, noise) = (&chosen.config, &*chosen.noise);
-    let refined = refine(dataset, config, (&parameters, noise), &settings, observer)?;
-    let misfits = |own: &[f64]| misfits(dataset, config, (own, noise), &settings);
-    let (before, after) = (misfits(&parameters)?, misfits(&refined.parameters)?);
+    let given = (&*plain.parameters, noise);
+    let refined = refine(dataset, config, given, &settings, observer)?;
+    let misfits = |own: &Fit| misfits(dataset, config, (&own.parameters, noise), &settings);
+    let (before, after) = (misfits(&plain)?, misfits(&refined)?);
     let better = exceed(&before, &after) || before.iter().any(|x| !x.is_finite());
     let average = |own: &[f64]| mean(&mut own.iter().copied());
     let reason = format!(
@@ -192,11 +173,11 @@ pub(super) fn fit_and_refine(
         average(&after),
         average(&before),
     );
-    let loss = held_out(&refined.fit, dataset, 0).mean();
+    let loss = held_out(&refined, dataset, 0).mean();
     let result = CandidateResult {
         family: chosen.config.family.name().into(),
         acceleration_nmse: Some(loss),
-        seconds: refined.fit.seconds,
+        seconds: refined.seconds,
         name: format!("{}, refined by rollouts", chosen.name),
         ..CandidateResult::default()
     };
@@ -204,32 +185,15 @@ pub(super) fn fit_and_refine(
     let setting = AutoSetting::new("refinement by rollouts", value, reason);
     chosen.choices.insert(1, setting);
     let mut fit = plain;
-    fit.seconds += refined.fit.seconds;
-    if refined.fit.ending == Ending::Interrupted {
+    fit.seconds += refined.seconds;
+    if refined.ending == Ending::Interrupted {
         fit.ending = Ending::Interrupted;
     }
     if better {
-        fit.model = refined.fit.model;
-        fit.steps += refined.fit.steps;
+        (fit.model, fit.parameters) = (refined.model, refined.parameters);
+        fit.steps += refined.steps;
         (fit.best, fit.best_step) = (loss, fit.steps);
         chosen.name.clone_from(&result.name);
     }
     Ok((fit, Some(result)))
-}
-
-/// Keeps the parameters of the model of a fit.
-struct Kept<'a> {
-    parameters: Vec<f64>,
-    observer: &'a mut dyn Observer,
-}
-
-impl Observer for Kept<'_> {
-    fn progress(&mut self, progress: &Progress) -> ControlFlow<()> {
-        self.observer.progress(progress)
-    }
-
-    fn checkpoint(&mut self, checkpoint: &Checkpoint) -> Result<()> {
-        self.parameters.clone_from(&checkpoint.best_parameters);
-        self.observer.checkpoint(checkpoint)
-    }
 }

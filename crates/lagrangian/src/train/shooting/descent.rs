@@ -12,8 +12,6 @@ pub(crate) struct Refined {
     pub(crate) parameters: Vec<f64>,
     /// χ² over its expectation.
     pub(crate) misfit: f64,
-    /// The number γ of parameters that the data determine.
-    pub(crate) determined: f64,
     pub(crate) steps: usize,
     pub(crate) seconds: f64,
     pub(crate) ending: Ending,
@@ -59,7 +57,7 @@ pub(crate) fn descend(
     let (mut steps, mut ending) = (0, Ending::Finished);
     let stages = config.horizons.len();
     'stages: for (stage, &horizon) in config.horizons.iter().enumerate() {
-        descent.begin(horizon, &states);
+        descent.begin(horizon, &mut states);
         let last = stage + 1 == stages;
         for step in 0..config.steps {
             let share = (stage as f64 + step as f64 / config.steps as f64) / stages as f64;
@@ -82,11 +80,9 @@ pub(crate) fn descend(
                 break;
             }
         }
-        problem.write_states(&descent.theta, &descent.segments, &mut states);
     }
     Refined {
         misfit: descent.misfit(),
-        determined: descent.gamma,
         parameters: descent.theta,
         steps,
         seconds: clock.elapsed().as_secs_f64(),
@@ -95,9 +91,11 @@ pub(crate) fn descend(
 }
 
 impl Descent<'_> {
-    /// Cuts the recordings into segments that start at `states`, improved for the present parameters.
-    fn begin(&mut self, horizon: usize, states: &[f64]) {
-        (self.segments, self.value) = self.problem.cut(&self.theta, horizon, states);
+    /// Cuts the recordings into segments that start at `states`, where the last ones passed, improved for the present parameters.
+    fn begin(&mut self, horizon: usize, states: &mut [f64]) {
+        let (problem, theta) = (self.problem, &self.theta);
+        problem.write_states(theta, &self.segments, states);
+        (self.segments, self.value) = problem.cut(theta, horizon, states);
     }
 
     /// The expectation of χ²: the number of residuals less that of the parameters and starts that they determine.

@@ -125,8 +125,8 @@ fn a_refinement_ends_when_its_observer_or_its_time_asks_for_it() {
     let given = (&*theta, &[0.05, 0.05][..]);
     let interrupted = refine(&data, &config, given, &Shooting::default(), &mut Ends).unwrap();
     let timed = refine(&data, &config, given, &brief, &mut ()).unwrap();
-    assert_eq!(interrupted.fit.ending, Ending::Interrupted);
-    assert_eq!(timed.fit.ending, Ending::Finished);
+    assert_eq!(interrupted.ending, Ending::Interrupted);
+    assert_eq!(timed.ending, Ending::Finished);
     assert_eq!(interrupted.parameters, theta);
     assert_eq!(timed.parameters, theta);
 }
@@ -152,7 +152,7 @@ fn a_refinement_lowers_the_misfit_to_the_same_bits_on_any_number_of_threads() {
     };
     let (one, three) = (on(1), on(3));
     assert_eq!(one.parameters, three.parameters);
-    assert!(one.misfit.is_finite() && one.fit.steps > 0);
+    assert!(one.best.is_finite() && one.steps > 0);
     assert_ne!(one.parameters, theta);
 }
 
