@@ -103,16 +103,15 @@ impl FitSpec {
     }
 
     /// The settings of friction that are given.
-    fn friction(&self) -> impl Iterator<Item = &'static str> {
+    fn friction(&self) -> Vec<&'static str> {
         let given = present(&self.settings);
-        FRICTION
-            .into_iter()
-            .filter(move |name| given.contains_key(*name))
+        let friction = FRICTION.into_iter();
+        friction.filter(|name| given.contains_key(*name)).collect()
     }
 
     /// Whether several families may be tried: the request does not name the fitted one, or includes a robot.
     pub(crate) fn is_open(&self) -> bool {
-        let others = || present(&self.settings).len() > self.friction().count();
+        let others = || present(&self.settings).len() > self.friction().len();
         let silent = || !others() && !self.training.contains_key("loss");
         self.family.is_none() && self.nominal.is_none() && (self.has_robot() || silent())
     }
@@ -123,7 +122,8 @@ impl FitSpec {
             true => Entry::tried(dataset, self.has_robot()),
             false => Vec::new(),
         };
-        tried.retain(|(entry, _)| self.friction().all(|name| entry.has(name)));
+        let friction = self.friction();
+        tried.retain(|(entry, _)| friction.iter().all(|name| entry.has(name)));
         if tried.len() < 2 {
             let family = tried.first().map(|(alone, _)| alone.name.into());
             let spec = Self {
@@ -145,9 +145,9 @@ impl FitSpec {
             ));
         }
         let own = |(entry, own): &(&Entry, &Candidate)| Request {
-            name: match self.friction().next() {
-                Some(_) => format!("{}{}", entry.name, own.with.trim_end_matches(WITH_FRICTION)),
-                None => format!("{}{}", entry.name, own.with),
+            name: match friction.is_empty() {
+                true => format!("{}{}", entry.name, own.with),
+                false => format!("{}{}", entry.name, own.with.trim_end_matches(WITH_FRICTION)),
             },
             by_motion: own.by_motion,
             spec: self.of_candidate(entry, own, known),
@@ -164,7 +164,7 @@ impl FitSpec {
             spec.training.retain(|name, _| name == "forward");
             return spec;
         }
-        let given = self.friction().next().is_some();
+        let given = !self.friction().is_empty();
         if forced && entry.has("forces") && !given {
             spec.settings.insert("forces".into(), json!(FORCES));
         }

@@ -8,11 +8,11 @@ use lagrangian_motion::Samples;
 /// The recorded motion that segments are cut from.
 #[derive(Clone, Copy)]
 pub(crate) struct Recorded<'a> {
-    pub(crate) coordinates: &'a Coordinates,
+    pub(super) coordinates: &'a Coordinates,
     pub(crate) samples: &'a Samples,
     pub(crate) times: &'a Timeline,
     /// The source of the momenta, where states are (q, p).
-    pub(crate) momenta: Option<&'a Momenta>,
+    pub(super) momenta: Option<&'a Momenta>,
 }
 
 impl<'a> Recorded<'a> {
@@ -28,7 +28,7 @@ impl<'a> Recorded<'a> {
         }
     }
 
-    pub(crate) fn validation(dataset: &'a Dataset, momenta: Option<&'a Momenta>) -> Self {
+    pub(super) fn validation(dataset: &'a Dataset, momenta: Option<&'a Momenta>) -> Self {
         let held = (&dataset.validation, &dataset.validation_times);
         Self::of(dataset, momenta, held)
     }
@@ -47,7 +47,7 @@ impl<'a> Recorded<'a> {
     }
 
     /// The samples that start segments of `horizon` samples, `stride` apart within each trajectory.
-    pub(crate) fn starts(&self, horizon: usize, stride: usize) -> Vec<usize> {
+    pub(super) fn starts(&self, horizon: usize, stride: usize) -> Vec<usize> {
         let runs = self.times.runs();
         let of_run = |run: std::ops::Range<usize>| {
             let end = run.end.saturating_sub(horizon);
@@ -92,7 +92,7 @@ impl<'a> Recorded<'a> {
     /// Weights of the components of a state, `[2n]`: one over the deviation of each (of an angle at most that of a
     /// uniform one), and over the distance that a state moves within the horizon in these units, so that a loss of 1 is that of a
     /// system at rest.
-    pub(crate) fn weights(&self, horizon: usize) -> Vec<f64> {
+    pub(super) fn weights(&self, horizon: usize) -> Vec<f64> {
         let d = 2 * self.samples.n;
         let mut weights: Vec<f64> = (0..d).map(|c| 1.0 / self.deviation(c)).collect();
         let (mut sum, mut count) = (0.0, 0.0);

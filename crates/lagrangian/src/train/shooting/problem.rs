@@ -172,8 +172,8 @@ impl<'a> Problem<'a> {
     pub(crate) fn misfits(&self, theta: &[f64], horizons: &[usize]) -> Vec<f64> {
         let (mut states, mut segments) = (self.recorded_states(), Vec::new());
         for &horizon in horizons {
-            (segments, _) = self.cut(theta, horizon, &states);
             self.write_states(theta, &segments, &mut states);
+            (segments, _) = self.cut(theta, horizon, &states);
         }
         let values = self.values(theta, &segments);
         let runs = self.recorded.times.runs().filter(|run| run.len() > 1);
@@ -197,8 +197,7 @@ impl<'a> Problem<'a> {
         let path = Path::of(at, block, Wanted::Starts(d));
         let each = path.slopes.iter().zip(&path.failed);
         let exceeds = |slopes: &[f64]| {
-            let entries = slopes.iter().enumerate();
-            entries.into_iter().any(|(at, x)| {
+            slopes.iter().enumerate().any(|(at, x)| {
                 let (to, from) = (at / d % d, at % d);
                 let grown = (x * unit[from] / unit[to]).abs();
                 grown.is_nan() || grown > bound
@@ -209,22 +208,16 @@ impl<'a> Problem<'a> {
     }
 
     /// The residuals of a segment along these states.
-    fn residuals(&self, segment: &Segment, states: &[f64]) -> Vec<f64> {
-        let (d, noise) = (self.state(), self.noise);
-        let of_sample = |(j, x): (usize, &[f64])| -> Vec<f64> {
-            let seen = |c: usize| self.recorded.measured(segment.begin + j, c);
-            let error = |c: usize| self.recorded.difference(c, x[c], seen(c));
-            noise
-                .iter()
-                .enumerate()
-                .map(|(c, sigma)| error(c) / sigma)
-                .collect()
+    fn residuals<'s>(&'s self, segment: &'s Segment, states: &'s [f64]) -> Vec<f64> {
+        let of_sample = |(j, x): (usize, &'s [f64])| {
+            let errors = x.iter().zip(self.noise).enumerate();
+            errors.map(move |(c, (x, sigma))| {
+                let seen = self.recorded.measured(segment.begin + j, c);
+                self.recorded.difference(c, *x, seen) / sigma
+            })
         };
-        states
-            .chunks_exact(d)
-            .enumerate()
-            .flat_map(of_sample)
-            .collect()
+        let samples = states.chunks_exact(self.state()).enumerate();
+        samples.flat_map(of_sample).collect()
     }
 
     /// The residuals of each segment; ∞ where its rollout fails.
@@ -298,15 +291,9 @@ impl<'a> Problem<'a> {
         parameters: bool,
     ) -> Option<Vec<Reduced>> {
         let (d, seen) = (self.state(), self.noise.len());
-        let count = if parameters {
-            self.learner.parameters()
-        } else {
-            0
-        };
-        let wanted = if parameters {
-            Wanted::All(seen)
-        } else {
-            Wanted::Starts(seen)
+        let (count, wanted) = match parameters {
+            true => (self.learner.parameters(), Wanted::All(seen)),
+            false => (0, Wanted::Starts(seen)),
         };
         let path = Path::of(at, block, wanted);
         if path.failed.contains(&true) {
