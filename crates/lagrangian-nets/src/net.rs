@@ -74,6 +74,10 @@ pub struct Layer {
     pub activation: Option<Activation>,
 }
 
+/// The initial weights of squares over those of other units: a polynomial without bound begins as a small one, and not as a mass matrix
+/// that changes its sign.
+const OF_SQUARES: f64 = 0.1;
+
 /// The layers of a feed-forward network, without its parameters.
 #[derive(Debug, Clone)]
 pub struct Net {
@@ -240,7 +244,16 @@ impl Net {
                 continue;
             };
             for input in inputs {
-                let scale = (1.0 / input.width as f64).sqrt();
+                let squares = match input.source {
+                    Source::Layer(k) => self.layers[k].activation == Some(Activation::Square),
+                    Source::Features => false,
+                };
+                let part = if squares && !input.non_negative {
+                    OF_SQUARES
+                } else {
+                    1.0
+                };
+                let scale = part * (1.0 / input.width as f64).sqrt();
                 for w in &mut parameters[input.at..input.at + layer.width * input.width] {
                     let x = scale * normal(rng);
                     *w = if input.non_negative {

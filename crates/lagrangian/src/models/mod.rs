@@ -20,7 +20,7 @@ pub(crate) mod neural_ode;
 pub(crate) mod passes;
 pub(crate) mod rigid;
 pub(crate) mod servo;
-mod settings;
+pub(crate) mod settings;
 mod setup;
 #[cfg(test)]
 mod tests;

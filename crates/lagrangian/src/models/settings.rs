@@ -22,11 +22,15 @@ pub(crate) const ACTIVATION: Setting = Setting::new(
 )
 .or("softplus");
 
+/// The activation of networks that are polynomials.
+pub(crate) const POLYNOMIAL: &str = "square";
+
 const ACTIVATIONS: &[Named] = &[
     named("softplus", "ln(1 + eˣ)"),
     named("tanh", "tanh x"),
     named("gelu", "x Φ(x)"),
     named("xtanh", "x tanh x"),
+    named(POLYNOMIAL, "½ x²: two layers are polynomials of degree 4"),
 ];
 
 /// A speed that is never reached.

@@ -14,6 +14,7 @@ use serde_json::Value;
 use super::settings::{ROLLOUT_SETTINGS, SETTINGS, TrainingSettings};
 use crate::dataset::Dataset;
 use crate::fit::FitConfig;
+use crate::models::settings::{ACTIVATION, POLYNOMIAL};
 use crate::models::{Abilities, Entry, FAMILIES, Family};
 use crate::train::forces::{ForceTerms, Input};
 use crate::train::known::DataFacts;
@@ -132,6 +133,8 @@ impl FitSpec {
         let of_family = choices.iter().filter(|choice| choice.setting != LOSS);
         settings.extend(of_family.map(|choice| (choice.setting.clone(), choice.value.clone())));
         let forces = ForceTerms::take(&mut settings)?;
+        let activation = settings.get(ACTIVATION.name);
+        let polynomial = activation.is_some_and(|own| own == POLYNOMIAL);
         let loss = loss(&training, &mut choices)?;
         let family = (entry.read)(Value::Object(settings)).map_err(|e| setting_error(&e))?;
         let nominal = self.nominal.as_deref().map(|text| self.robot(text));
@@ -140,6 +143,7 @@ impl FitSpec {
             loss,
             timed: self.steps.is_none(),
             known: *known,
+            polynomial,
             choices,
         };
         let name = training.optimizer();

@@ -12,6 +12,10 @@ use crate::train::spec::AutoSetting;
 use crate::train::task::{Budget, Optimizer};
 use lagrangian_motion::{Error, Result};
 
+/// The longest step of weights whose products of four are the terms of a polynomial: with 1 one in three free Lagrangians of known laws
+/// began with a mass matrix that changes its sign, and stayed there; with 0.2 one in forty (ADR 0133).
+const LONGEST_OF_POLYNOMIALS: f64 = 0.2;
+
 /// The choices of the training up to now, and the facts that further ones depend on.
 pub(super) struct TrainingChoices {
     pub(super) asked: TrainingSettings,
@@ -19,6 +23,8 @@ pub(super) struct TrainingChoices {
     /// Whether the length of the fit is a time, not a number of steps.
     pub(super) timed: bool,
     pub(super) known: DataFacts,
+    /// Whether the network is a polynomial.
+    pub(super) polynomial: bool,
     pub(super) choices: Vec<AutoSetting>,
 }
 
@@ -62,7 +68,15 @@ impl TrainingChoices {
                     DampingName::Adaptive => NaturalConfig::adaptive(),
                 };
                 let rate = self.asked.learning_rate.unwrap_or(default.rate);
-                Ok(Optimizer::Natural(NaturalConfig { rate, ..default }))
+                let longest = match self.polynomial {
+                    true => LONGEST_OF_POLYNOMIALS,
+                    false => default.longest,
+                };
+                Ok(Optimizer::Natural(NaturalConfig {
+                    rate,
+                    longest,
+                    ..default
+                }))
             }
             OptimizerName::Adam => {
                 let default = AdamConfig::default();

@@ -28,13 +28,22 @@ pub(crate) const ENTRY: Entry = Entry {
     saved_as: &[NAME],
     load,
     candidates: &[
-        Candidate::of_free(
+        Candidate::of_motion(
             1,
-            ", convex, with friction",
+            " of polynomials with friction",
+            &[
+                ("form", "\"free\""),
+                ("activation", "\"square\""),
+                ("dissipation", "true"),
+            ],
+        ),
+        Candidate::of_free(
+            2,
+            " of convex form with friction",
             &[("form", "\"convex\""), ("dissipation", "true")],
         ),
         Candidate::of_motion(
-            2,
+            3,
             " with friction",
             &[("form", "\"free\""), ("dissipation", "true")],
         ),

@@ -25,7 +25,10 @@ pub(crate) const ENTRY: Entry = Entry {
     read: family::read::<MlpConfig>,
     saved_as: &[NAME],
     load: |saved| Ok(Mlp::load(saved, saved.weights()?)?.into()),
-    candidates: &[Candidate::of_motion(3, "", &[])],
+    candidates: &[
+        Candidate::of_motion(4, "", &[]),
+        Candidate::of_motion(5, " of polynomials", &[("activation", "\"square\"")]),
+    ],
     jointed: false,
 };
 
