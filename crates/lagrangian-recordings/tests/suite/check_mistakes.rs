@@ -451,6 +451,54 @@ fn exact_motions_of_every_system_pass() {
     assert!(bad.is_empty(), "{bad:#?}");
 }
 
+/// The ends of the two rods of double pendulums, x₁, y₁, x₂, y₂, with noise of this part of a rod.
+fn ends_of_rods(noise: f64) -> Vec<Recording> {
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let mut normal = || (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
+    let of = |r: Recording| {
+        let ends = r.q.chunks_exact(2).flat_map(|q| {
+            let (first, second) = (q[0].sin_cos(), q[1].sin_cos());
+            let end = [first.0, -first.1, first.0 + second.0, -first.1 - second.1];
+            end.map(|x| x + noise * normal())
+        });
+        let signals: Signals = Signals {
+            q: ends.collect(),
+            ..Signals::default()
+        };
+        let lines = Coordinates::lines(4);
+        recording(r.name.clone(), lines, r.t.clone(), signals)
+    };
+    free_motions("double-pendulum", 0.0)
+        .into_iter()
+        .map(of)
+        .collect()
+}
+
+#[test]
+fn ends_of_rods_are_coordinates_that_depend_on_each_other() {
+    for noise in [0.0, 3e-3] {
+        let report = checked(&ends_of_rods(noise));
+        for pair in ["q1 and q2 stay", "q3 − q1 and q4 − q2 stay"] {
+            assert_says(&report, "circle", Verdict::Warn, pair);
+        }
+        assert!(worst(&report, "circle").contradicts());
+    }
+    // A rod that stretches by some percent is a spring.
+    let mut springs = ends_of_rods(1e-3);
+    for r in &mut springs {
+        (0..4).for_each(|i| {
+            column(r, Signal::Q, i, |k, x| {
+                x * (1.0 + 0.02 * (0.05 * k as f64).sin())
+            })
+        });
+    }
+    let report = checked(&springs);
+    assert!(
+        report.items.iter().all(|i| i.name != "circle"),
+        "{report:#?}"
+    );
+}
+
 #[test]
 fn a_force_that_was_not_recorded_is_told_from_a_joint_without_a_drive() {
     let report = checked(&[1, 2].map(|seed| {
