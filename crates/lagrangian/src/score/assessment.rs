@@ -140,12 +140,12 @@ fn of_description(candidates: &[CandidateResult]) -> Option<Reason> {
     let (described, free) = (error(true)?, error(false)?);
     (described > DESCRIBED * free && described > UNDESCRIBED).then(|| {
         let finding = format!(
-            "the robot of the description leaves {:.1} % of the torques unexplained, a chain without it {:.1} %",
+            "the description contradicts the log: its robot leaves {:.1} % of the torques unexplained, a chain without it {:.1} %",
             100.0 * described,
             100.0 * free
         );
         let remedy = "check that the description is that of this robot, in m and rad, its joints in the order of the data (`joints`), positions without an offset";
-        Reason::new(Grade::Fair, finding, remedy)
+        Reason::new(Grade::Poor, finding, remedy)
     })
 }
 
