@@ -2,7 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use super::regression::{self, Coupling, FrictionTerm, JointFit, JointFits, Undriven};
+use super::regression::{
+    self, Coupling, DeadZone, FrictionTerm, JointFit, JointFits, Readings, Undriven,
+};
 use super::swings::{Swings, swings};
 use super::{Item, range, swings_of_all};
 use crate::Recording;
@@ -27,6 +29,10 @@ const BRAKING: f64 = 0.5;
 const FORTH_AND_BACK: usize = 3;
 /// Coordinates are assumed to be in degrees where that reduces the unexplained part of the forces below this ratio.
 const DEGREES: f64 = 0.5;
+/// Angles that were converted from degrees may span this many turns as radians.
+const TURNS: f64 = 4.0;
+/// A dead zone is suspected where it divides the unexplained part of a force by this.
+const DEAD_ZONE: f64 = 2.0;
 /// Forces beyond this, N·m or N, suggest wrong units.
 const IMPLAUSIBLE: f64 = 1e4;
 /// A wrong sign is certain beyond this many standard errors …
@@ -61,9 +67,12 @@ const GROWTH: f64 = 0.2;
 pub(super) fn items(recordings: &[Recording], fits: Option<&JointFits>, errors: f64) -> Vec<Item> {
     let mut items: Vec<Item> = silent(recordings).into_iter().collect();
     items.extend(few_swings(recordings, fits));
+    if let Some(readings) = regression::readings(recordings, fits) {
+        items.extend(units(recordings, &readings));
+        items.extend(dead_zones(recordings, &readings));
+    }
     let Some(fits) = fits else { return items };
     items.extend(works(recordings));
-    items.extend(units(recordings, fits));
     items.extend(frictions(recordings, fits, errors));
     items.extend(unrecorded(recordings, fits));
     items.extend(couplings(recordings, fits));
@@ -128,17 +137,45 @@ fn reaches_far(recording: &Recording) -> bool {
     spans.into_iter().any(|span| span > TAU)
 }
 
+/// The largest span of an angle in one recording.
+fn angles_span(recordings: &[Recording]) -> f64 {
+    let of = |(r, i): (&Recording, usize)| {
+        let (low, high) = range(r.q.iter().skip(i).step_by(r.dof()).copied());
+        high - low
+    };
+    let angles = |r| {
+        (0..Recording::dof(r))
+            .filter(|i| r.coordinates.is_circle(*i))
+            .map(move |i| (r, i))
+    };
+    recordings
+        .iter()
+        .flat_map(angles)
+        .map(of)
+        .fold(0.0, f64::max)
+}
+
 /// Units that explain the forces better, or forces that are too large for a machine.
-fn units(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
+fn units(recordings: &[Recording], readings: &Readings) -> Vec<Item> {
     let mut items = Vec::new();
     let turns = recordings.iter().any(reaches_far);
-    if let Some(left) = fits.as_degrees.filter(|left| *left < DEGREES && turns) {
+    if let Some(left) = readings.degrees.filter(|left| *left < DEGREES && turns) {
         let percent = 100.0 * left;
         let finding = format!(
-            "read as degrees, the coordinates leave {percent:.0} % of what stays unexplained of the forces in radians"
+            "read as degrees, the coordinates leave {percent:.0} % of what stays unexplained of the motion in radians"
         );
         let remedy = "declare them: `angles` all and `degrees`, or convert them to radians";
         let item = Item::doubt("unit", finding, remedy).claims(None, 1.0);
+        items.push(item.value("left", left));
+    }
+    let small = angles_span(recordings).to_degrees() < TURNS * TAU;
+    if let Some(left) = readings.radians.filter(|left| *left < DEGREES && small) {
+        let percent = 100.0 * left;
+        let finding = format!(
+            "read as radians before they were converted from degrees, the angles leave {percent:.0} % of what stays unexplained of the motion"
+        );
+        let remedy = "omit `degrees`, or correct the unit in the names of the columns";
+        let item = Item::doubt("unit", finding, remedy).claims(None, -1.0);
         items.push(item.value("left", left));
     }
     let forces = recordings.iter().flat_map(|r| &r.tau);
@@ -149,6 +186,29 @@ fn units(recordings: &[Recording], fits: &JointFits) -> Vec<Item> {
         items.push(Item::doubt("unit", finding, remedy).value("largest", largest));
     }
     items
+}
+
+/// Forces that have no effect below a threshold.
+fn dead_zones(recordings: &[Recording], readings: &Readings) -> Vec<Item> {
+    let item = |(i, zone): (usize, &Option<DeadZone>)| {
+        let DeadZone { threshold, left } = (*zone)?;
+        let name = names(recordings)[i];
+        let finding = format!(
+            "{name}: if forces below about {threshold:.2} N·m or N have no effect, and others lose so much, the motion leaves {:.1} % of them unexplained, as recorded {:.1} %",
+            100.0 * left.0,
+            100.0 * left.1
+        );
+        let remedy = "look for a dead zone of the drive, and record the force that acts after it";
+        let item = Item::warn("dead zone", finding, remedy).claims(Some(i), threshold);
+        (left.1 > DEAD_ZONE * left.0 && 1.0 - left.0 > EXPLAINED)
+            .then(|| item.value("threshold", threshold))
+    };
+    readings
+        .dead_zones
+        .iter()
+        .enumerate()
+        .filter_map(item)
+        .collect()
 }
 
 /// The net work of each force over all recordings, relative to the sum of its absolute work: friction takes energy out of a

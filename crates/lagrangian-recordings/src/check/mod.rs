@@ -108,6 +108,12 @@ impl Item {
         self.doubtful && !RESERVATIONS.contains(&self.name)
     }
 
+    /// Whether the finding would explain that a model falls short, which may be right all the same.
+    #[must_use]
+    pub fn explains(&self) -> bool {
+        self.verdict > Verdict::Pass && ["dead zone", "delay"].contains(&self.name)
+    }
+
     /// The trajectory that the item is about.
     fn about(&self) -> Option<&str> {
         self.trajectory.as_deref()

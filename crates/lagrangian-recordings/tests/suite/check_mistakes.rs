@@ -391,6 +391,51 @@ fn a_delay_beyond_the_first_search_is_measured() {
 }
 
 #[test]
+fn forces_that_are_late_by_more_than_a_second_are_named() {
+    let late = [1, 2, 3, 4].map(|seed| {
+        let mut late = log(TWO_LINKS, 12.0, seed);
+        for i in 0..2 {
+            let own = copy(&late, Signal::Tau, i);
+            column(&mut late, Signal::Tau, i, |k, _| own[k.saturating_sub(150)]);
+        }
+        late
+    });
+    let report = checked(&late);
+    let delay = worst(&report, "delay");
+    assert!((delay.values["delay_s"] + 1.5).abs() < 0.01, "{delay:?}");
+    assert!(delay.explains());
+}
+
+#[test]
+fn a_dead_zone_of_a_drive_is_named_with_its_width() {
+    let dead = [1, 2].map(|seed| {
+        let mut log = log(TWO_LINKS, 10.0, seed);
+        column(&mut log, Signal::Tau, 0, |_, x| x + 2.0 * x.signum());
+        log
+    });
+    let report = checked(&dead);
+    let items = report.items.iter().filter(|i| i.name == "dead zone");
+    let items: Vec<&Item> = items.collect();
+    assert!(
+        matches!(items[..], [own] if own.finding.starts_with("q1") && own.explains()),
+        "{items:#?}"
+    );
+    let width = items[0].values["threshold"];
+    assert!((1.6..2.5).contains(&width), "{width}");
+}
+
+#[test]
+fn angles_that_were_converted_from_degrees_although_in_radians_are_named() {
+    let mut small = [1, 2].map(|seed| log(TWO_LINKS, 10.0, seed));
+    for r in &mut small {
+        for signal in [Signal::Q, Signal::Qd, Signal::Qdd] {
+            (0..2).for_each(|i| column(r, signal, i, |_, x| x.to_radians()));
+        }
+    }
+    assert_says(&checked(&small), "unit", Verdict::Warn, "omit `degrees`");
+}
+
+#[test]
 fn three_seconds_are_too_few_swings_whatever_the_rate() {
     let report = checked(&[log(TWO_LINKS, 1.2, 1)]);
     assert_says(&report, "swings", Verdict::Warn, "6 swings");

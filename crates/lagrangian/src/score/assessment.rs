@@ -11,7 +11,7 @@ use crate::models::Entry;
 use lagrangian_mechanics::Model;
 use lagrangian_motion::{Coordinates, Trajectory};
 use lagrangian_motion::{Signal, Stop};
-use lagrangian_recordings::check::{CheckReport, LARGEST};
+use lagrangian_recordings::check::{CheckReport, Item, LARGEST};
 
 /// A model explains a signal well where the squared error is below this part of the variance.
 pub(super) const GOOD: f64 = 0.1;
@@ -97,8 +97,15 @@ impl Assessment {
     #[must_use]
     pub fn of_checked(self, check: &CheckReport) -> Self {
         let mut doubts: Vec<Reason> = Vec::new();
-        for item in check.items.iter().filter(|item| item.doubtful) {
-            let finding = format!("the data look wrong: {}: {}", item.name, item.finding);
+        let short = self.verdict > Grade::Good;
+        let is_said = |item: &&Item| item.doubtful || short && item.explains();
+        for item in check.items.iter().filter(is_said) {
+            let what = if item.doubtful {
+                "the data look wrong"
+            } else {
+                "it may be this that is missing"
+            };
+            let finding = format!("{what}: {}: {}", item.name, item.finding);
             // Too little motion is a reservation; values that contradict themselves make a model of nothing.
             let grade = Grade::of_defect(item.contradicts());
             let remedy = item.remedy.clone().unwrap_or_default();

@@ -24,7 +24,7 @@ pub(in crate::check) struct Coupling {
 
 /// The couplings of all pairs of neighbours with forces; empty where the recordings are too short.
 pub(super) fn couplings(filtered: &Filtered<'_>) -> Vec<Coupling> {
-    let Some(stretches) = filtered.signals(0.0, &[0.0]) else {
+    let Some(stretches) = filtered.signals([0.0; 2], &[0.0]) else {
         return Vec::new();
     };
     let (n, terms) = (stretches.speeds.len(), stretches.terms());

@@ -12,7 +12,6 @@ use super::least_squares::Part;
 use crate::Recording;
 use crate::derivatives::GAP;
 use crate::local_polynomial::{median_step, segments};
-use lagrangian_motion::{Coordinate, Signal};
 
 /// Candidates within a decade, Hz.
 const DECADE: [f64; 6] = [8.0, 5.0, 3.0, 2.0, 1.5, 1.0];
@@ -92,34 +91,6 @@ pub(super) fn choose(recordings: &[&Recording]) -> Option<Cutoff> {
     })
 }
 
-/// Ratio of the geometric mean errors with all coordinates except lengths read as degrees, and as they are.
-pub(super) fn as_degrees(recordings: &[&Recording], hertz: f64) -> Option<f64> {
-    let scaled = |r: &&Recording| {
-        let mut recording = (*r).clone();
-        let units: Vec<f64> = r.coordinates.0.iter().map(degrees_of).collect();
-        for signal in [Signal::Q, Signal::Qd, Signal::Qdd] {
-            let values = recording.signals.get_mut(signal).iter_mut();
-            let pairs = values.zip(units.iter().cycle());
-            pairs.for_each(|(x, unit)| *x *= unit);
-        }
-        recording
-    };
-    let scaled: Vec<Recording> = recordings.iter().map(scaled).collect();
-    let scaled: Vec<&Recording> = scaled.iter().collect();
-    let error = |recordings: &[&Recording]| {
-        let candidate = Candidate::new(recordings, hertz, 0.0)?;
-        Some(candidate.error(&candidate))
-    };
-    Some((error(&scaled)? - error(recordings)?).exp())
-}
-
-fn degrees_of(coordinate: &Coordinate) -> f64 {
-    match coordinate.unit.as_str() {
-        "m" => 1.0,
-        _ => 1.0_f64.to_radians(),
-    }
-}
-
 /// The candidate cut-offs, Hz, increasing.
 fn candidates(recordings: &[&Recording]) -> Vec<f64> {
     let steps = recordings.iter().map(|r| median_step(&r.t));
@@ -142,7 +113,7 @@ impl Candidate {
     /// A margin of `margin` seconds at the ends is omitted, independent of the cut-off.
     fn new(recordings: &[&Recording], hertz: f64, margin: f64) -> Option<Self> {
         let own = (margin - 0.5 / hertz).max(0.0);
-        let stretches = Filtered::new(recordings, hertz).signals(own, &[0.0])?;
+        let stretches = Filtered::new(recordings, hertz).signals([own; 2], &[0.0])?;
         let n = stretches.speeds.len();
         let joints = (0..n).into_par_iter().map(|i| stretches.parts(i));
         Some(Self {
@@ -170,7 +141,7 @@ impl Candidate {
 }
 
 /// Unexplained part of the variance of one joint's force; `None` for a force that does not vary.
-fn left(own: &[Part], reference: &[Part]) -> Option<f64> {
+pub(super) fn left(own: &[Part], reference: &[Part]) -> Option<f64> {
     let mut all = Part::sum(own)?;
     let variance = Part::sum(reference)?.variance();
     // The lowest cut-offs leave fewer stretches.

@@ -24,7 +24,7 @@ impl FrictionTerm {
 
 /// Friction in each force by velocity, `[n][n]`; empty where the recordings are too short.
 pub(super) fn rubs(filtered: &Filtered<'_>) -> Vec<Vec<FrictionTerm>> {
-    let Some(stretches) = filtered.signals(0.0, &[0.0]) else {
+    let Some(stretches) = filtered.signals([0.0; 2], &[0.0]) else {
         return Vec::new();
     };
     let forces = (0..stretches.speeds.len()).into_par_iter();

@@ -196,7 +196,7 @@ impl<'a> Laws<'a> {
     pub(super) fn new(filtered: &Filtered<'a>) -> Option<Self> {
         let steps = (0..=2 * DELAYS).map(|k| DELAY * (k as f64 - DELAYS as f64));
         let delays: Vec<f64> = std::iter::once(0.0).chain(steps).collect();
-        let stretches = filtered.signals(DELAY * DELAYS as f64, &delays)?;
+        let stretches = filtered.signals([DELAY * DELAYS as f64; 2], &delays)?;
         let mut sources: Vec<usize> = stretches.signals.iter().map(|s| s.source).collect();
         sources.dedup();
         if !RECORDINGS.contains(&sources.len()) {

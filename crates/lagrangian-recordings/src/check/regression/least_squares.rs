@@ -134,7 +134,12 @@ impl Part {
 
     /// Sum of the squared forces about their mean, without delay.
     pub(super) fn variance(&self) -> f64 {
-        let (sum, square) = self.tau[0];
+        self.variance_in(0)
+    }
+
+    /// The same of the forces in a column.
+    pub(super) fn variance_in(&self, column: usize) -> f64 {
+        let (sum, square) = self.tau[column];
         square - sum * sum / self.count
     }
 

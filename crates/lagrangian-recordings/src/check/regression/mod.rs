@@ -14,6 +14,7 @@ mod cutoff;
 mod friction;
 mod laws;
 mod least_squares;
+mod readings;
 mod source;
 mod terms;
 mod undriven;
@@ -32,6 +33,7 @@ use laws::Disagreement;
 use laws::Laws;
 pub(in crate::check) use least_squares::jackknife;
 use least_squares::{Part, estimate};
+pub(in crate::check) use readings::{DeadZone, Readings};
 use source::{Signals, Source, force_noise, stretches, uncertainty};
 use terms::{FrictionCoupling, Terms};
 pub(in crate::check) use undriven::Undriven;
@@ -41,10 +43,19 @@ const FARTHEST: f64 = 0.06;
 const FARTHER: f64 = 5.0;
 /// … and among at least, and at most, this many steps either way.
 const STEPS: (usize, usize) = (12, 60);
+/// Where the motion explains less than this part of a force at these delays, longer ones are searched: up to this number of steps of this
+/// many samples, or half of the shortest recording …
+const KNOWN: f64 = 0.9;
+const LATE: usize = 100;
+const LATE_STEP: f64 = 2.0;
+/// … and found where they divide the unexplained part by this.
+const LATE_GAIN: f64 = 4.0;
 /// Fewer stretches than this give no estimate.
 const FEWEST: usize = 6;
 /// Cut-off as a fraction of the sampling rate, where none was found.
 const UNKNOWN: f64 = 0.1;
+/// The same where a wrong delay may be why.
+const WIDE: f64 = 0.2;
 /// Second cut-off as a fraction of the first.
 const NARROWER: f64 = 0.7;
 
@@ -84,8 +95,8 @@ pub(in crate::check) struct JointFits {
     pub(in crate::check) low_pass: Option<Cutoff>,
     /// Whether the low-pass was given.
     pub(in crate::check) given: bool,
-    /// Ratio of the errors of a regression with coordinates read as degrees, and as they are.
-    pub(in crate::check) as_degrees: Option<f64>,
+    /// The cut-off that was used, Hz.
+    cutoff: f64,
     /// Friction by force and velocity, `[n][n]`; empty where it was not estimated.
     pub(in crate::check) rubs: Vec<Vec<FrictionTerm>>,
     /// The inertial couplings of all pairs of coordinates.
@@ -120,12 +131,18 @@ pub(in crate::check) fn fit_joints(
         let other = low.as_ref().and_then(|w| w[i]);
         found.map(|f| f.beside(other))
     });
+    let mut joints: Vec<Option<JointFit>> = joints.collect();
+    if joints.iter().flatten().any(JointFit::is_unexplained) {
+        let known = options.low_pass.or(low_pass.map(|c| c.hertz));
+        let wide = Filtered::new(&recordings, known.unwrap_or(WIDE / step));
+        search_farther(&mut joints, &wide, step);
+    }
     Some(JointFits {
         step,
-        joints: joints.collect(),
+        joints,
         uncertainty: mean_of(&recordings, uncertainty),
         noise: mean_of(&recordings, force_noise),
-        as_degrees: cutoff::as_degrees(&recordings, cutoff),
+        cutoff,
         rubs: friction::rubs(&filtered),
         undriven: undriven::undriven(&filtered),
         couplings: coupling::couplings(&filtered),
@@ -141,16 +158,7 @@ pub(in crate::check) fn disagreement(
     from: usize,
     low_pass: Option<f64>,
 ) -> Option<(Vec<usize>, Disagreement)> {
-    let coordinates = &recordings.first()?.coordinates;
-    let is_forced = recordings.iter().any(|r| !r.tau.is_empty());
-    let whole =
-        |r: &Recording| r.coordinates == *coordinates && r.tau.is_empty() != is_forced && usable(r);
-    let mut of: Vec<usize> = (0..recordings.len()).collect();
-    of.retain(|k| whole(recordings[*k]));
-    let repaired = |k: &usize| recordings[*k].repaired().into_owned();
-    let mut all: Vec<Recording> = of.par_iter().map(repaired).collect();
-    all.iter_mut()
-        .for_each(|r| r.signals.tau.resize(r.signals.q.len(), 0.0));
+    let (of, all) = comparable(recordings)?;
     let all: Vec<&Recording> = all.iter().collect();
     let step = least_step(&all)?;
     // A low-pass that was chosen for all forces is too low where some of them are wrong.
@@ -172,6 +180,35 @@ pub(in crate::check) fn disagreement(
     ))
 }
 
+/// The usable recordings with forces, or of free motions with forces of 0 where none has any, with their indices.
+fn comparable(recordings: &[&Recording]) -> Option<(Vec<usize>, Vec<Recording>)> {
+    let coordinates = &recordings.first()?.coordinates;
+    let is_forced = recordings.iter().any(|r| !r.tau.is_empty());
+    let whole =
+        |r: &Recording| r.coordinates == *coordinates && r.tau.is_empty() != is_forced && usable(r);
+    let mut of: Vec<usize> = (0..recordings.len()).collect();
+    of.retain(|k| whole(recordings[*k]));
+    let repaired = |k: &usize| recordings[*k].repaired().into_owned();
+    let mut all: Vec<Recording> = of.par_iter().map(repaired).collect();
+    all.iter_mut()
+        .for_each(|r| r.signals.tau.resize(r.signals.q.len(), 0.0));
+    Some((of, all))
+}
+
+/// What other readings of these recordings would explain; `None` where they are too short.
+pub(in crate::check) fn readings(
+    recordings: &[Recording],
+    fits: Option<&JointFits>,
+) -> Option<Readings> {
+    let all: Vec<&Recording> = recordings.iter().collect();
+    let (_, all) = comparable(&all)?;
+    let cutoff = match fits {
+        Some(fits) => fits.cutoff,
+        None => UNKNOWN / least_step(&all.iter().collect::<Vec<_>>())?,
+    };
+    Readings::new(all, cutoff)
+}
+
 fn least_step(recordings: &[&Recording]) -> Option<f64> {
     let steps = recordings.iter().map(|r| median_step(&r.t));
     steps.reduce(f64::min)
@@ -184,6 +221,19 @@ fn mean_of(recordings: &[&Recording], of: fn(&Recording) -> Vec<f64>) -> Vec<f64
 }
 
 impl JointFit {
+    /// Whether there is a force that the motion does not explain at any of these delays.
+    fn is_unexplained(&self) -> bool {
+        self.inertia.0.abs() > 0.0 && self.explained.0 < KNOWN
+    }
+
+    /// Whether a longer delay explains the force, while none of the nearer ones does.
+    fn replaces(&self, near: Option<&Self>) -> bool {
+        let nearest = near.map_or(0.0, |near| near.explained.0);
+        let left = 1.0 - nearest.max(self.explained.1);
+        let explains = self.explained.0 > KNOWN && left > LATE_GAIN * (1.0 - self.explained.0);
+        near.is_none_or(Self::is_unexplained) && explains && !self.at_end && self.inertia.0 > 0.0
+    }
+
     /// Adds the difference to the estimate at another cut-off to the error.
     fn beside(self, other: Option<Self>) -> Self {
         let difference = other.map_or(0.0, |o| o.delay - self.delay);
@@ -231,9 +281,42 @@ fn joints(filtered: &Filtered<'_>, shifts: usize, step: f64) -> Option<Vec<Optio
     let n = filtered.coordinates.dof();
     let delays = (0..=2 * shifts).map(|k| (k as f64 - shifts as f64) * step);
     let delays: Vec<f64> = delays.collect();
-    let stretches = filtered.signals(shifts as f64 * step, &delays)?;
+    let stretches = filtered.signals([shifts as f64 * step; 2], &delays)?;
     let joint = |i: usize| estimate(&stretches.parts(i), shifts, step);
     Some((0..n).into_par_iter().map(joint).collect())
+}
+
+/// One estimate for each joint, at delays of up to half a recording, all forwards or all backwards.
+fn joints_late(
+    filtered: &Filtered<'_>,
+    step: f64,
+    forwards: bool,
+) -> Option<Vec<Option<JointFit>>> {
+    let durations = filtered.sources.iter().map(Source::seconds);
+    let reach = 0.5 * durations.reduce(f64::min)?;
+    let steps = LATE.min((reach / (LATE_STEP * step)) as usize);
+    let zero = if forwards { 0 } else { steps };
+    let delays = (0..=steps).map(|k| (k as f64 - zero as f64) * LATE_STEP * step);
+    let delays: Vec<f64> = delays.collect();
+    // A low-pass spoils the ends.
+    let margin = STEPS.0 as f64 * step;
+    let margins = [delays[steps], -delays[0]].map(|own| own + margin);
+    let stretches = filtered.signals(margins, &delays)?;
+    let joint = |i: usize| estimate(&stretches.parts(i), zero, LATE_STEP * step);
+    let joints = (0..filtered.coordinates.dof()).into_par_iter().map(joint);
+    Some(joints.collect())
+}
+
+/// Replaces estimates by those at longer delays, where these explain forces that the nearer ones do not.
+fn search_farther(joints: &mut [Option<JointFit>], filtered: &Filtered<'_>, step: f64) {
+    for forwards in [true, false] {
+        let late = joints_late(filtered, step, forwards).unwrap_or_default();
+        for (near, late) in joints.iter_mut().zip(late) {
+            if late.is_some_and(|late| late.replaces(near.as_ref())) {
+                *near = late;
+            }
+        }
+    }
 }
 
 /// Recordings after a low-pass.
@@ -252,9 +335,9 @@ impl<'a> Filtered<'a> {
         }
     }
 
-    /// The signals of all stretches, without a margin at the ends, s; `None` where there are too few.
-    fn signals(&self, margin: f64, delays: &[f64]) -> Option<Stretches<'a>> {
-        let stretches = stretches(&self.sources, margin);
+    /// The signals of all stretches, without margins at the beginnings and ends, s; `None` where there are too few.
+    fn signals(&self, margins: [f64; 2], delays: &[f64]) -> Option<Stretches<'a>> {
+        let stretches = stretches(&self.sources, margins);
         if stretches.len() < FEWEST {
             return None;
         }

@@ -48,6 +48,15 @@ impl Source {
     }
 }
 
+impl Source {
+    /// The length of its longest segment, s.
+    pub(super) fn seconds(&self) -> f64 {
+        let t = &self.motion.t;
+        let lengths = self.segments.iter().map(|s| t[s.end - 1] - t[s.start]);
+        lengths.fold(0.0, f64::max)
+    }
+}
+
 /// Standard error of q̈ over its root mean square, for each coordinate of a recording, in the windows of smallest error.
 pub(super) fn uncertainty(recording: &Recording) -> Vec<f64> {
     of_coordinates(recording, &recording.q, |series, pieces| {
@@ -99,14 +108,15 @@ pub(super) struct Stretch<'a> {
     stride: usize,
 }
 
-/// Cuts all segments, without `margin` seconds at their ends, into stretches of consecutive samples.
-pub(super) fn stretches<'a>(sources: &'a [Source], margin: f64) -> Vec<Stretch<'a>> {
+/// Cuts all segments, without margins at their beginnings and ends, s, into stretches of consecutive samples.
+pub(super) fn stretches<'a>(sources: &'a [Source], margins: [f64; 2]) -> Vec<Stretch<'a>> {
     let usable = |source: &'a Source| {
         let Source {
             motion, segments, ..
         } = source;
-        let own = (margin / median_step(&motion.t)).ceil() as usize;
-        let inside = move |s: &Range<usize>| s.start + own..s.end.saturating_sub(own);
+        let step = median_step(&motion.t);
+        let [first, last] = margins.map(|margin| (margin / step).ceil() as usize);
+        let inside = move |s: &Range<usize>| s.start + first..s.end.saturating_sub(last);
         segments.iter().map(inside).map(move |rows| (source, rows))
     };
     let mut pieces: Vec<(&'a Source, Range<usize>)> = sources.iter().flat_map(usable).collect();

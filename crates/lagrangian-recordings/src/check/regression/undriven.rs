@@ -27,7 +27,7 @@ pub(in crate::check) struct Undriven {
 
 /// The coordinates that move without a force while others have one.
 pub(super) fn undriven(filtered: &Filtered<'_>) -> Vec<Undriven> {
-    let Some(stretches) = filtered.signals(0.0, &[0.0]) else {
+    let Some(stretches) = filtered.signals([0.0; 2], &[0.0]) else {
         return Vec::new();
     };
     let moving = |i: &usize| !stretches.coordinates.is_parameter(*i);
@@ -49,7 +49,7 @@ pub(super) fn undriven(filtered: &Filtered<'_>) -> Vec<Undriven> {
     free.into_iter().filter_map(of_coordinate).collect()
 }
 
-fn is_driven(stretches: &Stretches<'_>, i: usize) -> bool {
+pub(super) fn is_driven(stretches: &Stretches<'_>, i: usize) -> bool {
     let n = stretches.speeds.len();
     let mut signals = stretches.signals.iter();
     signals.any(|s| s.tau.iter().skip(i).step_by(n).any(|x| *x != 0.0))
@@ -63,7 +63,7 @@ fn of_force(parts: &[Part]) -> Option<f64> {
 }
 
 /// The explained part of the squares of the acceleration on omitted stretches.
-fn of_acceleration(parts: &[Part]) -> Option<f64> {
+pub(super) fn of_acceleration(parts: &[Part]) -> Option<f64> {
     let mut all = Part::sum(parts)?;
     let left = all.without_each(parts, |sums, k| Some(parts[k].square_of(&vanishing(sums)?)));
     let explained = 1.0 - left?.iter().sum::<f64>() / all.square(0, 0);
