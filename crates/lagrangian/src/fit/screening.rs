@@ -23,8 +23,9 @@ const BLOCK: usize = 25;
 const ELSEWHERE: f64 = 1.1;
 /// A model that leaves less than this part is not replaced by one with poles.
 const USEFUL: f64 = 0.1;
-/// Held-out errors below this part of the mean square are explained: no other model is tried.
-pub(super) const EXPLAINED: f64 = 1e-8;
+/// Held-out errors below this part of the mean square are rounding: no other model is tried. (Larger ones may hide a model that is
+/// exact beyond the recorded states too.)
+const ROUNDING: f64 = 1e-12;
 
 /// The end of the name of a model whose friction is tried too.
 pub(super) const WITH_FRICTION: &str = " with friction";
@@ -80,8 +81,8 @@ pub(super) fn screen(
             }
             Err(error) => failure = Some(error),
         }
-        let explained = |best: &Screening| best.errors.mean() < EXPLAINED;
-        if own.ended || best.as_ref().is_some_and(explained) {
+        let rounding = |best: &Screening| best.errors.mean() < ROUNDING;
+        if own.ended || best.as_ref().is_some_and(rounding) {
             break;
         }
     }

@@ -34,6 +34,9 @@ const SAME: f64 = 1.1;
 /// … and up to twice, where accelerations err by less than this part.
 const FAR: f64 = 0.1;
 
+/// Where a model of torques leaves less than this part of the accelerations, no model of accelerations is tried.
+const EXPLAINED: f64 = 1e-8;
+
 /// The steps of a fit where neither steps nor seconds are given: of the natural gradient, and of Adam.
 const STEPS: usize = 400;
 const ADAM_STEPS: usize = 8000;
@@ -223,7 +226,7 @@ pub fn select(
     let first = select_by_torque(dataset, by_torque, rest, observer);
     let fitted = first.as_ref().ok();
     let known = fitted.map(|own| Explained::of(&own.fit, dataset));
-    if known.is_some_and(|own| own.motion < screening::EXPLAINED) {
+    if known.is_some_and(|own| own.motion < EXPLAINED) {
         return first;
     }
     // Where torques are explained, only a model of torques may be better.

@@ -150,17 +150,18 @@ fn every_derivative_of_a_network_agrees_with_dual_numbers_to_rounding() {
         Activation::Tanh,
         Activation::Gelu,
         Activation::XTanh,
+        Activation::Square,
     ];
     for n in 1..=7 {
         for depth in 1..=4 {
             for form in [Form::Free, Form::Convex] {
-                let activation = activations[(n + depth) % 4];
+                let activation = activations[(n + depth) % activations.len()];
                 let lnn = network(n, depth, form, activation, (n * 10 + depth) as u64);
                 let what = format!("n {n} depth {depth} {form:?} {activation:?}");
                 assert_agrees(&lnn, n, &what);
             }
             for trunks in [Trunks::Shared, Trunks::Separate] {
-                let activation = activations[(n + depth) % 4];
+                let activation = activations[(n + depth) % activations.len()];
                 let delan = deep(n, depth, trunks, activation, (n * 10 + depth) as u64);
                 let what = format!("n {n} depth {depth} {trunks:?} {activation:?}");
                 assert_agrees(&delan, n, &what);
@@ -224,12 +225,13 @@ fn one_state_alone_and_in_a_block_gives_the_same_derivatives() {
         Activation::Tanh,
         Activation::Gelu,
         Activation::XTanh,
+        Activation::Square,
     ];
     // Whole vectors and parts of them, in widths and in numbers of features and rows.
     for (k, width) in [1, 5, 8, 13, 32, 70, 136].into_iter().enumerate() {
         for n in 1..=9 {
             let (coordinates, scaling) = coordinates(n);
-            let (layers, activation) = (1 + (n + k) % 3, activations[(n + k) % 4]);
+            let (layers, activation) = (1 + (n + k) % 3, activations[(n + k) % activations.len()]);
             let lnn = LnnConfig {
                 width,
                 layers,

@@ -7,7 +7,7 @@ use lagrangian::analytic::by_name;
 use lagrangian::dataset::{random_starts, random_states};
 use lagrangian::models::{Family, Form, MlpConfig};
 use lagrangian::rollout::{energy_test, free, rollout_many, times};
-use lagrangian::train::{AdamConfig, NaturalConfig};
+use lagrangian::train::{AdamConfig, FitSpec, NaturalConfig};
 use lagrangian::{
     Budget, Checkpoint, Dataset, Error, FitConfig, Learned, LnnConfig, Model, Observer, Optimizer,
     Progress, Provenance, RolloutOptions, TrainingTask, fit, rollout,
@@ -267,4 +267,32 @@ fn a_checkpoint_of_another_run_cut_short_or_damaged_is_refused() {
     assert!(refused(&other).contains("batch was"));
     other.optimizer = Optimizer::Adam(AdamConfig::default());
     assert!(refused(&other).contains("other settings"));
+}
+
+/// The request of a free Lagrangian of polynomials.
+fn polynomials(steps: usize) -> FitSpec {
+    let settings = [("form", "free"), ("activation", "square")];
+    FitSpec {
+        family: Some("lnn".into()),
+        settings: settings
+            .map(|(name, value)| (name.into(), value.into()))
+            .into_iter()
+            .collect(),
+        steps: Some(steps),
+        ..FitSpec::default()
+    }
+}
+
+#[test]
+fn laws_that_are_polynomials_of_states_sines_and_cosines_are_found_to_rounding() {
+    for (name, most) in [("mass-spring", 1e-12), ("double-pendulum", 1e-6)] {
+        let dataset = random_states(&*by_name(name, &[]).unwrap(), 1000, 200, 5).unwrap();
+        let chosen = FitConfig::for_data(&dataset, &[], &polynomials(100)).unwrap();
+        let Optimizer::Natural(natural) = &chosen.config.optimizer else {
+            panic!("{:?}", chosen.config.optimizer)
+        };
+        assert!(natural.longest < NaturalConfig::default().longest);
+        let fitted = fit(&dataset, &chosen.config, None, &mut ()).unwrap();
+        assert!(fitted.best < most, "{name}: {:e}", fitted.best);
+    }
 }

@@ -13,7 +13,7 @@ use crate::train::task::{Budget, Optimizer};
 use lagrangian_motion::{Error, Result};
 
 /// The longest step of weights whose products of four are the terms of a polynomial: with 1 one in three free Lagrangians of known laws
-/// began with a mass matrix that changes its sign, and stayed there; with 0.2 one in forty (ADR 0133).
+/// began with a mass matrix that changes its sign, and stayed there; with 0.2 one in sixty (ADR 0133).
 const LONGEST_OF_POLYNOMIALS: f64 = 0.2;
 
 /// The choices of the training up to now, and the facts that further ones depend on.

@@ -60,6 +60,7 @@ pub(super) fn models() -> Vec<(String, Learned)> {
         Activation::Tanh,
         Activation::Gelu,
         Activation::XTanh,
+        Activation::Square,
     ] {
         for (form, speed_limit) in [
             (Form::Free, None),
