@@ -25,7 +25,7 @@ class Best(Estimator):
         masses: Masses m of p = m q̇, one for each coordinate. Numbers above 0, from 1e-9 to 1e9.
         width: Units in each hidden layer. A whole number from 1. Default: 64; 16 for delan and vin where the data are noisy.
         layers: Hidden layers. A whole number from 1. Default: 2.
-        activation: Activation of the hidden layers. One of ``softplus``, ``tanh``, ``gelu``, ``xtanh``. Default: softplus.
+        activation: Activation of the hidden layers. One of ``softplus``, ``tanh``, ``gelu``, ``xtanh``, ``square``. Default: softplus.
         order: Order of a neural ODE: (q, q̇) → (q̇, q̈), or q̈ alone. One of ``first``, ``second``. Default: second.
         dissipation: Learn viscous and Coulomb friction too.
         forces: Learn these forces too, separated by commas. Some of ``viscous``, ``coulomb``, ``stribeck``, ``load``, ``directional``, ``quadratic``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
@@ -71,7 +71,7 @@ class Best(Estimator):
     masses: Sequence[float] | None
     width: int | None
     layers: int | None
-    activation: Literal["softplus", "tanh", "gelu", "xtanh"] | None
+    activation: Literal["softplus", "tanh", "gelu", "xtanh", "square"] | None
     order: Literal["first", "second"] | None
     dissipation: bool | None
     forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None
@@ -119,7 +119,7 @@ class Best(Estimator):
         masses: Sequence[float] | None = ...,
         width: int | None = ...,
         layers: int | None = ...,
-        activation: Literal["softplus", "tanh", "gelu", "xtanh"] | None = ...,
+        activation: Literal["softplus", "tanh", "gelu", "xtanh", "square"] | None = ...,
         order: Literal["first", "second"] | None = ...,
         dissipation: bool | None = ...,
         forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None = ...,
@@ -165,7 +165,7 @@ class Lnn(Estimator):
         exponential: Give the network exponential units, for masses that span decades.
         width: Units in each hidden layer. A whole number from 1. Default: 64; 16 for delan and vin where the data are noisy.
         layers: Hidden layers. A whole number from 1. Default: 2.
-        activation: Activation of the hidden layers. One of ``softplus``, ``tanh``, ``gelu``, ``xtanh``. Default: softplus.
+        activation: Activation of the hidden layers. One of ``softplus``, ``tanh``, ``gelu``, ``xtanh``, ``square``. Default: softplus.
         dissipation: Learn viscous and Coulomb friction too.
         forces: Learn these forces too, separated by commas. Some of ``viscous``, ``coulomb``, ``stribeck``, ``load``, ``directional``, ``quadratic``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
         loss: What is compared with the data. One of ``acceleration``, ``acceleration-relative``, ``acceleration-l1``, ``torque``, ``torque-l1``, ``torque-acceleration``, ``torque-power``, ``positions``, ``positions-trapezoidal``, ``rollout``. Default: acceleration; rollout for neural-ode; positions for vin; torque for delan where torques are recorded and accelerations certain to 0.5 %.
@@ -201,7 +201,7 @@ class Lnn(Estimator):
     exponential: bool | None
     width: int | None
     layers: int | None
-    activation: Literal["softplus", "tanh", "gelu", "xtanh"] | None
+    activation: Literal["softplus", "tanh", "gelu", "xtanh", "square"] | None
     dissipation: bool | None
     forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None
     loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None
@@ -239,7 +239,7 @@ class Lnn(Estimator):
         exponential: bool | None = ...,
         width: int | None = ...,
         layers: int | None = ...,
-        activation: Literal["softplus", "tanh", "gelu", "xtanh"] | None = ...,
+        activation: Literal["softplus", "tanh", "gelu", "xtanh", "square"] | None = ...,
         dissipation: bool | None = ...,
         forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None = ...,
         loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None = ...,
@@ -276,7 +276,7 @@ class Delan(Estimator):
     Args:
         width: Units in each hidden layer. A whole number from 1. Default: 64; 16 for delan and vin where the data are noisy.
         layers: Hidden layers. A whole number from 1. Default: 2.
-        activation: Activation of the hidden layers. One of ``softplus``, ``tanh``, ``gelu``, ``xtanh``. Default: softplus.
+        activation: Activation of the hidden layers. One of ``softplus``, ``tanh``, ``gelu``, ``xtanh``, ``square``. Default: softplus.
         dissipation: Learn viscous and Coulomb friction too.
         forces: Learn these forces too, separated by commas. Some of ``viscous``, ``coulomb``, ``stribeck``, ``load``, ``directional``, ``quadratic``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
         trunks: Whether M and V are read off the same hidden layers. One of ``shared``, ``separate``. Default: shared.
@@ -310,7 +310,7 @@ class Delan(Estimator):
     """
     width: int | None
     layers: int | None
-    activation: Literal["softplus", "tanh", "gelu", "xtanh"] | None
+    activation: Literal["softplus", "tanh", "gelu", "xtanh", "square"] | None
     dissipation: bool | None
     forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None
     trunks: Literal["shared", "separate"] | None
@@ -346,7 +346,7 @@ class Delan(Estimator):
         *,
         width: int | None = ...,
         layers: int | None = ...,
-        activation: Literal["softplus", "tanh", "gelu", "xtanh"] | None = ...,
+        activation: Literal["softplus", "tanh", "gelu", "xtanh", "square"] | None = ...,
         dissipation: bool | None = ...,
         forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None = ...,
         trunks: Literal["shared", "separate"] | None = ...,
@@ -385,7 +385,7 @@ class Vin(Estimator):
     Args:
         width: Units in each hidden layer. A whole number from 1. Default: 64; 16 for delan and vin where the data are noisy.
         layers: Hidden layers. A whole number from 1. Default: 2.
-        activation: Activation of the hidden layers. One of ``softplus``, ``tanh``, ``gelu``, ``xtanh``. Default: softplus.
+        activation: Activation of the hidden layers. One of ``softplus``, ``tanh``, ``gelu``, ``xtanh``, ``square``. Default: softplus.
         dissipation: Learn viscous and Coulomb friction too.
         forces: Learn these forces too, separated by commas. Some of ``viscous``, ``coulomb``, ``stribeck``, ``load``, ``directional``, ``quadratic``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
         vector_potential: Give the Lagrangian the term A(q)·q̇, for gyroscopic and magnetic forces.
@@ -418,7 +418,7 @@ class Vin(Estimator):
     """
     width: int | None
     layers: int | None
-    activation: Literal["softplus", "tanh", "gelu", "xtanh"] | None
+    activation: Literal["softplus", "tanh", "gelu", "xtanh", "square"] | None
     dissipation: bool | None
     forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None
     vector_potential: bool | None
@@ -453,7 +453,7 @@ class Vin(Estimator):
         *,
         width: int | None = ...,
         layers: int | None = ...,
-        activation: Literal["softplus", "tanh", "gelu", "xtanh"] | None = ...,
+        activation: Literal["softplus", "tanh", "gelu", "xtanh", "square"] | None = ...,
         dissipation: bool | None = ...,
         forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None = ...,
         vector_potential: bool | None = ...,
@@ -492,7 +492,7 @@ class Hnn(Estimator):
         speed_limit: A speed that no coordinate reaches, in their unit a second: the network of a Lagrangian then sees artanh(q̇/c) in place of q̇ (see `speed_chart`), that of a Hamiltonian arsinh(p/s), s the median |p|. A number above 0, from 1e-12 to 1e12.
         width: Units in each hidden layer. A whole number from 1. Default: 64; 16 for delan and vin where the data are noisy.
         layers: Hidden layers. A whole number from 1. Default: 2.
-        activation: Activation of the hidden layers. One of ``softplus``, ``tanh``, ``gelu``, ``xtanh``. Default: softplus.
+        activation: Activation of the hidden layers. One of ``softplus``, ``tanh``, ``gelu``, ``xtanh``, ``square``. Default: softplus.
         dissipation: Learn viscous and Coulomb friction too.
         forces: Learn these forces too, separated by commas. Some of ``viscous``, ``coulomb``, ``stribeck``, ``load``, ``directional``, ``quadratic``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
         structure: Any Hamiltonian, one with a mass matrix, or none: the plain flow (q, q̇) → (q̇, q̈) to compare with. One of ``free``, ``mass``, ``none``. Default: free.
@@ -528,7 +528,7 @@ class Hnn(Estimator):
     speed_limit: float | None
     width: int | None
     layers: int | None
-    activation: Literal["softplus", "tanh", "gelu", "xtanh"] | None
+    activation: Literal["softplus", "tanh", "gelu", "xtanh", "square"] | None
     dissipation: bool | None
     forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None
     structure: Literal["free", "mass", "none"] | None
@@ -566,7 +566,7 @@ class Hnn(Estimator):
         speed_limit: float | None = ...,
         width: int | None = ...,
         layers: int | None = ...,
-        activation: Literal["softplus", "tanh", "gelu", "xtanh"] | None = ...,
+        activation: Literal["softplus", "tanh", "gelu", "xtanh", "square"] | None = ...,
         dissipation: bool | None = ...,
         forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None = ...,
         structure: Literal["free", "mass", "none"] | None = ...,
@@ -606,7 +606,7 @@ class Mlp(Estimator):
     Args:
         width: Units in each hidden layer. A whole number from 1. Default: 64; 16 for delan and vin where the data are noisy.
         layers: Hidden layers. A whole number from 1. Default: 2.
-        activation: Activation of the hidden layers. One of ``softplus``, ``tanh``, ``gelu``, ``xtanh``. Default: softplus.
+        activation: Activation of the hidden layers. One of ``softplus``, ``tanh``, ``gelu``, ``xtanh``, ``square``. Default: softplus.
         loss: What is compared with the data. One of ``acceleration``, ``acceleration-relative``, ``acceleration-l1``, ``torque``, ``torque-l1``, ``torque-acceleration``, ``torque-power``, ``positions``, ``positions-trapezoidal``, ``rollout``. Default: acceleration; rollout for neural-ode; positions for vin; torque for delan where torques are recorded and accelerations certain to 0.5 %.
         optimizer: Natural gradient, or Adam. One of ``natural``, ``adam``. Default: natural; adam where the data are noisy and accelerations or torques compared.
         batch: Samples in a batch. A whole number from 1. Default: natural gradient 128 by time and 256 by steps, Adam 512.
@@ -636,7 +636,7 @@ class Mlp(Estimator):
     """
     width: int | None
     layers: int | None
-    activation: Literal["softplus", "tanh", "gelu", "xtanh"] | None
+    activation: Literal["softplus", "tanh", "gelu", "xtanh", "square"] | None
     loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None
     optimizer: Literal["natural", "adam"] | None
     batch: int | None
@@ -668,7 +668,7 @@ class Mlp(Estimator):
         *,
         width: int | None = ...,
         layers: int | None = ...,
-        activation: Literal["softplus", "tanh", "gelu", "xtanh"] | None = ...,
+        activation: Literal["softplus", "tanh", "gelu", "xtanh", "square"] | None = ...,
         loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None = ...,
         optimizer: Literal["natural", "adam"] | None = ...,
         batch: int | None = ...,
@@ -703,7 +703,7 @@ class NeuralOde(Estimator):
     Args:
         width: Units in each hidden layer. A whole number from 1. Default: 64; 16 for delan and vin where the data are noisy.
         layers: Hidden layers. A whole number from 1. Default: 2.
-        activation: Activation of the hidden layers. One of ``softplus``, ``tanh``, ``gelu``, ``xtanh``. Default: softplus.
+        activation: Activation of the hidden layers. One of ``softplus``, ``tanh``, ``gelu``, ``xtanh``, ``square``. Default: softplus.
         order: Order of a neural ODE: (q, q̇) → (q̇, q̈), or q̈ alone. One of ``first``, ``second``. Default: second.
         loss: What is compared with the data. One of ``acceleration``, ``acceleration-relative``, ``acceleration-l1``, ``torque``, ``torque-l1``, ``torque-acceleration``, ``torque-power``, ``positions``, ``positions-trapezoidal``, ``rollout``. Default: acceleration; rollout for neural-ode; positions for vin; torque for delan where torques are recorded and accelerations certain to 0.5 %.
         optimizer: Natural gradient, or Adam. One of ``natural``, ``adam``. Default: natural; adam where the data are noisy and accelerations or torques compared.
@@ -734,7 +734,7 @@ class NeuralOde(Estimator):
     """
     width: int | None
     layers: int | None
-    activation: Literal["softplus", "tanh", "gelu", "xtanh"] | None
+    activation: Literal["softplus", "tanh", "gelu", "xtanh", "square"] | None
     order: Literal["first", "second"] | None
     loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None
     optimizer: Literal["natural", "adam"] | None
@@ -767,7 +767,7 @@ class NeuralOde(Estimator):
         *,
         width: int | None = ...,
         layers: int | None = ...,
-        activation: Literal["softplus", "tanh", "gelu", "xtanh"] | None = ...,
+        activation: Literal["softplus", "tanh", "gelu", "xtanh", "square"] | None = ...,
         order: Literal["first", "second"] | None = ...,
         loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None = ...,
         optimizer: Literal["natural", "adam"] | None = ...,

@@ -133,8 +133,7 @@ impl FitSpec {
         let of_family = choices.iter().filter(|choice| choice.setting != LOSS);
         settings.extend(of_family.map(|choice| (choice.setting.clone(), choice.value.clone())));
         let forces = ForceTerms::take(&mut settings)?;
-        let activation = settings.get(ACTIVATION.name);
-        let polynomial = activation.is_some_and(|own| own == POLYNOMIAL);
+        let polynomial = is_polynomial(&settings);
         let loss = loss(&training, &mut choices)?;
         let family = (entry.read)(Value::Object(settings)).map_err(|e| setting_error(&e))?;
         let nominal = self.nominal.as_deref().map(|text| self.robot(text));
@@ -239,6 +238,12 @@ impl FitSpec {
             _ => read("the rollout loss", &self.rollout, ROLLOUT_SETTINGS),
         }
     }
+}
+
+/// Whether a network of these settings is a polynomial.
+fn is_polynomial(settings: &Values) -> bool {
+    let activation = settings.get(ACTIVATION.name);
+    activation.is_some_and(|own| own == POLYNOMIAL)
 }
 
 /// The values that were given.
