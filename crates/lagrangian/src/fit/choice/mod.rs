@@ -133,18 +133,17 @@ impl FitSpec {
         let of_family = choices.iter().filter(|choice| choice.setting != LOSS);
         settings.extend(of_family.map(|choice| (choice.setting.clone(), choice.value.clone())));
         let forces = ForceTerms::take(&mut settings)?;
-        let polynomial = is_polynomial(&settings);
         let loss = loss(&training, &mut choices)?;
-        let family = (entry.read)(Value::Object(settings)).map_err(|e| setting_error(&e))?;
         let nominal = self.nominal.as_deref().map(|text| self.robot(text));
         let mut training = TrainingChoices {
             asked: training,
             loss,
             timed: self.steps.is_none(),
             known: *known,
-            polynomial,
+            polynomial: is_polynomial(&settings),
             choices,
         };
+        let family = (entry.read)(Value::Object(settings)).map_err(|e| setting_error(&e))?;
         let name = training.optimizer();
         let (optimizer, batch) = (training.configured(name)?, training.batch(name));
         let budget = training.budget(self.budget());
