@@ -334,6 +334,44 @@ fn a_log_of_another_machine_is_found_among_logs_of_one() {
     );
 }
 
+/// Free motions of q̈ = q − q³, whose law the regression cannot tell, from these states (q, q̇).
+fn in_two_wells(starts: &[(f64, f64)]) -> Vec<Recording> {
+    let motion = |start: &(f64, f64)| {
+        let ((mut q, mut qd), step) = (*start, 1e-3);
+        let mut signals = Signals::<Vec<f64>>::default();
+        for k in 0..5000 {
+            if k % 20 == 0 {
+                signals.q.push(q);
+                signals.qd.push(qd);
+                signals.qdd.push(q - q.powi(3));
+            }
+            qd += 0.5 * step * (q - q.powi(3));
+            q += step * qd;
+            qd += 0.5 * step * (q - q.powi(3));
+        }
+        let t = (0..250).map(|k| 0.02 * f64::from(k)).collect();
+        recording(format!("from {start:?}"), Coordinates::lines(1), t, signals)
+    };
+    starts.iter().map(motion).collect()
+}
+
+#[test]
+fn a_motion_where_no_other_moves_is_not_another_machine() {
+    let all = in_two_wells(&[
+        (-1.33, -0.53),
+        (0.96, 0.16),
+        (-1.3, -0.13),
+        (-0.07, -0.68),
+        (0.75, -0.77),
+        (-0.35, 0.03),
+    ]);
+    let report = checked(&all);
+    assert!(
+        report.items.iter().all(|i| i.name != "machines"),
+        "{report:#?}"
+    );
+}
+
 #[test]
 fn a_log_whose_forces_disagree_with_the_law_of_others_is_named_with_its_mistake() {
     let good: Vec<Recording> = (1..=5).map(|seed| log(TWO_LINKS, 8.0, seed)).collect();

@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use super::least_squares::Part;
 use super::undriven::vanishing;
 use super::{Filtered, Stretches};
+use crate::check::range;
 use lagrangian_motion::statistics::upper_median;
 
 /// Fewer recordings do not tell which of them is the odd one; more take too long.
@@ -35,6 +36,8 @@ const FACTOR: f64 = 1.5;
 const MISSING: f64 = 0.5;
 /// The regression fits a machine whose forces it explains but for this part.
 const FITS: f64 = 0.1;
+/// The law of others is trusted where they move in this part of the range of a recording.
+const AMONG: f64 = 0.5;
 /// A recording has another law where it makes the error of the others larger by this factor.
 const SPOILS: f64 = 3.0;
 /// Weight of the other machine's recordings in the law of one, whose own recordings may not tell all terms.
@@ -67,6 +70,8 @@ pub(super) struct Laws<'a> {
     sources: Vec<usize>,
     /// The part of its variance that the law of all others leaves, `[coordinates][recordings]`.
     left: Vec<Vec<f64>>,
+    /// The ranges of positions, of angles those of cos and sin, `[recordings]`.
+    ranges: Vec<Vec<(f64, f64)>>,
 }
 
 /// A recording beside the others.
@@ -86,6 +91,20 @@ impl Suspect {
     fn is_explained(&self, i: usize, left: f64) -> bool {
         left < self.own[i] / FAR && left < SERVES * most(&self.others[i]).max(LEFT / FAR)
     }
+}
+
+/// The ranges of the positions of a recording, of angles those of their cos and sin.
+fn ranges(stretches: &Stretches<'_>, recording: usize) -> Vec<(f64, f64)> {
+    let n = stretches.speeds.len();
+    let of = |i: usize| {
+        let stretches_of = || stretches.signals.iter().filter(|s| s.source == recording);
+        let own = || stretches_of().flat_map(|s| s.q.iter().skip(i).step_by(n).copied());
+        match stretches.coordinates.is_circle(i) {
+            true => vec![range(own().map(f64::cos)), range(own().map(f64::sin))],
+            false => vec![range(own())],
+        }
+    };
+    (0..n).flat_map(of).collect()
 }
 
 /// The disagreement of these findings, if there are any.
@@ -215,11 +234,13 @@ impl<'a> Laws<'a> {
         let left = joints.par_iter().map(|joint| joint.left_of_each(&all));
         let left = left.collect::<Option<_>>()?;
         let names = filtered.coordinates.0.iter().map(|c| c.name.as_str());
+        let ranges = sources.iter().map(|r| ranges(&stretches, *r)).collect();
         Some(Self {
             names: names.collect(),
             joints,
             sources,
             left,
+            ranges,
         })
     }
 
@@ -346,8 +367,23 @@ impl<'a> Laws<'a> {
         found("delay", late, "shift its forces")
     }
 
+    /// Whether a recording moves where others do: a law may fail elsewhere because its terms are not enough.
+    fn is_among_others(&self, s: &Suspect) -> bool {
+        let own = self.ranges[s.recording].iter().enumerate();
+        let mut shared = own.map(|(k, (low, high))| {
+            let others = || s.kept.iter().map(|r| self.ranges[*r][k]);
+            let least = others().fold(f64::INFINITY, |least, range| least.min(range.0));
+            let most = others().fold(f64::NEG_INFINITY, |most, range| most.max(range.1));
+            (high.min(most) - low.max(least)) >= AMONG * (high - low)
+        });
+        shared.all(|shared| shared)
+    }
+
     /// Another law than that of the others, which agree.
     fn other_law(&self, s: &Suspect) -> Option<Disagreement> {
+        if !self.is_among_others(s) {
+            return None;
+        }
         let of = |(i, others): (usize, &Vec<f64>)| {
             let pairs = s.kept.iter().zip(others);
             let spoiled = pairs.map(|(r, without)| (self.left[i][*r] / without).ln());
