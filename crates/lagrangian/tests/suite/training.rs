@@ -296,3 +296,14 @@ fn laws_that_are_polynomials_of_states_sines_and_cosines_are_found_to_rounding()
         assert!(fitted.best < most, "{name}: {:e}", fitted.best);
     }
 }
+
+#[test]
+fn a_network_whose_weights_have_no_effect_ends_without_a_model_that_is_better() {
+    // Twelve squares of small numbers are 0.
+    let mut spec = polynomials(3);
+    spec.settings.insert("layers".into(), 12.into());
+    let dataset = pendulum(64);
+    let chosen = FitConfig::for_data(&dataset, &[], &spec).unwrap();
+    let fitted = fit(&dataset, &chosen.config, None, &mut ()).unwrap();
+    assert!(!fitted.improved(&chosen.config, true), "{:e}", fitted.best);
+}

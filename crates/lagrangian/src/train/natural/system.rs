@@ -69,7 +69,10 @@ impl System {
     /// The solution x, once the system is solved.
     #[must_use]
     pub fn solution(&self) -> &[f64] {
-        self.right.col_as_slice(0)
+        match self.size() {
+            0 => &[],
+            _ => self.right.col_as_slice(0),
+        }
     }
 
     /// Adds `damping` to the diagonal, makes the right-hand side r − `momentum` J φ, and solves; `false` where the matrix
