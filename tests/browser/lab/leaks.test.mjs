@@ -65,6 +65,9 @@ test("a fit that is left ends, and nothing that was asked before begins a worker
   await page.getByRole("button", { name: /example/ }).click();
   await page.evaluate(() => (location.hash = "#lesson?step=5"));
   await page.getByText("5. When it fails").first().waitFor();
+  // The worker of the fit may take a while to end; half a second after that none has begun.
+  const until = Date.now() + 10_000;
+  while (page.workers().length > 0 && Date.now() < until) await page.waitForTimeout(50);
   await page.waitForTimeout(500);
   assert.equal(page.workers().length, 0);
   assert.deepEqual(wrong, []);
