@@ -244,14 +244,14 @@ impl Net {
                 continue;
             };
             for input in inputs {
-                let squares = match input.source {
-                    Source::Layer(k) => self.layers[k].activation == Some(Activation::Square),
-                    Source::Features => false,
-                };
-                let part = if squares && !input.non_negative {
-                    OF_SQUARES
-                } else {
-                    1.0
+                let part = match input.source {
+                    Source::Layer(k)
+                        if self.layers[k].activation == Some(Activation::Square)
+                            && !input.non_negative =>
+                    {
+                        OF_SQUARES
+                    }
+                    _ => 1.0,
                 };
                 let scale = part * (1.0 / input.width as f64).sqrt();
                 for w in &mut parameters[input.at..input.at + layer.width * input.width] {

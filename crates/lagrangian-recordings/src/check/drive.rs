@@ -127,32 +127,26 @@ fn is_shaken(fits: &JointFits) -> bool {
     joints.any(|f| f.growth.abs() > GROWTH)
 }
 
-/// Whether a coordinate spans more than a turn if it is in radians; read as degrees, such a span is small for a joint.
-fn reaches_far(recording: &Recording) -> bool {
-    let span = |x: &mut dyn Iterator<Item = f64>| {
+/// The span of each coordinate of a recording, `[n]`.
+fn spans(recording: &Recording) -> Vec<f64> {
+    column(&recording.q, recording.dof(), |x| {
         let (low, high) = range(x);
         high - low
-    };
-    let spans = column(&recording.q, recording.dof(), span);
-    spans.into_iter().any(|span| span > TAU)
+    })
+}
+
+/// Whether a coordinate spans more than a turn if it is in radians; read as degrees, such a span is small for a joint.
+fn reaches_far(recording: &Recording) -> bool {
+    spans(recording).into_iter().any(|span| span > TAU)
 }
 
 /// The largest span of an angle in one recording.
 fn angles_span(recordings: &[Recording]) -> f64 {
-    let of = |(r, i): (&Recording, usize)| {
-        let (low, high) = range(r.q.iter().skip(i).step_by(r.dof()).copied());
-        high - low
-    };
     let angles = |r| {
-        (0..Recording::dof(r))
-            .filter(|i| r.coordinates.is_circle(*i))
-            .map(move |i| (r, i))
+        let all = spans(r).into_iter().enumerate();
+        all.filter_map(|(i, span)| r.coordinates.is_circle(i).then_some(span))
     };
-    recordings
-        .iter()
-        .flat_map(angles)
-        .map(of)
-        .fold(0.0, f64::max)
+    recordings.iter().flat_map(angles).fold(0.0, f64::max)
 }
 
 /// Units that explain the forces better, or forces that are too large for a machine.

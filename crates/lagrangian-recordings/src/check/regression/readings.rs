@@ -41,17 +41,15 @@ pub(in crate::check) struct DeadZone {
 impl Readings {
     /// The readings of recordings with forces, those of free motions 0.
     pub(super) fn new(recordings: Vec<Recording>, hertz: f64) -> Option<Self> {
-        let own = left_of_each(&recordings, hertz)?;
+        let stretches = stretches(&recordings, hertz)?;
+        let own = left_of_each(&stretches);
         let is_forced = recordings.iter().any(|r| r.tau.iter().any(|x| *x != 0.0));
         let circle = |c: &Coordinate| c.topology == Topology::Circle;
         let ratio = |angle: &dyn Fn(&Coordinate) -> bool, unit: f64| {
-            recordings[0]
-                .coordinates
-                .0
-                .iter()
-                .any(angle)
-                .then_some(())?;
-            let other = left_of_each(&in_unit(&recordings, angle, unit), hertz)?;
+            let coordinates = &recordings[0].coordinates.0;
+            coordinates.iter().any(angle).then_some(())?;
+            let other = in_unit(&recordings, angle, unit);
+            let other = left_of_each(&self::stretches(&other, hertz)?);
             let known = own
                 .iter()
                 .zip(other)
@@ -64,27 +62,32 @@ impl Readings {
             // Free motions of wheels are smooth in any unit.
             degrees: ratio(&|c| is_forced && c.unit != "m", 1.0_f64.to_radians()),
             radians: ratio(&circle, 1.0_f64.to_degrees()),
-            dead_zones: dead_zones(&recordings, hertz, &own),
+            dead_zones: dead_zones(&recordings, hertz, (stretches, &own)),
         })
     }
 }
 
-/// The part of each coordinate's force, or acceleration, that a regression leaves unexplained on omitted stretches.
-fn left_of_each(recordings: &[Recording], hertz: f64) -> Option<Vec<Option<f64>>> {
+/// The signals of all stretches after a low-pass.
+fn stretches(recordings: &[Recording], hertz: f64) -> Option<Stretches<'_>> {
     let recordings: Vec<&Recording> = recordings.iter().collect();
-    let stretches = Filtered::new(&recordings, hertz).signals([0.0; 2], &[0.0])?;
+    Filtered::new(&recordings, hertz).signals([0.0; 2], &[0.0])
+}
+
+/// The part of each coordinate's force, or acceleration, that a regression leaves unexplained on omitted stretches.
+fn left_of_each(stretches: &Stretches<'_>) -> Vec<Option<f64>> {
     let of = |i: usize| {
         let parts = stretches.parts(i);
-        if is_driven(&stretches, i) {
+        if is_driven(stretches, i) {
             return left(&parts, &parts);
         }
         let moving = !stretches.coordinates.is_parameter(i);
         let left = 1.0 - moving.then(|| of_acceleration(&parts))??;
         (left > 0.0).then_some(left)
     };
-    Some((0..stretches.speeds.len()).map(of).collect())
+    (0..stretches.speeds.len()).map(of).collect()
 }
 
+/// The recordings with their angles in another unit.
 fn in_unit(
     recordings: &[Recording],
     angle: &dyn Fn(&Coordinate) -> bool,
@@ -108,8 +111,12 @@ fn in_unit(
     all
 }
 
-/// The dead zone of each force that leaves least unexplained.
-fn dead_zones(recordings: &[Recording], hertz: f64, own: &[Option<f64>]) -> Vec<Option<DeadZone>> {
+/// The dead zone of each force that leaves least unexplained, beside the signals as recorded and what these leave.
+fn dead_zones(
+    recordings: &[Recording],
+    hertz: f64,
+    (mut stretches, own): (Stretches<'_>, &[Option<f64>]),
+) -> Vec<Option<DeadZone>> {
     let n = own.len();
     let forces: Vec<f64> = recordings
         .iter()
@@ -122,9 +129,9 @@ fn dead_zones(recordings: &[Recording], hertz: f64, own: &[Option<f64>]) -> Vec<
     if !(0..n).any(|i| sought(&i)) {
         return best;
     }
-    let Some(stretches) = beyond_thresholds(recordings, hertz, &sizes) else {
+    if act_beyond_thresholds(&mut stretches, recordings, hertz, &sizes).is_none() {
         return best;
-    };
+    }
     for i in (0..n).filter(sought) {
         let left = left_in_columns(&stretches.parts(i)).unwrap_or_default();
         let known = left.into_iter().zip(THRESHOLDS);
@@ -137,12 +144,13 @@ fn dead_zones(recordings: &[Recording], hertz: f64, own: &[Option<f64>]) -> Vec<
     best
 }
 
-/// The signals with the forces beyond each threshold, in the place of those at several delays.
-fn beyond_thresholds<'a>(
-    recordings: &'a [Recording],
+/// Puts the forces beyond each threshold in the place of those at several delays.
+fn act_beyond_thresholds(
+    stretches: &mut Stretches<'_>,
+    recordings: &[Recording],
     hertz: f64,
     sizes: &[f64],
-) -> Option<Stretches<'a>> {
+) -> Option<()> {
     let n = sizes.len();
     let beyond = |part: f64| -> Option<Vec<Vec<f64>>> {
         let mut all = recordings.to_vec();
@@ -150,19 +158,16 @@ fn beyond_thresholds<'a>(
             let forces = r.signals.tau.iter_mut().zip(sizes.iter().cycle());
             forces.for_each(|(x, size)| *x = x.signum() * (x.abs() - part * size).max(0.0));
         }
-        let all: Vec<&Recording> = all.iter().collect();
-        let stretches = Filtered::new(&all, hertz).signals([0.0; 2], &[0.0])?;
-        Some(stretches.signals.into_iter().map(|s| s.tau).collect())
+        let signals = self::stretches(&all, hertz)?.signals;
+        Some(signals.into_iter().map(|s| s.tau).collect())
     };
     let forces: Vec<Vec<Vec<f64>>> = THRESHOLDS.into_iter().map(beyond).collect::<Option<_>>()?;
-    let all: Vec<&Recording> = recordings.iter().collect();
-    let mut stretches = Filtered::new(&all, hertz).signals([0.0; 2], &[0.0])?;
     for (k, signals) in stretches.signals.iter_mut().enumerate() {
         let rows = (0..signals.q.len()).step_by(n);
         let of_row = |m: usize| forces.iter().flat_map(move |f| &f[k][m..m + n]);
         signals.tau = rows.flat_map(of_row).copied().collect();
     }
-    Some(stretches)
+    Some(())
 }
 
 /// The part of the variance of the force in each column that is left on omitted stretches.

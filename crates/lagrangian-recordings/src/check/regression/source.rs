@@ -46,9 +46,7 @@ impl Source {
             segments,
         })
     }
-}
 
-impl Source {
     /// The length of its longest segment, s.
     pub(super) fn seconds(&self) -> f64 {
         let t = &self.motion.t;

@@ -31,7 +31,7 @@ impl System {
     pub fn new() -> Self {
         Self {
             matrix: Mat::new(),
-            right: Mat::new(),
+            right: Mat::zeros(0, 1),
             residual: Vec::new(),
             pushed: Vec::new(),
             memory: MemBuffer::new(StackReq::EMPTY),
@@ -69,10 +69,7 @@ impl System {
     /// The solution x, once the system is solved.
     #[must_use]
     pub fn solution(&self) -> &[f64] {
-        match self.size() {
-            0 => &[],
-            _ => self.right.col_as_slice(0),
-        }
+        self.right.col_as_slice(0)
     }
 
     /// Adds `damping` to the diagonal, makes the right-hand side r − `momentum` J φ, and solves; `false` where the matrix
