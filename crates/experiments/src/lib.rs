@@ -15,6 +15,7 @@ mod chart;
 mod data;
 mod driver;
 mod ensembles;
+mod estimator;
 mod families;
 mod features;
 pub mod field;

@@ -92,6 +92,7 @@ const EXPERIMENTS: &[Experiment] = &[
     crate::mistakes::EXPERIMENT,
     crate::alarms::EXPERIMENT,
     crate::driver::EXPERIMENT,
+    crate::estimator::EXPERIMENT,
     crate::hamiltonian::EXPERIMENT,
     crate::relativistic::EXPERIMENT,
     crate::magnetic::EXPERIMENT,

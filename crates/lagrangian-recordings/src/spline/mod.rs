@@ -137,17 +137,14 @@ pub(super) fn estimate(
         return scaled.interpolated(segments);
     }
     scaled.rates = rates.as_ref().map(in_units);
-    let noise = scaled.noise(&scaled.values, segments);
-    scaled.smoothed(segments, noise).or_else(|| {
-        scaled.rates.take()?;
-        scaled.smoothed(segments, noise)
-    })
+    scaled.smoothed(segments)
 }
 
 /// Successive samples in units of the process.
 struct Piece {
     steps: Vec<f64>,
     observations: Vec<Observation>,
+    memory: f64,
 }
 
 impl Piece {
@@ -155,6 +152,7 @@ impl Piece {
         Problem {
             steps: &self.steps,
             observations: &self.observations,
+            memory: self.memory,
         }
     }
 }
@@ -209,6 +207,7 @@ impl<'a> Scaled<'a> {
         Piece {
             steps: self.steps(samples, stride),
             observations: samples.clone().step_by(stride).map(observation).collect(),
+            memory: 0.0,
         }
     }
 

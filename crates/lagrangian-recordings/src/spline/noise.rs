@@ -2,13 +2,19 @@
 
 use std::f64::consts::LN_10;
 
+use rayon::prelude::*;
+
 use super::process::{Observation, Problem, Process};
 use super::smoother::ORDER_OF_NOISE;
 
-/// Samples of a block: the intensity hardly changes within it.
-const BLOCK: usize = 32;
-/// The most blocks that are looked at.
-const BLOCKS: usize = 120;
+/// Samples of a block, in which the intensity hardly changes, and the most blocks that are looked at: for white noise, and for
+/// correlated noise, which is told from the motion over longer times only.
+const BLOCK: [usize; 2] = [32, 128];
+const BLOCKS: [usize; 2] = [120, 12];
+/// Correlations of successive values that are tried.
+const MEMORIES: [f64; 7] = [0.3, 0.5, 0.65, 0.8, 0.88, 0.93, 0.96];
+/// A memory is found where it adds this much to ln p.
+pub(super) const FOUND: f64 = 6.0;
 /// ln(σ²/w) of the smoothers that are tried: from one that interpolates to one that fits a single polynomial.
 const LOWEST: f64 = -8.0 * LN_10;
 const RATIOS: usize = 45;
@@ -25,6 +31,10 @@ pub(super) struct Noise {
     pub(super) sigma: f64,
     /// ln of the mean intensity at [`ORDER_OF_NOISE`].
     pub(super) log_w: f64,
+    /// Correlation of the noise of two values that are one median step apart.
+    pub(super) memory: f64,
+    /// ln p of the blocks.
+    evidence: f64,
 }
 
 /// Squared residuals and the rest of ln p for σ = 1, at each ratio.
@@ -35,7 +45,7 @@ struct Block {
 }
 
 impl Block {
-    fn new(steps: &[f64], y: &[f64]) -> Self {
+    fn new(steps: &[f64], y: &[f64], memory: f64) -> Self {
         let process = Process::<{ ORDER_OF_NOISE + 1 }>::new();
         let mean = y.iter().sum::<f64>() / y.len() as f64;
         let value = |y: &f64| Observation {
@@ -46,6 +56,7 @@ impl Block {
         let problem = Problem {
             steps,
             observations: &observations,
+            memory,
         };
         let part = |k| problem.forward(&process, |_| -ratio(k), false).parts();
         Self {
@@ -83,9 +94,31 @@ fn log_sum(x: impl Iterator<Item = f64> + Clone) -> f64 {
 }
 
 impl Noise {
-    /// Noise of the pieces `(steps, values)` of a column, not below that of its rounding.
-    pub(super) fn of(pieces: &[(Vec<f64>, Vec<f64>)]) -> Self {
-        let (blocks, floor) = (blocks(pieces), floor(pieces));
+    /// White noise.
+    pub(super) fn white(pieces: &[(Vec<f64>, Vec<f64>)]) -> Self {
+        Self::of(pieces, 0.0, false)
+    }
+
+    /// The noise with a memory that explains the pieces best, where it explains them better than white noise or that `fails`.
+    pub(super) fn coloured(pieces: &[(Vec<f64>, Vec<f64>)], fails: bool) -> Option<Self> {
+        let of = |memory: &f64| Self::of(pieces, *memory, true);
+        let white = of(&0.0).evidence;
+        if !fails && of(&MEMORIES[MEMORIES.len() / 2]).evidence < white {
+            return None;
+        }
+        let better = |a: &Self, b: &Self| a.evidence.total_cmp(&b.evidence);
+        let best = MEMORIES.par_iter().map(of).max_by(better);
+        best.filter(|best| fails || best.evidence > white + FOUND)
+    }
+
+    /// Deviation of white noise with the same power in slow motions.
+    pub(super) fn slow(&self) -> f64 {
+        self.sigma * ((1.0 + self.memory) / (1.0 - self.memory)).sqrt()
+    }
+
+    /// Noise of the pieces `(steps, values)` of a column, with this memory, from long blocks or short ones, not below that of its rounding.
+    fn of(pieces: &[(Vec<f64>, Vec<f64>)], memory: f64, long: bool) -> Self {
+        let (blocks, floor) = (blocks(pieces, memory, long), floor(pieces));
         let residual = |block: &Block| (block.parts[RATIOS - 1].0 / block.freedom).sqrt();
         let largest = blocks.iter().map(residual).fold(floor, f64::max);
         let count = ((largest / floor).ln() / STEP).ceil() as usize;
@@ -99,8 +132,11 @@ impl Noise {
         };
         let curve: Vec<f64> = (0..=count).map(log_p).collect();
         let best = (0..=count).max_by(|a, b| curve[*a].total_cmp(&curve[*b]));
-        let log_sigma = log_sigma(best.unwrap_or(0));
+        let best = best.unwrap_or(0);
+        let log_sigma = log_sigma(best);
         Self {
+            memory,
+            evidence: curve[best],
             sigma: log_sigma.exp(),
             log_w: mean_intensity(&blocks, log_sigma),
         }
@@ -108,17 +144,22 @@ impl Noise {
 }
 
 /// Blocks that are spread evenly over the pieces.
-fn blocks(pieces: &[(Vec<f64>, Vec<f64>)]) -> Vec<Block> {
+fn blocks(pieces: &[(Vec<f64>, Vec<f64>)], memory: f64, long: bool) -> Vec<Block> {
+    let [length, most] = [BLOCK, BLOCKS].map(|own| own[usize::from(long)]);
     let mut places = Vec::new();
     for (piece, (_, y)) in pieces.iter().enumerate() {
-        let count = (y.len() / BLOCK).max(1);
-        let end = |b: usize| if b == count { y.len() } else { b * BLOCK };
-        places.extend((0..count).map(|b| (piece, b * BLOCK..end(b + 1))));
+        let count = (y.len() / length).max(1);
+        let end = |b: usize| if b == count { y.len() } else { b * length };
+        places.extend((0..count).map(|b| (piece, b * length..end(b + 1))));
     }
-    let stride = places.len().div_ceil(BLOCKS).max(1);
+    let stride = places.len().div_ceil(most).max(1);
     let block = |(piece, range): &(usize, std::ops::Range<usize>)| {
         let (steps, y) = &pieces[*piece];
-        Block::new(&steps[range.start..range.end - 1], &y[range.clone()])
+        Block::new(
+            &steps[range.start..range.end - 1],
+            &y[range.clone()],
+            memory,
+        )
     };
     places.iter().step_by(stride).map(block).collect()
 }

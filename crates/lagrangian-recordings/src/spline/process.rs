@@ -188,10 +188,17 @@ impl<const N: usize> Forward<N> {
         )
     }
 
-    /// Goes over one step, whose first state is eliminated; writes what is known of its second one.
-    fn advance(&mut self, step: &Step<N>, log_w: f64, rest: &mut [Row; LARGEST + 2]) -> Kept<N> {
+    /// Goes over one step, whose first state is eliminated; writes what is known of its second one. `link` is the
+    /// difference of two samples whose noise is correlated: the factors of both, and the right-hand side.
+    fn advance(
+        &mut self,
+        step: &Step<N>,
+        log_w: f64,
+        link: Option<[f64; 3]>,
+        rest: &mut [Row; LARGEST + 2],
+    ) -> Kept<N> {
         let scale = (-0.5 * log_w).exp();
-        let mut rows = [Row::default(); 2 * LARGEST];
+        let mut rows = [Row::default(); 2 * LARGEST + 1];
         for i in 0..N {
             rows[i][..N].copy_from_slice(&self.r[i]);
             rows[i][2 * N] = self.z[i];
@@ -200,11 +207,16 @@ impl<const N: usize> Forward<N> {
                 rows[N + i][N + j] = step.root[i][j] * scale;
             }
         }
-        triangularise(&mut rows[..2 * N], N, N, 2 * N + 1);
+        let last = 2 * N + usize::from(link.is_some());
+        if let Some([own, next, y]) = link {
+            (rows[2 * N][0], rows[2 * N][N], rows[2 * N][2 * N]) = (own, next, y);
+            self.log_determinant += next.ln();
+        }
+        triangularise(&mut rows[..last], N, N, 2 * N + 1);
         let part = |i: usize, from: usize| std::array::from_fn(|j| rows[i][from + j]);
         let eliminated: f64 = (0..N).map(|i| rows[i][i].abs().ln()).sum();
         self.log_determinant += step.log_determinant - 0.5 * N as f64 * log_w - eliminated;
-        for i in 0..N {
+        for i in 0..last - N {
             rest[i][..=N].copy_from_slice(&rows[N + i][N..=2 * N]);
         }
         Kept {
@@ -214,9 +226,13 @@ impl<const N: usize> Forward<N> {
         }
     }
 
-    /// Adds a sample to the `N` rows that say what the others imply for it.
-    fn absorb(&mut self, rows: &mut [Row; LARGEST + 2], observation: &Observation) {
-        let mut count = N;
+    /// Adds a sample to the first `count` rows, which say what the others imply for it.
+    fn absorb(
+        &mut self,
+        rows: &mut [Row; LARGEST + 2],
+        mut count: usize,
+        observation: &Observation,
+    ) {
         for (column, seen) in [observation.value, observation.rate]
             .into_iter()
             .enumerate()
@@ -245,9 +261,21 @@ impl<const N: usize> Forward<N> {
 pub(super) struct Problem<'a> {
     pub(super) steps: &'a [f64],
     pub(super) observations: &'a [Observation],
+    /// Correlation of the noise of two values that are one unit of time apart.
+    pub(super) memory: f64,
 }
 
 impl Problem<'_> {
+    /// The value of sample `k` less what the noise of the one before tells of its own, over what is left of that.
+    fn link(&self, k: usize) -> Option<[f64; 3]> {
+        let [before, own] = [k - 1, k].map(|k| self.observations[k].value);
+        let ((y, inverse), (next, inverse_of_next)) = (before?, own?);
+        let memory = self.memory.powf(self.steps[k - 1]);
+        let rest = (1.0 - memory * memory).sqrt();
+        let link = [-memory * inverse, inverse_of_next, next - memory * y];
+        Some(link.map(|x| x / rest))
+    }
+
     /// Goes through the samples; `keep` stores what the way back needs.
     pub(super) fn forward<const N: usize>(
         self,
@@ -265,16 +293,20 @@ impl Problem<'_> {
         };
         let mut step = process.step(1.0);
         for (k, observation) in self.observations.iter().enumerate() {
-            let mut rest = [Row::default(); LARGEST + 2];
+            let (mut rest, mut own) = ([Row::default(); LARGEST + 2], *observation);
+            let mut count = N;
             if k > 0 {
                 step = step.or_new(process, self.steps[k - 1]);
-                let log_w = log_w(k - 1);
-                let kept = out.advance(&step, log_w, &mut rest);
+                let link = (self.memory > 0.0).then(|| self.link(k)).flatten();
+                if link.is_some() {
+                    (own.value, count) = (None, N + 1);
+                }
+                let kept = out.advance(&step, log_w(k - 1), link, &mut rest);
                 if keep {
                     out.kept.push(kept);
                 }
             }
-            out.absorb(&mut rest, observation);
+            out.absorb(&mut rest, count, &own);
         }
         out
     }
