@@ -183,8 +183,9 @@ impl LowPass {
     }
 }
 
-/// The value at `at` of the polynomial through all points.
-pub(crate) fn lagrange(t: &[f64], y: &[f64], at: f64) -> f64 {
+/// The value at `at` of the polynomial through the points `y` at distinct `t`.
+#[must_use]
+pub fn lagrange(t: &[f64], y: &[f64], at: f64) -> f64 {
     let weight = |k: usize| {
         let others = t.iter().enumerate().filter(|(j, _)| *j != k);
         others.fold(1.0, |w, (_, other)| w * (at - other) / (t[k] - other))

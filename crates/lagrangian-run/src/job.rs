@@ -241,10 +241,12 @@ impl PreparedFit {
         if let (Some(place), Some(begun)) = (place, &mut record) {
             (place.folder).keep(begun, &selection, &choices, provenance.clone())?;
         }
+        let mut prepared = self.prepared;
+        prepared.acquit(&selection.fit.model);
         Ok(FinishedFit {
             selection,
             choices,
-            prepared: self.prepared,
+            prepared,
             provenance,
             held_back: self.held_back,
             record,

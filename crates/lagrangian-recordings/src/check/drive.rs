@@ -292,9 +292,12 @@ pub(super) fn disagreement(
     low_pass: Option<f64>,
 ) -> Option<Item> {
     let (odd, (name, finding, remedy)) = regression::disagreement(recordings, from, low_pass)?;
-    let names = odd.iter().map(|r| format!("'{}'", recordings[*r].name));
-    let finding = format!("{}: {finding}", names.collect::<Vec<_>>().join(", "));
-    Some(Item::doubt(name, finding, remedy).claims(None, 1.0))
+    let odd: Vec<String> = odd.iter().map(|r| recordings[*r].name.clone()).collect();
+    let finding = format!("'{}': {finding}", odd.join("', '"));
+    Some(Item {
+        odd,
+        ..Item::doubt(name, finding, remedy).claims(None, 1.0)
+    })
 }
 
 /// Forces that brake the velocity of another joint, or drive their own velocity where friction should brake it.

@@ -73,6 +73,9 @@ pub struct Item {
     /// The claim about all samples: an accusation of this kind must hold in each half of the data.
     #[serde(skip)]
     pub claim: Option<Claim>,
+    /// The trajectories that do not follow the law of the others.
+    #[serde(skip)]
+    pub odd: Vec<String>,
 }
 
 /// Findings that single samples, or exact equalities, show values to be wrong; other accusations concern all samples.
@@ -130,6 +133,7 @@ impl Item {
             values: BTreeMap::new(),
             doubtful: false,
             claim: None,
+            odd: Vec::new(),
         }
     }
 

@@ -394,6 +394,30 @@ fn a_log_whose_forces_disagree_with_the_law_of_others_is_named_with_its_mistake(
 }
 
 #[test]
+fn a_machine_that_its_friction_holds_is_not_another_one() {
+    let mut logs: Vec<Recording> = (1..=5).map(|seed| log(TWO_LINKS, 8.0, seed)).collect();
+    let Signals {
+        q, qd, qdd, tau, ..
+    } = &mut logs[2].signals;
+    let [q1, q2] = [q[0], q[1]];
+    q.chunks_exact_mut(2)
+        .for_each(|row| row.copy_from_slice(&[q1, q2]));
+    [qd, qdd].into_iter().for_each(|signal| signal.fill(0.0));
+    for (k, row) in tau.chunks_exact_mut(2).enumerate() {
+        row.copy_from_slice(&[
+            20.0 * (0.02 * k as f64).sin(),
+            8.0 * (0.03 * k as f64).cos(),
+        ]);
+    }
+    let report = checked(&logs);
+    let mut items = report.items.iter();
+    assert!(
+        items.all(|i| !i.finding.contains("times what it must be")),
+        "{report:#?}"
+    );
+}
+
+#[test]
 fn a_force_on_the_side_of_the_motor_breaks_the_symmetry_of_the_mass_matrix() {
     let mut logs = [log(TWO_LINKS, 16.0, 1), log(TWO_LINKS, 16.0, 2)];
     for row in logs

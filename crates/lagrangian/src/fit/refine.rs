@@ -106,13 +106,15 @@ pub(super) fn to_be_refined(
         }
         own.noise = noise.to_vec();
     }
+    let solved = |own: &ResolvedConfig| own.config.family.abilities().solved;
+    refined.extend(others.into_iter().filter(solved));
     refined
 }
 
 /// The noise of the measured components of a state whose accelerations are so uncertain that long rollouts know more of the motion;
 /// empty where they are not, or where the noise of a component is not known.
 pub(super) fn noise(dataset: &Dataset, estimates: &[Estimate], known: &DataFacts) -> Vec<f64> {
-    if !known.uncertain() || dataset.forced {
+    if !known.uncertain() {
         return Vec::new();
     }
     let Samples { n, signals, .. } = &dataset.train;

@@ -166,6 +166,11 @@ pub(super) fn exceed(errors: &[f64], others: &[f64]) -> bool {
 }
 
 impl HeldOut {
+    /// Whether these exceed others by more than the standard error of the difference.
+    pub(super) fn exceed(&self, others: &Self) -> bool {
+        !self.mean().is_finite() || exceed(&self.blocks, &others.blocks)
+    }
+
     pub(super) fn mean(&self) -> f64 {
         mean(&mut self.blocks.iter().copied())
     }

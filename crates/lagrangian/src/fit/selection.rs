@@ -6,7 +6,7 @@ use serde_json::json;
 use super::choice::{Part, ResolvedConfig, foreign, present};
 use crate::dataset::Dataset;
 use crate::fit::refine::{fit_and_refine, noise, to_be_refined};
-use crate::fit::screening::{self, Screened, WITH_FRICTION, screen};
+use crate::fit::screening::{self, HeldOut, Screened, WITH_FRICTION, screen};
 use crate::fit::{Fit, FitConfig, OptimizerName, fit};
 use crate::models::{Candidate, Entry};
 use crate::saved;
@@ -31,7 +31,7 @@ const MARGIN: f64 = 0.5;
 
 /// Torque errors up to this multiple are the same …
 const SAME: f64 = 1.1;
-/// … and up to twice, where accelerations err by less than this part.
+/// … and up to twice, where accelerations err by less than this part: so much less must be left by a model that tells no torques, too.
 const FAR: f64 = 0.1;
 
 /// Where a model of torques leaves less than this part of the accelerations, no model of accelerations is tried.
@@ -204,7 +204,7 @@ impl FitSpec {
 /// Those that learn torques come first: the one with the smallest torque error is kept, where a later candidate must halve the error
 /// of an earlier one. Those that learn accelerations are trained for a few steps and compared; the best is trained on, without its
 /// friction where it needs none. Of driven motions it replaces the other where it explains torques as well and accelerations much
-/// better, or accelerations alone where torques remain unexplained. `resume` continues from a checkpoint of the candidate that
+/// better, or accelerations alone so far better that no torques are worth it; of noisy ones, where it explains accelerations better. `resume` continues from a checkpoint of the candidate that
 /// wrote it.
 ///
 /// # Errors
@@ -223,40 +223,54 @@ pub fn select(
     }
     let begun = resume.filter(|own| begun(&by_motion, own).is_some());
     let rest = resume.filter(|_| begun.is_none());
-    let first = select_by_torque(dataset, by_torque, rest, observer);
+    let several = by_torque.len() + by_motion.len() > 1;
+    let first = select_by_torque(dataset, (by_torque, several), rest, observer);
     let fitted = first.as_ref().ok();
     let known = fitted.map(|own| Explained::of(&own.fit, dataset));
-    if known.is_some_and(|own| own.motion < EXPLAINED) {
+    if known
+        .as_ref()
+        .is_some_and(|own| own.errors.mean() < EXPLAINED)
+    {
         return first;
     }
-    // Where torques are explained, only a model of torques may be better.
-    let torques = known.is_some_and(|own| own.torque <= HALF);
-    by_motion.retain(|own| {
-        !torques || own.part == Part::Beside && own.config.family.abilities().nominal
-    });
+    // Where torques are explained, a model that does not tell them must be far better.
+    let torques = known.as_ref().is_some_and(|own| own.torque <= HALF);
+    by_motion.retain(|own| !torques || own.part == Part::Beside);
+    let noisy = by_motion.iter().any(|own| !own.noise.is_empty());
     let ended = |own: &Selection| own.fit.ending == Ending::Interrupted;
     if by_motion.is_empty() || first.as_ref().is_ok_and(ended) {
         return first;
     }
     let second = select_by_motion(dataset, by_motion, begun, observer);
-    let (first, known, second) = match (first, known, second) {
+    let (first, known, mut second) = match (first, known, second) {
         (Ok(first), Some(known), Ok(second)) => (first, known, second),
         (first, _, Err(_)) => return first,
         (.., second) => return second,
     };
     let third = dataset.compared().len() / 3;
     let other = screening::held_out(&second.fit, dataset, third).mean();
-    let better = Explained::of(&second.fit, dataset).replaces(&known, other);
+    let own = Explained::of(&second.fit, dataset);
+    // Both have the noise of accelerations: their difference has not.
+    let better = match noisy && own.torque.is_finite() {
+        true => known.errors.exceed(&own.errors),
+        false => own.replaces(&known, other),
+    };
+    if better && !own.torque.is_finite() {
+        second.chosen.choices[0].reason += &format!(
+            "; the best model of torques ({}) leaves {:.1e} of these errors, but this one tells no torques",
+            first.chosen.name,
+            known.errors.mean(),
+        );
+    }
     let tried = [&*first.tried, &second.tried].concat();
     let kept = if better { second } else { first };
     Ok(Selection { tried, ..kept })
 }
 
 /// The parts of torques and accelerations of held-out samples that a model leaves.
-#[derive(Debug, Clone, Copy)]
 struct Explained {
     torque: f64,
-    motion: f64,
+    errors: HeldOut,
 }
 
 impl Explained {
@@ -264,32 +278,36 @@ impl Explained {
         let torque = torque_error(&fit.model, dataset.compared());
         Self {
             torque: torque.map_or(f64::INFINITY, |error| error.unexplained()),
-            motion: screening::held_out(fit, dataset, 0).mean(),
+            errors: screening::held_out(fit, dataset, 0),
         }
     }
 
     /// Whether a model that learned accelerations, of which it leaves `other` with the forces of other samples, replaces one that
     /// learned torques.
     fn replaces(&self, first: &Self, other: f64) -> bool {
-        let accelerations = self.motion <= MARGIN * first.motion;
+        let [motion, before] = [self, first].map(|own| own.errors.mean());
+        let accelerations = motion <= MARGIN * before;
         // Noise of accelerations is an error of torques, and less of one for a mass matrix that is too small.
-        let far = self.motion <= FAR * first.motion && self.torque <= first.torque / MARGIN;
+        let far = motion <= FAR * before && self.torque <= first.torque / MARGIN;
         let torques = self.torque <= SAME * first.torque || far;
         // Where forces have nothing to do with the motion, a model of the motion is not one of the machine.
-        let forces = self.motion <= MARGIN * other;
-        let alone = first.torque > HALF && self.motion <= MARGIN * first.torque && forces;
-        !first.motion.is_finite() && torques || accelerations && (torques || alone)
+        let forces = motion <= MARGIN * other;
+        let least = match first.torque > HALF {
+            true => MARGIN * first.torque,
+            false => FAR * before,
+        };
+        let alone = motion <= least && forces;
+        !before.is_finite() && torques || accelerations && (torques || alone)
     }
 }
 
 /// Fits all candidates, each wholly, and keeps the one with the smallest torque error on held-out samples.
 fn select_by_torque(
     dataset: &Dataset,
-    candidates: Vec<ResolvedConfig>,
+    (candidates, several): (Vec<ResolvedConfig>, bool),
     resume: Option<&Checkpoint>,
     observer: &mut dyn Observer,
 ) -> Result<Selection> {
-    let several = candidates.len() > 1;
     let mut best: Option<(f64, Fit, ResolvedConfig)> = None;
     let mut failure = None;
     let mut tried = Vec::new();

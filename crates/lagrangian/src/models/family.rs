@@ -409,12 +409,13 @@ pub(crate) fn no_choice(_: &DataFacts, _: &FitSpec) -> Result<Vec<AutoSetting>> 
     Ok(Vec::new())
 }
 
-/// The width for free motions whose accelerations are uncertain: few enough parameters to be refined.
+/// The width for motions whose accelerations are uncertain: few enough parameters to be refined.
 pub(crate) fn narrow(known: &DataFacts) -> Option<AutoSetting> {
     const NARROW: usize = 32;
     let reason = format!("{}: they determine few weights", known.certainty());
-    let narrow = known.uncertain() && !known.forced;
-    narrow.then(|| AutoSetting::new("width", NARROW, reason))
+    known
+        .uncertain()
+        .then(|| AutoSetting::new("width", NARROW, reason))
 }
 
 /// Reads a configuration for a row of the table.

@@ -1,4 +1,4 @@
-//! Fits of noisy free motions, which are refined by long rollouts.
+//! Fits of noisy motions, which are refined by long rollouts, and of driven ones that no model of torques explains.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::ops::ControlFlow;
@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use lagrangian::analytic::{by_name, normal};
 use lagrangian::dataset::random_starts;
 use lagrangian::fit::{ResolvedConfig, Selection, select};
-use lagrangian::rollout::{free, rollout_many, times};
+use lagrangian::rollout::{Force, free, rollout_many, times};
 use lagrangian::train::{Ending, FitSpec};
 use lagrangian::{
     Checkpoint, Dataset, EstimateOptions, FitConfig, Model, Observer, Progress, Recording, Result,
@@ -17,10 +17,25 @@ use rand_chacha::ChaCha8Rng;
 
 /// The candidates of a fit of pendulums whose positions alone are recorded, with noise of this deviation.
 fn noisy(deviation: f64, spec: &FitSpec) -> (Dataset, Vec<ResolvedConfig>) {
+    recorded(deviation, spec, |_| 0.0, &free)
+}
+
+/// The drive of a pendulum.
+fn drive(t: f64) -> f64 {
+    3.0 * (2.0 * t).sin() + 2.0 * (5.0 * t + 1.0).cos()
+}
+
+/// The same where this drive is recorded and these forces act.
+fn recorded(
+    deviation: f64,
+    spec: &FitSpec,
+    drive: impl Fn(f64) -> f64,
+    forces: &Force<'_>,
+) -> (Dataset, Vec<ResolvedConfig>) {
     let system = by_name("pendulum", &[]).unwrap();
     let (starts, times) = (random_starts(&*system, 6, 3), times(3.0, 0.03).unwrap());
     let options = RolloutOptions::truth();
-    let motions = rollout_many(&*system, &starts, &times, &free, &options).unwrap();
+    let motions = rollout_many(&*system, &starts, &times, forces, &options).unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     let (mut trajectories, mut estimates) = (Vec::new(), Vec::new());
     for motion in motions {
@@ -31,7 +46,7 @@ fn noisy(deviation: f64, spec: &FitSpec) -> (Dataset, Vec<ResolvedConfig>) {
             name: "noisy".into(),
             coordinates: system.coordinates().clone(),
             signals: Signals {
-                tau: vec![0.0; q.len()],
+                tau: t.iter().map(|t| drive(*t)).collect(),
                 q,
                 ..Signals::default()
             },
@@ -111,6 +126,32 @@ fn a_run_that_was_interrupted_in_its_refinement_resumes_to_the_same_bits() {
     let bits = |own: &Selection| acceleration(own).to_bits();
     assert_eq!(bits(&resumed), bits(&whole));
     assert_eq!(resumed.fit.ending, whole.fit.ending);
+}
+
+#[test]
+fn driven_motions_are_refined_beside_a_chain_of_bodies() {
+    let force = |t: f64, _: &[f64], _: &[f64], tau: &mut [f64]| tau[0] = drive(t);
+    let (dataset, candidates) = recorded(0.02, &brief(), drive, &force);
+    let selection = select(&dataset, candidates, None, &mut ()).unwrap();
+    let families: Vec<&str> = selection.tried.iter().map(|own| &*own.family).collect();
+    assert_eq!(refined(&selection), 1, "{families:?}");
+    assert!(families.contains(&"chain"), "{families:?}");
+}
+
+#[test]
+fn a_drag_that_no_model_of_torques_has_is_left_to_a_plain_network() {
+    let force = |t: f64, _: &[f64], qd: &[f64], tau: &mut [f64]| {
+        tau[0] = drive(t) - 0.5 * qd[0] * qd[0].abs();
+    };
+    let spec = FitSpec {
+        steps: Some(150),
+        ..FitSpec::default()
+    };
+    let (dataset, candidates) = recorded(0.0, &spec, drive, &force);
+    let selection = select(&dataset, candidates, None, &mut ()).unwrap();
+    let reason = &selection.chosen.choices[0].reason;
+    assert_eq!(selection.chosen.name, "mlp", "{:?}", selection.tried);
+    assert!(reason.contains("tells no torques"), "{reason}");
 }
 
 #[test]

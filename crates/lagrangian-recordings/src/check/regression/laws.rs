@@ -328,7 +328,11 @@ impl<'a> Laws<'a> {
             let far = !(FACTOR.recip()..FACTOR).contains(&factor);
             let (name, times) = (self.names[i], factor.recip());
             let finding = format!("the force of {name} is {times:.2} times what it must be");
-            let explained = s.is_explained(i, self.altered(s, i, 0, factor));
+            let left = self.altered(s, i, 0, factor);
+            // A machine at rest needs no force, whatever its friction holds.
+            let law = &s.laws[i];
+            let size = factor * factor * force(i) / self.joints[i].parts[r].rows() / law.scale;
+            let explained = s.is_explained(i, left) && left < FITS * size;
             (far && explained).then_some(finding)
         };
         let remedy = "check the signs and units of its forces";

@@ -6,6 +6,7 @@ use crate::train::rollout::Recorded;
 use crate::train::rollout::flow::{Flow, Point, Sizes};
 use crate::train::rollout::rk4;
 use lagrangian_mechanics::integrate::Rk4;
+use lagrangian_recordings::low_pass::lagrange;
 use nets::{Packed, Terms};
 
 /// Columns of a sensitivity that are carried at a time: those of all components of a state stay in the first-level cache.
@@ -18,7 +19,16 @@ pub(super) struct At<'a> {
     extra: Vec<f64>,
     terms: Terms,
     recorded: Recorded<'a>,
-    substeps: usize,
+    course: Course,
+}
+
+/// How a rollout goes from one sample to the next.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Course {
+    /// Steps of the integrator.
+    pub(super) substeps: usize,
+    /// Whether τ is that of the sample until the next; else it goes through the samples as cubics do.
+    pub(super) held: bool,
 }
 
 impl<'a> At<'a> {
@@ -26,7 +36,7 @@ impl<'a> At<'a> {
         learner: &'a dyn Learner<f64>,
         recorded: Recorded<'a>,
         theta: &[f64],
-        substeps: usize,
+        course: Course,
     ) -> Self {
         let net = learner.net();
         let (weights, extra) = theta.split_at(net.parameters);
@@ -38,7 +48,24 @@ impl<'a> At<'a> {
             terms: learner.terms(),
             learner,
             recorded,
-            substeps,
+            course,
+        }
+    }
+
+    /// Writes τ of a segment after this part of the step from sample `k`.
+    fn force(&self, segment: &Segment, k: usize, part: f64, tau: &mut [f64]) {
+        let (n, samples, t) = (tau.len(), self.recorded.samples, &self.recorded.times.t);
+        let row = |k: usize| &samples.tau[(segment.begin + k) * n..][..n];
+        tau.copy_from_slice(row(k));
+        if self.course.held || part == 0.0 {
+            return;
+        }
+        let near = k.saturating_sub(1)..(k + 3).min(segment.samples);
+        let times = &t[segment.begin + near.start..segment.begin + near.end];
+        let [from, to] = [k, k + 1].map(|k| t[segment.begin + k]);
+        for (i, tau) in tau.iter_mut().enumerate() {
+            let values: Vec<f64> = near.clone().map(|k| row(k)[i]).collect();
+            *tau = lagrange(times, &values, from + part * (to - from));
         }
     }
 }
@@ -64,15 +91,15 @@ pub(super) struct Path {
 }
 
 impl Path {
-    /// Follows segments by the classical method of Runge and Kutta, τ held from sample to sample.
+    /// Follows segments by the classical method of Runge and Kutta.
     pub(super) fn of(at: &At<'_>, segments: &[Segment], wanted: Wanted) -> Self {
         let mut follower = Follower::new(at, segments, wanted);
         let longest = segments.iter().map(|s| s.samples).max().unwrap_or(0);
         for sample in 0..longest {
             follower.record(sample);
             if sample + 1 < longest {
-                follower.hold(sample);
-                (0..at.substeps).for_each(|_| follower.step());
+                follower.pace(sample);
+                (0..at.course.substeps).for_each(|step| follower.step(sample, step));
             }
         }
         follower.path
@@ -190,25 +217,23 @@ impl<'a> Follower<'a> {
         }
     }
 
-    /// Sets h and τ from a sample to the next; segments that have ended stay where they are.
-    fn hold(&mut self, sample: usize) {
-        let (n, recorded) = (self.flow.sizes.n, &self.at.recorded);
-        for (s, segment) in self.segments.iter().enumerate() {
-            let goes_on = sample + 1 < segment.samples;
-            let i = segment.begin + if goes_on { sample } else { 0 };
-            let step = || recorded.times.t[i + 1] - recorded.times.t[i];
-            self.h[s] = if goes_on {
-                step() / self.at.substeps as f64
-            } else {
-                0.0
+    /// Sets h from a sample to the next; segments that have ended stay where they are.
+    fn pace(&mut self, sample: usize) {
+        let t = &self.at.recorded.times.t;
+        for (h, segment) in self.h.iter_mut().zip(self.segments) {
+            let i = segment.begin + sample;
+            *h = match sample + 1 < segment.samples {
+                true => (t[i + 1] - t[i]) / self.at.course.substeps as f64,
+                false => 0.0,
             };
-            self.tau[s * n..][..n].copy_from_slice(&recorded.samples.tau[i * n..][..n]);
         }
     }
 
-    fn step(&mut self) {
+    /// One of the steps of the integrator from a sample to the next.
+    fn step(&mut self, sample: usize, step: usize) {
         let Self {
             at,
+            segments,
             flow,
             work,
             points,
@@ -219,7 +244,15 @@ impl<'a> Follower<'a> {
             path,
             ..
         } = self;
+        let n = flow.sizes.n;
         rk4::advance(x, h, points, |stage, point| {
+            let part = (step as f64 + Rk4::STAGES[stage].0) / at.course.substeps as f64;
+            for (segment, tau) in segments.iter().zip(tau.chunks_exact_mut(n)) {
+                match sample + 1 < segment.samples {
+                    true => at.force(segment, sample, part, tau),
+                    false => at.force(segment, 0, 0.0, tau),
+                }
+            }
             if carried.seen > 0 {
                 flow.linearised(work, tau, point, &mut path.failed);
                 let sizes = flow.sizes;

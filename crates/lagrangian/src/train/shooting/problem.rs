@@ -5,7 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::normal::{Reduced, eliminate};
-use super::path::{At, Path, Wanted};
+use super::path::{At, Course, Path, Wanted};
 use crate::train::learner::Learner;
 use crate::train::rollout::Recorded;
 use lagrangian_motion::solve::dot;
@@ -58,8 +58,7 @@ pub(crate) struct Problem<'a> {
     pub(super) noise: &'a [f64],
     /// The deviation of each component of a state, `[2n]`.
     deviations: Vec<f64>,
-    /// Steps of the integrator from one sample to the next.
-    pub(super) substeps: usize,
+    pub(super) course: Course,
 }
 
 impl<'a> Problem<'a> {
@@ -75,21 +74,33 @@ impl<'a> Problem<'a> {
             learner,
             recorded,
             noise,
-            substeps: 1,
+            course: Course {
+                substeps: 1,
+                held: true,
+            },
         }
     }
 
-    /// The same with as many steps of the integrator as keep its errors below the noise.
+    /// The same with as many steps of the integrator as keep its errors below the noise, and with forces that are held or not, as short
+    /// rollouts tell.
     pub(crate) fn resolved(mut self, theta: &[f64]) -> Self {
+        if self.recorded.samples.tau.iter().any(|tau| *tau != 0.0) {
+            let states = self.recorded_states();
+            let [held, smooth] = [true, false].map(|held| {
+                self.course.held = held;
+                self.cut(theta, RESOLVED, &states).1
+            });
+            self.course.held = held < smooth;
+        }
         let segments = self.segments(theta, RESOLVED, &self.recorded_states());
         let mut now = self.followed(theta, &segments);
-        while self.substeps < SUBSTEPS {
-            self.substeps *= 2;
+        while self.course.substeps < SUBSTEPS {
+            self.course.substeps *= 2;
             let finer = self.followed(theta, &segments);
             let pairs = now.iter().flatten().zip(finer.iter().flatten());
             let errors = pairs.map(|(a, b)| a - b).filter(|e| e.is_finite());
             if root_mean_square(&mut errors.collect::<Vec<_>>().into_iter()) < SLIGHT {
-                self.substeps /= 2;
+                self.course.substeps /= 2;
                 break;
             }
             now = finer;
@@ -103,7 +114,7 @@ impl<'a> Problem<'a> {
     }
 
     pub(super) fn at(&self, theta: &[f64]) -> At<'_> {
-        At::new(self.learner, self.recorded, theta, self.substeps)
+        At::new(self.learner, self.recorded, theta, self.course)
     }
 
     /// The numbers of residuals and of components of starts.
