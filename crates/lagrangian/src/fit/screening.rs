@@ -25,7 +25,7 @@ const ELSEWHERE: f64 = 1.1;
 const USEFUL: f64 = 0.1;
 /// Held-out errors below this part of the mean square are rounding: no other model is tried. (Larger ones may hide a model that is
 /// exact beyond the recorded states too.)
-const ROUNDING: f64 = 1e-12;
+pub(super) const ROUNDING: f64 = 1e-12;
 
 /// The end of the name of a model whose friction is tried too.
 pub(super) const WITH_FRICTION: &str = " with friction";

@@ -6,7 +6,7 @@ use serde_json::json;
 use super::choice::{Part, ResolvedConfig, foreign, present};
 use crate::dataset::Dataset;
 use crate::fit::refine::{fit_and_refine, noise, to_be_refined};
-use crate::fit::screening::{self, HeldOut, Screened, WITH_FRICTION, screen};
+use crate::fit::screening::{self, HeldOut, ROUNDING, Screened, WITH_FRICTION, screen};
 use crate::fit::{Fit, FitConfig, OptimizerName, fit};
 use crate::models::{Candidate, Entry};
 use crate::saved;
@@ -33,9 +33,6 @@ const MARGIN: f64 = 0.5;
 const SAME: f64 = 1.1;
 /// … and up to twice, where accelerations err by less than this part: so much less must be left by a model that tells no torques, too.
 const FAR: f64 = 0.1;
-
-/// Where a model of torques leaves less than this part of the accelerations, no model of accelerations is tried.
-const EXPLAINED: f64 = 1e-8;
 
 /// The steps of a fit where neither steps nor seconds are given: of the natural gradient, and of Adam.
 const STEPS: usize = 400;
@@ -229,7 +226,7 @@ pub fn select(
     let known = fitted.map(|own| Explained::of(&own.fit, dataset));
     if known
         .as_ref()
-        .is_some_and(|own| own.errors.mean() < EXPLAINED)
+        .is_some_and(|own| own.errors.mean() < ROUNDING)
     {
         return first;
     }
