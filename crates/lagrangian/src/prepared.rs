@@ -143,10 +143,7 @@ impl Prepared {
         }
         let held_back = validation.is_empty();
         let (trajectories, mut how) = whole.map_or_else(|| estimated(training, &estimates), Ok)?;
-        let items = &check.items;
-        let is_odd =
-            |motion: &&Trajectory| items.iter().any(|item| item.odd.contains(&motion.name));
-        let odd = trajectories.iter().filter(is_odd).cloned().collect();
+        let odd = odd(&check, &trajectories);
         let (train, validation) = match held_back {
             true => split(trajectories, options.validate_fraction, spec.seed)?,
             false => {
@@ -224,6 +221,15 @@ fn differences(a: &[f64], b: &[f64], n: usize) -> Vec<f64> {
     let pairs = |i: usize| a.iter().zip(b).skip(i).step_by(n);
     let of = |i: usize| mean(&mut pairs(i).map(|(a, b)| (a - b).powi(2)));
     (0..n).map(of).collect()
+}
+
+/// The motions that the check takes for those of another law.
+fn odd(check: &CheckReport, motions: &[Trajectory]) -> Vec<Trajectory> {
+    let is_odd = |motion: &&Trajectory| {
+        let mut items = check.items.iter();
+        items.any(|item| item.odd.contains(&motion.name))
+    };
+    motions.iter().filter(is_odd).cloned().collect()
 }
 
 /// Whether the forces have no noise to speak of.
