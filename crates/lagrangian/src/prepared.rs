@@ -190,7 +190,7 @@ impl Prepared {
             let mut own = self.odd.iter().filter(|motion| motion.name == *name);
             let explained = |motion: &Trajectory| {
                 let left = differences(&under(motion, 1.0), &motion.qdd, n);
-                (0..n).all(|i| left[i] <= EXPLAINED * share(i))
+                !motion.qdd.is_empty() && (0..n).all(|i| left[i] < EXPLAINED * share(i))
             };
             own.clone().count() > 0 && own.all(explained)
         };

@@ -144,6 +144,7 @@ pub(super) fn estimate(
 struct Piece {
     steps: Vec<f64>,
     observations: Vec<Observation>,
+    /// As in [`Problem`].
     memory: f64,
 }
 
