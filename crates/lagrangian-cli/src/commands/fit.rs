@@ -13,9 +13,8 @@ use lagrangian::{
     train::{AutoSetting, Ending},
 };
 use lagrangian_run::{
-    Columns, Data, DataFile, Error, Evaluation, ExistingRun, Figures, FileHash, FinishedFit,
-    FitReport, MODEL, PreparedFit, REPORT, RunFolder, RunRecord, RunTarget, Tensorboard,
-    coverage_table, files_of,
+    Columns, Data, DataFile, Error, ExistingRun, Figures, FileHash, FinishedFit, FitReport, MODEL,
+    PreparedFit, REPORT, RunFolder, RunRecord, RunTarget, Tensorboard, coverage_table, files_of,
 };
 use serde_json::json;
 
@@ -73,6 +72,9 @@ fn run_in(folder: &RunFolder, args: &FitArgs, mode: OutputMode) -> Result<u8> {
     };
     let report = kept.ended(ensemble);
     let (score, assessment) = assessed(&report, &place, mode)?;
+    if report.samples.forces && report.tried.len() > 1 && score.torque.is_none() {
+        note!("note: this model tells accelerations, and no torques; --model delan tells both");
+    }
     if !mode.json {
         note_result(folder, &report.fit, &assessment);
         if let Some(coverage) = report.ensemble.as_ref().and_then(|own| own.coverage()) {
@@ -158,8 +160,8 @@ fn is_shown(parameter: &&Parameter) -> bool {
     !["mass_", "inertia_"].iter().any(is_of_a_body)
 }
 
-/// The motions of a run's evaluation, read again from the files that it names.
-pub(super) fn evaluation(record: &RunRecord) -> Result<Evaluation> {
+/// The data of a run, read again from the files that it names.
+pub(super) fn data_of(record: &RunRecord) -> Result<Prepared> {
     let args = settings(record)?;
     let (data, spec) = (read(&args)?, args.spec(None)?);
     // A description of a robot, which is not read again, is the last of the files.
@@ -167,7 +169,7 @@ pub(super) fn evaluation(record: &RunRecord) -> Result<Evaluation> {
     let prepared = lagrangian_run::prepared(&spec, data.training, data.validation);
     let mut prepared = prepared.map_err(failure::of_data)?;
     note_prepared(&mut prepared);
-    Ok(prepared.into())
+    Ok(prepared)
 }
 
 /// Reads and prepares the data, and chooses the settings that were not given.

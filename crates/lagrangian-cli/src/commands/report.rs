@@ -8,7 +8,7 @@ use lagrangian::Trajectory;
 use lagrangian_report::Report;
 use lagrangian_report::draw;
 use lagrangian_run::{
-    ENSEMBLE, Existing, FIGURES, Links, METRICS, MODEL, Page, REPORT, RUN, RunFolder,
+    ENSEMBLE, Evaluation, Existing, FIGURES, Links, METRICS, MODEL, Page, REPORT, RUN, RunFolder,
     SavedEnsemble, file_names,
 };
 use serde_json::json;
@@ -81,7 +81,9 @@ fn of_run(folder: &RunFolder, links: Option<Links>, mode: OutputMode) -> Result<
     let size = Size::of_files(&inputs(folder)?);
     let reading = Task::start("report: reading", mode.quiet, size)?;
     let model = fitted::model(&folder.file(MODEL))?;
-    let evaluation = fit::evaluation(&record)?;
+    let mut data = fit::data_of(&record)?;
+    data.acquit(&model);
+    let evaluation: Evaluation = data.into();
     let has_ensemble = folder.file(ENSEMBLE).is_file();
     let ensemble = has_ensemble.then(|| SavedEnsemble::read(folder.path()));
     let ensemble = ensemble.transpose()?;

@@ -128,7 +128,7 @@ fn held_back(records: &[&RunRecord]) -> Result<ComparisonData> {
         ));
     }
     let of = |record: &RunRecord| -> Result<Vec<Trajectory>> {
-        let own = fit::evaluation(record).map_err(|error| {
+        let own = fit::data_of(record).map_err(|error| {
             Error::of(error, "cannot read again what the runs held back", REMEDY)
         })?;
         Ok(if own.held_out {
