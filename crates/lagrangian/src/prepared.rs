@@ -3,9 +3,10 @@
 
 use crate::dataset::{Dataset, PrepareOptions, split};
 use crate::models::Momenta;
+use crate::score::accelerations_at;
 use crate::train::{AutoSetting, DataFacts, FitSpec, Loss};
 use lagrangian_mechanics::Model;
-use lagrangian_motion::statistics::mean;
+use lagrangian_motion::statistics::{column, mean};
 use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
 use lagrangian_recordings::check::{
     CheckOptions, CheckReport, Item, NOISY_FORCES, Verdict, check, check_validation,
@@ -178,7 +179,7 @@ impl Prepared {
         let under = |motion: &Trajectory, part: f64| {
             let mut tau: Vec<f64> = motion.tau.iter().map(|tau| part * tau).collect();
             tau.resize(motion.q.len(), 0.0);
-            accelerations(model, motion, &tau)
+            accelerations_at(model, [&motion.q, &motion.qd, &tau])
         };
         let of_forces = |motion: &Trajectory| match motion.tau.is_empty() {
             true => differences(&motion.qdd, &vec![0.0; motion.q.len()], n),
@@ -205,22 +206,10 @@ impl Prepared {
 /// The forces of a motion are explained where a model leaves less than this part of the accelerations that forces make.
 const EXPLAINED: f64 = 0.02;
 
-/// The accelerations of a model along a motion under these forces, `[len, n]`; not finite where it has none.
-fn accelerations(model: &dyn Model, motion: &Trajectory, tau: &[f64]) -> Vec<f64> {
-    let mut qdd = vec![0.0; motion.q.len()];
-    let mut evaluator = model.evaluator();
-    let evaluation = evaluator.forward_dynamics(&motion.q, &motion.qd, tau, &mut qdd);
-    if evaluation.singular() > 0 {
-        qdd.fill(f64::INFINITY);
-    }
-    qdd
-}
-
 /// The mean squares of the differences of signals `[len, n]`, of each coordinate.
 fn differences(a: &[f64], b: &[f64], n: usize) -> Vec<f64> {
-    let pairs = |i: usize| a.iter().zip(b).skip(i).step_by(n);
-    let of = |i: usize| mean(&mut pairs(i).map(|(a, b)| (a - b).powi(2)));
-    (0..n).map(of).collect()
+    let left: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+    column(&left, n, |x| mean(&mut x.map(|x| x * x)))
 }
 
 /// The motions that the check takes for those of another law.

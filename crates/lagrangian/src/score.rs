@@ -37,7 +37,7 @@ pub use restarts::{RESTARTS, RestartScore};
 pub use valid_time::{ValidTime, valid_prediction_time};
 
 pub(crate) use assessment::HALF;
-pub(crate) use errors::Errors;
+pub(crate) use errors::{Errors, accelerations_at};
 pub(crate) use inertia::poles;
 
 use errors::add_torques;

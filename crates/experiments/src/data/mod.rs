@@ -28,6 +28,6 @@ pub(crate) use hermite::{
     with_accelerations, with_corrected_accelerations, with_estimated_accelerations,
 };
 pub(crate) use motion::{
-    accelerations, column, column_sizes, energies, estimated, first_state, prediction,
+    accelerations, column, column_sizes, deviation, energies, estimated, first_state, prediction,
     relative_error, shorter, thinned, two_samples,
 };

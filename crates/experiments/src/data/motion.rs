@@ -14,6 +14,12 @@ pub(crate) fn column(signal: &[f64], n: usize, i: usize) -> Vec<f64> {
     signal.iter().skip(i).step_by(n.max(1)).copied().collect()
 }
 
+/// The standard deviation.
+pub(crate) fn deviation(x: &[f64]) -> f64 {
+    let mean = x.iter().sum::<f64>() / x.len() as f64;
+    (x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / x.len() as f64).sqrt()
+}
+
 /// The state that a motion begins with.
 pub(crate) fn first_state(motion: &Trajectory) -> State {
     let n = motion.dof();

@@ -7,6 +7,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use super::systems::{Loss, Motion, Named, SAMPLES, Truth, all};
+use crate::data::deviation;
 use crate::mistakes::case::Log;
 use crate::mistakes::sources::{normal, of_motion};
 
@@ -320,10 +321,4 @@ impl Case {
             validation: read("validation", &spoiled.validation)?,
         })
     }
-}
-
-/// The standard deviation.
-pub(super) fn deviation(x: &[f64]) -> f64 {
-    let mean = x.iter().sum::<f64>() / x.len() as f64;
-    (x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / x.len() as f64).sqrt()
 }

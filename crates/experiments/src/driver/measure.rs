@@ -10,9 +10,10 @@ use lagrangian_run::{Data, PreparedFit};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::cases::{Case, deviation};
+use super::cases::Case;
 use super::peers::Sparse;
 use super::systems::{Motion, SAMPLES, Truth};
+use crate::data::deviation;
 use crate::harness::Lab;
 
 /// New motions that judge a model.

@@ -10,7 +10,7 @@ use lagrangian::{Coordinates, RolloutOptions, Trajectory, rollout};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::cases::deviation;
+use crate::data::deviation;
 use crate::mistakes::sources::Path;
 
 /// A system of this table: its coordinates (`a` an angle, `l` a length), and the least and largest initial value of each

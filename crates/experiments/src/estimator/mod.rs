@@ -13,7 +13,7 @@ use rand_chacha::ChaCha8Rng;
 
 use Kind::{Autoregressive, Filtered, Rounded, White};
 
-use crate::data::column;
+use crate::data::{column, deviation};
 use crate::harness::failure::mistake;
 use crate::harness::spread::{median, scientific};
 use crate::harness::{Experiment, Lab, less, neither};
@@ -174,12 +174,9 @@ fn run(lab: &mut Lab) -> Result<()> {
 }
 
 /// Standard deviation of coordinate `i` of signals `[len, n]`.
-fn deviation<'a>(signals: impl Iterator<Item = &'a Vec<f64>>, n: usize, i: usize) -> f64 {
+fn spread<'a>(signals: impl Iterator<Item = &'a Vec<f64>>, n: usize, i: usize) -> f64 {
     let all: Vec<f64> = signals.flat_map(|signal| column(signal, n, i)).collect();
-    let len = all.len() as f64;
-    let mean = all.iter().sum::<f64>() / len;
-    let squares: f64 = all.iter().map(|x| (x - mean).powi(2)).sum();
-    (squares / len).sqrt()
+    deviation(&all)
 }
 
 impl Truth {
@@ -216,9 +213,9 @@ impl Truth {
         let noisy = |motion: &Trajectory| {
             let (mut q, mut qd) = (motion.q.clone(), motion.qd.clone());
             for i in 0..n {
-                let spread = deviation(self.motions.iter().map(|m| &m.q), n, i);
-                let of_rates = deviation(self.motions.iter().map(|m| &m.qd), n, i);
-                let grid = cell.noise * spread * 12.0_f64.sqrt();
+                let of_values = spread(self.motions.iter().map(|m| &m.q), n, i);
+                let of_rates = spread(self.motions.iter().map(|m| &m.qd), n, i);
+                let grid = cell.noise * of_values * 12.0_f64.sqrt();
                 let (mut kept, mut filtered) = (normal(&mut rng), qd[i]);
                 for at in (i..q.len()).step_by(n) {
                     let new = normal(&mut rng);
@@ -228,7 +225,7 @@ impl Truth {
                     };
                     q[at] = match cell.kind {
                         Rounded => (q[at] / grid).round() * grid,
-                        _ => q[at] + cell.noise * spread * kept,
+                        _ => q[at] + cell.noise * of_values * kept,
                     };
                     let rate = qd[at] + cell.noise * of_rates * normal(&mut rng);
                     filtered = FILTER * filtered + (1.0 - FILTER) * rate;
@@ -267,7 +264,7 @@ impl Truth {
         let claims = found.iter().flat_map(|found| &found.errors.qdd);
         let claimed: f64 = claims.map(|error| error * error).sum();
         let rows: usize = found.iter().map(Trajectory::len).sum();
-        let power = |i| deviation(self.accelerations.iter(), n, i).powi(2);
+        let power = |i| spread(self.accelerations.iter(), n, i).powi(2);
         let power = rows as f64 * (0..n).map(power).sum::<f64>();
         Ok([truth / power, claimed / power])
     }

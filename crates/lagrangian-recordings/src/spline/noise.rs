@@ -102,13 +102,13 @@ impl Noise {
     /// The noise with a memory that explains the pieces best, where it explains them better than white noise or that `fails`.
     pub(super) fn coloured(pieces: &[(Vec<f64>, Vec<f64>)], fails: bool) -> Option<Self> {
         let of = |memory: &f64| Self::of(pieces, *memory, true);
-        let white = of(&0.0).evidence;
-        if !fails && of(&MEMORIES[MEMORIES.len() / 2]).evidence < white {
+        let white = (!fails).then(|| of(&0.0).evidence);
+        if white.is_some_and(|white| of(&MEMORIES[MEMORIES.len() / 2]).evidence < white) {
             return None;
         }
         let better = |a: &Self, b: &Self| a.evidence.total_cmp(&b.evidence);
         let best = MEMORIES.par_iter().map(of).max_by(better);
-        best.filter(|best| fails || best.evidence > white + FOUND)
+        best.filter(|best| white.is_none_or(|white| best.evidence > white + FOUND))
     }
 
     /// Deviation of white noise with the same power in slow motions.

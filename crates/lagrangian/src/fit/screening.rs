@@ -7,11 +7,10 @@ use nets::Instant;
 use super::choice::ResolvedConfig;
 use crate::dataset::Dataset;
 use crate::fit::{Fit, fit};
-use crate::score::{CandidateResult, poles};
+use crate::score::{CandidateResult, accelerations_at, poles};
 use crate::train::forces::ForceTerms;
 use crate::train::observer::{Observer, Progress};
 use crate::train::task::Budget;
-use lagrangian_mechanics::Model;
 use lagrangian_motion::statistics::{deviation, mean};
 use lagrangian_motion::{Error, Result, Samples};
 
@@ -191,19 +190,10 @@ impl ResolvedConfig {
 pub(super) fn held_out(fit: &Fit, dataset: &Dataset, later: usize) -> HeldOut {
     let samples = dataset.compared();
     let (n, scale) = (samples.n, dataset.acceleration_scale());
-    let mut qdd = vec![0.0; samples.qdd.len()];
-    let mut evaluator = fit.model.evaluator();
-    let Samples { signals: s, .. } = samples;
-    let mut tau = s.tau.clone();
+    let mut tau = samples.tau.clone();
     let len = tau.len();
     tau.rotate_left((later * n) % len.max(1));
-    if evaluator
-        .forward_dynamics(&s.q, &s.qd, &tau, &mut qdd)
-        .singular()
-        > 0
-    {
-        qdd.fill(f64::INFINITY);
-    }
+    let qdd = accelerations_at(&fit.model, [&samples.q, &samples.qd, &tau]);
     let pairs = qdd.iter().zip(&samples.qdd).enumerate();
     let alike: Vec<f64> = pairs
         .map(|(k, (a, b))| ((a - b) / scale[k % n]).powi(2))

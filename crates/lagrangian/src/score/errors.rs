@@ -94,6 +94,16 @@ pub(super) fn add_torques(model: &dyn Model, t: &Trajectory, stop: Stop, torque:
     }
 }
 
+/// The accelerations of a model at states `q`, `qd` under forces `tau`, `[m, n]` each; not finite where it has none in one of them.
+pub(crate) fn accelerations_at(model: &dyn Model, [q, qd, tau]: [&[f64]; 3]) -> Vec<f64> {
+    let mut qdd = vec![0.0; q.len()];
+    let evaluation = model.evaluator().forward_dynamics(q, qd, tau, &mut qdd);
+    if evaluation.singular() > 0 {
+        qdd.fill(f64::INFINITY);
+    }
+    qdd
+}
+
 /// The errors of the torques that a model predicts at some samples; `None` where it has no inverse dynamics.
 #[must_use]
 pub fn torque_error(model: &dyn Model, samples: &Samples) -> Option<SignalError> {

@@ -84,15 +84,15 @@ impl<'a> Problem<'a> {
     /// The same with as many steps of the integrator as keep its errors below the noise, and with forces that are held or not, as short
     /// rollouts tell.
     pub(crate) fn resolved(mut self, theta: &[f64]) -> Self {
+        let states = self.recorded_states();
         if self.recorded.samples.tau.iter().any(|tau| *tau != 0.0) {
-            let states = self.recorded_states();
             let [held, smooth] = [true, false].map(|held| {
                 self.course.held = held;
                 self.cut(theta, RESOLVED, &states).1
             });
             self.course.held = held < smooth;
         }
-        let segments = self.segments(theta, RESOLVED, &self.recorded_states());
+        let segments = self.segments(theta, RESOLVED, &states);
         let mut now = self.followed(theta, &segments);
         while self.course.substeps < SUBSTEPS {
             self.course.substeps *= 2;
