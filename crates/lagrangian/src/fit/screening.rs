@@ -16,6 +16,8 @@ use lagrangian_motion::{Error, Result, Samples};
 
 /// Steps after which models are compared: the better of two is then better to the end, nearly always.
 const STEPS: usize = 100;
+/// The fewest steps of a trial, however little time is given.
+const FEWEST: usize = 10;
 /// Neighbouring samples whose errors are counted as one.
 const BLOCK: usize = 25;
 /// A candidate that is better where accelerations are well known may be worse by this factor where they are not.
@@ -65,6 +67,7 @@ pub(super) fn screen(
     let mut own = Trials {
         dataset,
         parts,
+        most: 0,
         observer,
         tried: Vec::new(),
         ended: false,
@@ -103,6 +106,9 @@ pub(super) fn screen(
 struct Trials<'a> {
     dataset: &'a Dataset,
     parts: usize,
+    /// The most steps of a trial of a Lagrangian. A plain network, whose steps are the cheapest, gets no more: a slow machine would
+    /// prefer it.
+    most: usize,
     observer: &'a mut dyn Observer,
     tried: Vec<CandidateResult>,
     ended: bool,
@@ -116,7 +122,11 @@ impl Trials<'_> {
             Budget::Steps(steps) => (steps.min(STEPS), f64::INFINITY),
             Budget::Seconds(seconds) => (STEPS, seconds / self.parts as f64),
         };
-        config.budget = Budget::Steps(steps);
+        let plain = !config.family.abilities().nominal;
+        config.budget = Budget::Steps(match plain && self.most > 0 {
+            true => steps.min(self.most),
+            false => steps,
+        });
         let mut shown = Shown {
             name: &chosen.name,
             seconds,
@@ -125,6 +135,9 @@ impl Trials<'_> {
         };
         let fitted = fit(self.dataset, &config, None, &mut shown);
         self.ended |= shown.ended;
+        if let (false, Ok(fit)) = (plain, &fitted) {
+            self.most = self.most.max(fit.steps);
+        }
         let Samples { signals: s, .. } = self.dataset.compared();
         let (name, trial) = (chosen.name.clone(), |fit: Fit| Screening {
             chosen,
@@ -222,7 +235,8 @@ impl Observer for Shown<'_> {
         if self.observer.stage(self.name, progress.share).is_break() {
             self.ended = true;
         }
-        match self.ended || progress.seconds > self.seconds {
+        let late = progress.seconds > self.seconds && progress.step >= FEWEST;
+        match self.ended || late {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
         }
@@ -233,7 +247,7 @@ impl Observer for Shown<'_> {
 pub(super) fn reason(tried: &[CandidateResult]) -> String {
     format!(
         "it explains the accelerations of held-out samples best, or as well and takes more for granted; squared errors in parts of \
-         their mean square after {STEPS} steps: {}",
+         their mean square after {STEPS} steps, or fewer where time was short: {}",
         CandidateResult::list(tried, 1)
     )
 }
