@@ -334,37 +334,58 @@ fn a_log_of_another_machine_is_found_among_logs_of_one() {
     );
 }
 
-/// Free motions of q̈ = q − q³, whose law the regression cannot tell, from these states (q, q̇).
-fn in_two_wells(starts: &[(f64, f64)]) -> Vec<Recording> {
-    let motion = |start: &(f64, f64)| {
+/// Motions of q̈ = q − q³ + τ, which is no law of a chain, from these states (q, q̇) under sines of this amplitude.
+fn in_two_wells(starts: &[(f64, f64)], drive: f64) -> Vec<Recording> {
+    let motion = |(start, own): (&(f64, f64), f64)| {
         let ((mut q, mut qd), step) = (*start, 1e-3);
         let mut signals = Signals::<Vec<f64>>::default();
         for k in 0..5000 {
+            let tau = drive * ((1.5 + 0.3 * own) * step * f64::from(k) + own).sin();
+            let force = |q: f64| q - q.powi(3) + tau;
             if k % 20 == 0 {
                 signals.q.push(q);
                 signals.qd.push(qd);
-                signals.qdd.push(q - q.powi(3));
+                signals.qdd.push(force(q));
+                signals.tau.extend((drive > 0.0).then_some(tau));
             }
-            qd += 0.5 * step * (q - q.powi(3));
+            qd += 0.5 * step * force(q);
             q += step * qd;
-            qd += 0.5 * step * (q - q.powi(3));
+            qd += 0.5 * step * force(q);
         }
         let t = (0..250).map(|k| 0.02 * f64::from(k)).collect();
         recording(format!("from {start:?}"), Coordinates::lines(1), t, signals)
     };
-    starts.iter().map(motion).collect()
+    let numbers = (0..6).map(f64::from);
+    starts.iter().zip(numbers).map(motion).collect()
+}
+
+const STARTS: [(f64, f64); 6] = [
+    (-1.33, -0.53),
+    (0.96, 0.16),
+    (-1.3, -0.13),
+    (-0.07, -0.68),
+    (0.75, -0.77),
+    (-0.35, 0.03),
+];
+
+#[test]
+fn forces_of_another_sign_are_found_where_no_chain_has_such_a_law() {
+    let mut logs = in_two_wells(&STARTS, 0.3);
+    let machines = |logs: &[Recording]| {
+        let items = checked(logs).items.into_iter();
+        let odd = items.filter(|i| i.name == "machines");
+        odd.map(|i| i.finding).collect::<String>()
+    };
+    assert_eq!(machines(&logs), "");
+    logs[3].signals.tau.iter_mut().for_each(|tau| *tau = -*tau);
+    let said = machines(&logs);
+    assert!(said.contains("'from (-0.07, -0.68)'"), "{said}");
+    assert!(said.contains("-1.0"), "{said}");
 }
 
 #[test]
 fn a_motion_where_no_other_moves_is_not_another_machine() {
-    let all = in_two_wells(&[
-        (-1.33, -0.53),
-        (0.96, 0.16),
-        (-1.3, -0.13),
-        (-0.07, -0.68),
-        (0.75, -0.77),
-        (-0.35, 0.03),
-    ]);
+    let all = in_two_wells(&STARTS, 0.0);
     let report = checked(&all);
     assert!(
         report.items.iter().all(|i| i.name != "machines"),

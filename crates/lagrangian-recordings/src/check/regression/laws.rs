@@ -9,7 +9,8 @@
 
 use rayon::prelude::*;
 
-use super::least_squares::Part;
+use super::least_squares::{OpenLaw, Part};
+use super::terms::{Shapes, Terms};
 use super::undriven::vanishing;
 use super::{Filtered, Stretches};
 use crate::check::range;
@@ -19,6 +20,8 @@ use lagrangian_motion::statistics::upper_median;
 const RECORDINGS: std::ops::RangeInclusive<usize> = 3..=100;
 /// Smallest number of samples for each term of a law.
 const SAMPLES: f64 = 4.0;
+/// Largest number of these terms.
+const TERMS: usize = 400;
 /// Number of recordings that are examined one by one, those that disagree most.
 const SUSPECTS: usize = 4;
 /// Delays are searched up to this number of steps, of this size, s, either way.
@@ -72,6 +75,8 @@ pub(super) struct Laws<'a> {
     left: Vec<Vec<f64>>,
     /// The ranges of positions, of angles those of cos and sin, `[recordings]`.
     ranges: Vec<Vec<(f64, f64)>>,
+    /// Whether their terms are those of a chain: products of high degree fail where only one recording went.
+    of_chains: bool,
 }
 
 /// A recording beside the others.
@@ -79,18 +84,13 @@ struct Suspect {
     recording: usize,
     /// The laws of the others.
     laws: Vec<Law>,
+    /// The laws of the others and of this one, whose forces may be others than its own.
+    open: Vec<OpenLaw>,
     /// What they leave of it, by coordinate.
     own: Vec<f64>,
     /// The others, and what is left of each under the law of those that remain, `[coordinates][others]`.
     kept: Vec<usize>,
     others: Vec<Vec<f64>>,
-}
-
-impl Suspect {
-    /// Whether an alteration that leaves this much explains why the law of the others fails.
-    fn is_explained(&self, i: usize, left: f64) -> bool {
-        left < self.own[i] / FAR && left < SERVES * most(&self.others[i]).max(LEFT / FAR)
-    }
 }
 
 /// The ranges of the positions of a recording, of angles those of their cos and sin.
@@ -129,11 +129,15 @@ fn most(left: &[f64]) -> f64 {
 }
 
 impl Joint {
-    fn new(stretches: &Stretches<'_>, sources: &[usize], i: usize) -> Option<Self> {
+    fn new(
+        (stretches, terms): (&Stretches<'_>, &Terms<'_>),
+        sources: &[usize],
+        i: usize,
+    ) -> Option<Self> {
         let delays = (0..2 * DELAYS + 2).map(|k| (k, i));
         let coordinates = (0..stretches.speeds.len()).map(|j| (0, j));
         let columns: Vec<_> = delays.chain(coordinates).collect();
-        let stretched = stretches.parts_with(&stretches.terms(), i, &columns);
+        let stretched = stretches.parts_with(terms, i, &columns);
         let of_source = |source: &usize| {
             let pairs = stretched.iter().zip(&stretches.signals);
             Part::sum(pairs.filter(|(_, s)| s.source == *source).map(|(p, _)| p))
@@ -212,7 +216,7 @@ impl Joint {
 
 impl<'a> Laws<'a> {
     /// `None` with too few recordings, or too many.
-    pub(super) fn new(filtered: &Filtered<'a>) -> Option<Self> {
+    pub(super) fn new(filtered: &Filtered<'a>, shapes: Shapes) -> Option<Self> {
         let steps = (0..=2 * DELAYS).map(|k| DELAY * (k as f64 - DELAYS as f64));
         let delays: Vec<f64> = std::iter::once(0.0).chain(steps).collect();
         let stretches = filtered.signals([DELAY * DELAYS as f64; 2], &delays)?;
@@ -221,15 +225,25 @@ impl<'a> Laws<'a> {
         if !RECORDINGS.contains(&sources.len()) {
             return None;
         }
-        let moving = (0..stretches.speeds.len()).into_par_iter();
-        let joints = moving.map(|i| Joint::new(&stretches, &sources, i));
-        let joints: Vec<Joint> = joints.collect::<Option<_>>()?;
+        let n = stretches.speeds.len();
+        let terms = Terms {
+            shapes,
+            ..stretches.terms()
+        };
         // The smallest laws are those without two recordings.
         let part = 1.0 - 2.0 / sources.len() as f64;
-        let is_small = |j: &Joint| part * j.all.rows() < SAMPLES * j.all.size() as f64;
-        if joints.iter().any(is_small) {
+        let rows = stretches
+            .signals
+            .iter()
+            .map(|s| s.q.len() / n)
+            .sum::<usize>();
+        let most = TERMS.min((part * rows as f64 / SAMPLES) as usize);
+        if (0..n).any(|i| terms.count(i) > most) {
             return None;
         }
+        let joints = (0..n).into_par_iter();
+        let joints = joints.map(|i| Joint::new((&stretches, &terms), &sources, i));
+        let joints: Vec<Joint> = joints.collect::<Option<_>>()?;
         let all = vec![1.0; sources.len()];
         let left = joints.par_iter().map(|joint| joint.left_of_each(&all));
         let left = left.collect::<Option<_>>()?;
@@ -241,6 +255,7 @@ impl<'a> Laws<'a> {
             sources,
             left,
             ranges,
+            of_chains: shapes == Shapes::OfChains,
         })
     }
 
@@ -248,6 +263,12 @@ impl<'a> Laws<'a> {
     pub(super) fn error(&self) -> f64 {
         let usual = |left: &Vec<f64>| upper_median(&mut left.clone()).max(f64::MIN_POSITIVE);
         self.left.iter().map(|left| usual(left).ln()).sum()
+    }
+
+    /// Whether laws of others usually explain forces.
+    pub(super) fn serve(&self) -> bool {
+        let usual = |left: &Vec<f64>| upper_median(&mut left.clone());
+        self.left.iter().all(|left| usual(left) < LEFT)
     }
 
     /// The index of a recording that disagrees with others, and how; `None` where all agree. Only recordings from the index `from` on are
@@ -271,12 +292,13 @@ impl<'a> Laws<'a> {
             let (s, how) = suspects.iter().find_map(of)?;
             Some((self.sources[s.recording], how))
         };
-        found(Self::mistake).or_else(|| found(Self::other_law))
+        let other_law = || found(Self::other_law).filter(|_| self.of_chains);
+        found(Self::mistake).or_else(other_law)
     }
 
     /// The indices of recordings that follow one law while all others follow another one.
     pub(super) fn machine(&self) -> Option<Vec<usize>> {
-        let mut joints = self.joints.iter().zip(&self.left);
+        let mut joints = (self.joints.iter().zip(&self.left)).filter(|_| self.of_chains);
         let group = joints.find_map(|(joint, left)| joint.groups(left))?;
         let pairs = self.sources.iter().zip(group);
         Some(pairs.filter(|(_, own)| *own).map(|(r, _)| *r).collect())
@@ -289,82 +311,109 @@ impl<'a> Laws<'a> {
         let weights: Vec<f64> = all.clone().map(|r| f64::from(is_kept(&r))).collect();
         let kept: Vec<usize> = all.filter(is_kept).collect();
         let laws = self.joints.iter().map(|j| j.law(&j.weighted(&weights)?));
+        let open = |j: &Joint| {
+            let (mut sums, odd) = (j.weighted(&weights)?, &j.parts[recording]);
+            sums.plus(odd, 1.0);
+            sums.open_law(odd)
+        };
         let left = self.joints.par_iter().map(|j| j.left_of_each(&weights));
         let left: Vec<Vec<f64>> = left.collect::<Option<_>>()?;
         let of_others = |left: &Vec<f64>| kept.iter().map(|r| left[*r]).collect();
         Some(Suspect {
             recording,
             laws: laws.collect::<Option<_>>()?,
+            open: self.joints.iter().map(open).collect::<Option<_>>()?,
             own: left.iter().map(|left| left[recording]).collect(),
             others: left.iter().map(of_others).collect(),
             kept,
         })
     }
 
-    /// The mistake that explains why the law of the others fails.
+    /// The mistake that explains why one law does not serve all.
     fn mistake(&self, s: &Suspect) -> Option<Disagreement> {
         let (r, n) = (s.recording, self.joints.len());
-        let failing: Vec<usize> = (0..n).filter(|i| self.fails(s, *i)).collect();
-        let failed = || failing.iter().copied();
+        let driven = || (0..n).filter(|i| !self.joints[*i].is_free);
         let force = |i: usize| self.joints[i].parts[r].square_force(0);
         let missing = |i: usize| {
             let finding = format!("the force of {} cannot be 0, but is", self.names[i]);
-            (force(i) <= 0.0 && s.own[i] > MISSING).then_some(finding)
+            let is_missing = force(i) <= 0.0 && s.own[i] > MISSING && self.fails(s, i);
+            is_missing.then_some(finding)
         };
         let remedy = "record that force, or omit this recording";
-        let missing = found("forces", failed().filter_map(missing).collect(), remedy);
+        let missing = found("forces", driven().filter_map(missing).collect(), remedy);
         let exchange = |i: usize| {
             let others = (0..n).filter(|j| *j != i && force(*j) > 0.0);
-            let columns = others.map(|j| (j, self.altered(s, i, column_of(j), 1.0)));
+            let columns =
+                others.filter_map(|j| Some((j, self.explained(s, i, column_of(j), 1.0)?)));
             let (j, left) = columns.min_by(|a, b| a.1.total_cmp(&b.1))?;
+            let (scaled, _) = self.left_with(s, i, 0, s.open[i].factor);
             let (own, other) = (self.names[i], self.names[j]);
             let finding = format!("the force of {own} is in the column of {other}");
-            s.is_explained(i, left).then_some(finding)
+            (force(i) <= 0.0 || left < scaled).then_some(finding)
         };
-        let exchanged = failed().filter_map(exchange).collect();
+        let exchanged = driven().filter_map(exchange).collect();
         let exchanged = found("order", exchanged, "exchange these columns");
         let factor = |i: usize| {
-            let factor = self.joints[i].parts[r].factor(&s.laws[i].terms, 0);
+            let factor = s.open[i].factor;
             let far = !(FACTOR.recip()..FACTOR).contains(&factor);
             let (name, times) = (self.names[i], factor.recip());
             let finding = format!("the force of {name} is {times:.2} times what it must be");
-            let left = self.altered(s, i, 0, factor);
+            let left = self.explained(s, i, 0, factor)?;
             // A machine at rest needs no force, whatever its friction holds.
-            let law = &s.laws[i];
-            let size = factor * factor * force(i) / self.joints[i].parts[r].rows() / law.scale;
-            let explained = s.is_explained(i, left) && left < FITS * size;
-            (far && explained).then_some(finding)
+            let scale = self.joints[i].parts[r].rows() * s.laws[i].scale;
+            let size = factor * factor * force(i) / scale;
+            (far && left < FITS * size).then_some(finding)
         };
         let remedy = "check the signs and units of its forces";
-        let factors = found("machines", failed().filter_map(factor).collect(), remedy);
+        let factors = found("machines", driven().filter_map(factor).collect(), remedy);
         let found = missing.or(exchanged).or(factors);
-        found.or_else(|| self.delay(s, &failing))
+        found.or_else(|| self.delay(s))
     }
 
     /// Whether the law of the others fails on a coordinate of a recording.
     fn fails(&self, s: &Suspect, i: usize) -> bool {
         let usual = upper_median(&mut s.others[i].clone());
-        s.own[i] > LEFT.max(FAR * usual) && usual < FITS && !self.joints[i].is_free
+        s.own[i] > LEFT.max(FAR * usual) && usual < FITS
     }
 
-    /// What the law of the others leaves with the force in this column times `factor`.
-    fn altered(&self, s: &Suspect, i: usize, column: usize, factor: f64) -> f64 {
-        self.joints[i].left(s.recording, &s.laws[i], column, factor)
+    /// What one law for the others and this recording leaves of it with the force in this column times `factor`, and of each other.
+    fn left_with(&self, s: &Suspect, i: usize, column: usize, factor: f64) -> (f64, Vec<f64>) {
+        let law = Law {
+            terms: s.open[i].with(column, factor),
+            scale: s.laws[i].scale,
+        };
+        let own = self.joints[i].left(s.recording, &law, column, factor);
+        let of_other = |r: &usize| self.joints[i].left(*r, &law, 0, 1.0);
+        (own, s.kept.iter().map(of_other).collect())
+    }
+
+    /// What is left of a recording with the force in this column times `factor`, where that explains why one law does not serve all.
+    fn explained(&self, s: &Suspect, i: usize, column: usize, factor: f64) -> Option<f64> {
+        let (before, _) = self.left_with(s, i, 0, 1.0);
+        let (left, mut others) = self.left_with(s, i, column, factor);
+        let better = before > LEFT && left < before / FAR;
+        let serves = left < SERVES * most(&others).max(LEFT / FAR);
+        (better && serves && upper_median(&mut others) < FITS).then_some(left)
     }
 
     /// All forces that are late together, while those of the others are not.
-    fn delay(&self, s: &Suspect, failing: &[usize]) -> Option<Disagreement> {
-        let at = |r: usize, steps: i32| -> f64 {
-            let joints = self.joints.iter().zip(&s.laws).filter(|(j, _)| !j.is_free);
-            let left = joints.map(|(joint, law)| joint.left(r, law, delayed(steps), 1.0));
+    fn delay(&self, s: &Suspect) -> Option<Disagreement> {
+        let driven = || (0..self.joints.len()).filter(|i| !self.joints[*i].is_free);
+        let own = |steps: i32| -> f64 {
+            let left = driven().map(|i| self.left_with(s, i, delayed(steps), 1.0).0);
             left.sum()
         };
         let all = -(DELAYS as i32)..=DELAYS as i32;
-        let own = |steps: &i32| at(s.recording, *steps);
-        let steps = all.min_by(|a, b| own(a).total_cmp(&own(b)))?;
-        let of_others = |steps| s.kept.iter().map(|o| at(*o, steps)).sum::<f64>();
-        let explained = |i: &usize| s.is_explained(*i, self.altered(s, *i, delayed(steps), 1.0));
-        let late = failing.iter().any(explained) && of_others(steps) > of_others(0);
+        let steps = all.min_by(|a, b| own(*a).total_cmp(&own(*b)))?;
+        let of_others = |steps| -> f64 {
+            let left =
+                |i: usize, r: &usize| self.joints[i].left(*r, &s.laws[i], delayed(steps), 1.0);
+            driven()
+                .map(|i| s.kept.iter().map(|r| left(i, r)).sum::<f64>())
+                .sum()
+        };
+        let explained = |i| self.explained(s, i, delayed(steps), 1.0).is_some();
+        let late = driven().any(explained) && of_others(steps) > of_others(0);
         let time = -1e3 * DELAY * f64::from(steps);
         let finding = format!("the forces are {time:.0} ms late");
         let late = late.then_some(finding).into_iter().collect();

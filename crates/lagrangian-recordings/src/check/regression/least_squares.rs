@@ -31,6 +31,25 @@ pub(super) struct Part {
     acceleration: f64,
 }
 
+/// A law of recordings that is linear in the forces of one of them.
+pub(super) struct OpenLaw {
+    /// The factor of the force of the odd one in its first column for which the law leaves least.
+    pub(super) factor: f64,
+    of_others: Vec<f64>,
+    /// What the odd one adds, for its force in each column.
+    of_odd: Mat<f64>,
+}
+
+impl OpenLaw {
+    /// The coefficients where the odd one has the force in this column times `factor`.
+    pub(super) fn with(&self, column: usize, factor: f64) -> Vec<f64> {
+        let of_odd = (0..).map(|k| factor * self.of_odd[(k, column)]);
+        (self.of_others.iter().zip(of_odd))
+            .map(|(a, b)| a + b)
+            .collect()
+    }
+}
+
 impl Part {
     fn empty(size: usize, own: usize, delays: usize) -> Self {
         Self {
@@ -192,19 +211,26 @@ impl Part {
 
     /// Sum of the squared residuals for these coefficients of the force in a column times `factor`.
     pub(super) fn misfit(&self, c: &[f64], column: usize, factor: f64) -> f64 {
-        let square = self.square_of(c) - 2.0 * factor * self.product(c, column);
+        let right = self.right.iter().skip(column).step_by(self.tau.len());
+        let product: f64 = c.iter().zip(right).map(|(c, r)| c * r).sum();
+        let square = self.square_of(c) - 2.0 * factor * product;
         (square + factor * factor * self.tau[column].1).max(0.0)
     }
 
-    /// The factor of the force in a column of least misfit.
-    pub(super) fn factor(&self, c: &[f64], column: usize) -> f64 {
-        self.product(c, column) / self.tau[column].1
-    }
-
-    /// The sum of the products of the predicted force and that in a column.
-    fn product(&self, c: &[f64], column: usize) -> f64 {
-        let right = self.right.iter().skip(column).step_by(self.tau.len());
-        c.iter().zip(right).map(|(c, r)| c * r).sum()
+    /// The laws of these sums where the forces of `odd`, a part of them, are not known.
+    pub(super) fn open_law(&self, odd: &Self) -> Option<OpenLaw> {
+        let (ridge, columns) = (self.ridge(RIDGE)?, self.tau.len());
+        let of_others = |k: usize| self.right[k * columns] - odd.right[k * columns];
+        let of_odd = ridge.solve(columns, |k, c| odd.right[k * columns + c]);
+        let product = |b: &dyn Fn(usize) -> f64| -> f64 {
+            (0..of_odd.nrows()).map(|k| b(k) * of_odd[(k, 0)]).sum()
+        };
+        let own = odd.tau[0].1 - product(&|k| odd.right[k * columns]);
+        Some(OpenLaw {
+            factor: product(&of_others) / own,
+            of_others: ridge.solve_one(of_others)?,
+            of_odd,
+        })
     }
 
     /// Sum of the squared forces in a column.

@@ -28,14 +28,14 @@ pub(in crate::check) use coupling::Coupling;
 pub(in crate::check) use cutoff::Cutoff;
 pub(in crate::check) use friction::FrictionTerm;
 use lagrangian_motion::Coordinates;
-use lagrangian_motion::statistics::{column, mean, root_mean_square};
+use lagrangian_motion::statistics::{column, deviation, mean, positive, root_mean_square};
 use laws::Disagreement;
 use laws::Laws;
 pub(in crate::check) use least_squares::jackknife;
 use least_squares::{Part, estimate};
 pub(in crate::check) use readings::{DeadZone, Readings};
 use source::{Signals, Source, force_noise, stretches, uncertainty};
-use terms::{FrictionCoupling, Terms};
+use terms::{FrictionCoupling, Shapes, Terms};
 pub(in crate::check) use undriven::Undriven;
 
 /// Delays are searched up to this time, and up to this many times it where none is found …
@@ -56,6 +56,12 @@ const FEWEST: usize = 6;
 const UNKNOWN: f64 = 0.1;
 /// The same where a wrong delay may be why.
 const WIDE: f64 = 0.2;
+/// Degrees of products of functions of the positions that are tried where the terms of a chain do not serve.
+const DEGREES: [usize; 4] = [2, 3, 4, 5];
+/// Of more coordinates there are too many.
+const FEW: usize = 4;
+/// Laws that usually leave up to this many times what the best one leaves are heard.
+const ALIKE: f64 = 2.0;
 /// Second cut-off as a fraction of the first.
 const NARROWER: f64 = 0.7;
 
@@ -158,26 +164,45 @@ pub(in crate::check) fn disagreement(
     from: usize,
     low_pass: Option<f64>,
 ) -> Option<(Vec<usize>, Disagreement)> {
-    let (of, all) = comparable(recordings)?;
+    let (indices, all) = comparable(recordings)?;
     let all: Vec<&Recording> = all.iter().collect();
-    let step = least_step(&all)?;
-    // A low-pass that was chosen for all forces is too low where some of them are wrong.
-    let cutoffs = [low_pass, Some(UNKNOWN / step)].into_iter().flatten();
-    let laws = cutoffs.filter_map(|cutoff| Laws::new(&Filtered::new(&all, cutoff)));
-    let mut laws: Vec<Laws> = laws.collect();
-    laws.sort_by(|a, b| a.error().total_cmp(&b.error()));
-    let first = of.partition_point(|k| *k < from);
+    let laws = laws(&all, low_pass)?;
+    let first = indices.partition_point(|k| *k < from);
     let odd = laws.iter().find_map(|laws| laws.disagreement(first));
     if from > 0 || odd.is_some() {
-        return odd.map(|(r, how)| (vec![of[r]], how));
+        return odd.map(|(r, how)| (vec![indices[r]], how));
     }
     let group = laws.iter().find_map(Laws::machine)?;
     let finding = "they follow one law, and all other recordings another one".to_string();
     let remedy = "check that all are of one machine, with one load, and their columns in one order; fit machines one at a time";
     Some((
-        group.into_iter().map(|r| of[r]).collect(),
+        group.into_iter().map(|r| indices[r]).collect(),
         ("machines", finding, remedy),
     ))
+}
+
+/// The best laws of these recordings: after several low-passes, and of more and more terms until some serve.
+fn laws<'a>(all: &[&'a Recording], low_pass: Option<f64>) -> Option<Vec<Laws<'a>>> {
+    // A low-pass that was chosen for all forces is too low where some of them are wrong.
+    let cutoffs = low_pass.into_iter().chain([UNKNOWN / least_step(all)?]);
+    let mut filtered: Vec<Filtered> = cutoffs.map(|own| Filtered::new(all, own)).collect();
+    let of = |own: &Filtered<'a>| Laws::new(own, Shapes::OfChains);
+    let mut laws: Vec<Laws> = filtered.iter().filter_map(of).collect();
+    let serve = |laws: &[Laws]| all[0].dof() > FEW || laws.iter().any(Laws::serve);
+    if !serve(&laws) {
+        let whole = Filtered::new(all, None);
+        laws.extend(of(&whole));
+        filtered.push(whole);
+    }
+    for shapes in DEGREES.map(Shapes::Products) {
+        if !serve(&laws) {
+            laws.extend(filtered.iter().filter_map(|own| Laws::new(own, shapes)));
+        }
+    }
+    laws.sort_by(|a, b| a.error().total_cmp(&b.error()));
+    let most = laws.first()?.error() + ALIKE.ln() * all[0].dof() as f64;
+    laws.retain(|own| own.error() <= most);
+    Some(laws)
 }
 
 /// The usable recordings with forces, or of free motions with forces of 0 where none has any, with their indices.
@@ -326,7 +351,9 @@ struct Filtered<'a> {
 }
 
 impl<'a> Filtered<'a> {
-    fn new(recordings: &[&'a Recording], cutoff: f64) -> Self {
+    /// `None` for the best estimates without a low-pass.
+    fn new(recordings: &[&'a Recording], cutoff: impl Into<Option<f64>>) -> Self {
+        let cutoff = cutoff.into();
         let sources = recordings.par_iter().enumerate();
         let sources = sources.filter_map(|(k, r)| Source::new(k, r, cutoff));
         Self {
@@ -347,9 +374,15 @@ impl<'a> Filtered<'a> {
             let speeds = signals.iter().flat_map(|s| s.qd.iter().skip(i).step_by(n));
             root_mean_square(&mut speeds.copied()).max(f64::MIN_POSITIVE)
         };
+        let place = |i: usize| {
+            let own = || signals.iter().flat_map(|s| s.q.iter().skip(i).step_by(n));
+            let spread = positive(deviation(&mut own().copied()));
+            (mean(&mut own().copied()), spread)
+        };
         Some(Stretches {
             coordinates: self.coordinates,
             speeds: (0..n).map(speed).collect(),
+            places: (0..n).map(place).collect(),
             signals,
         })
     }
@@ -360,6 +393,8 @@ struct Stretches<'a> {
     coordinates: &'a Coordinates,
     /// Root mean squares of the velocities, `[n]`.
     speeds: Vec<f64>,
+    /// Mean and deviation of each position.
+    places: Vec<(f64, f64)>,
     signals: Vec<Signals>,
 }
 
@@ -380,6 +415,8 @@ impl Stretches<'_> {
         Terms {
             coordinates: self.coordinates,
             speeds: &self.speeds,
+            places: &self.places,
+            shapes: Shapes::OfChains,
             rubbing: FrictionCoupling::Neighbours,
         }
     }

@@ -28,9 +28,9 @@ pub(super) struct Source {
 
 impl Source {
     /// A recording whose stamps were repaired; `None` where it has no forces, or is too short for the filter.
-    pub(super) fn new(index: usize, recording: &Recording, cutoff: f64) -> Option<Self> {
+    pub(super) fn new(index: usize, recording: &Recording, cutoff: Option<f64>) -> Option<Self> {
         let options = EstimateOptions {
-            low_pass: Some(cutoff),
+            low_pass: cutoff,
             momenta: false,
             ..EstimateOptions::default()
         };

@@ -11,8 +11,20 @@ const FRICTION: [f64; 2] = [0.05, 0.3];
 pub(super) struct Terms<'a> {
     pub(super) coordinates: &'a Coordinates,
     pub(super) speeds: &'a [f64],
+    /// Mean and deviation of each position.
+    pub(super) places: &'a [(f64, f64)],
+    pub(super) shapes: Shapes,
     /// The velocities that friction may depend on.
     pub(super) rubbing: FrictionCoupling,
+}
+
+/// The functions of the positions that multiply accelerations and products of velocities.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Shapes {
+    /// Those of a chain of joints: sines and cosines of neighbours and their differences, and positions themselves.
+    OfChains,
+    /// All products of functions of single positions up to this degree.
+    Products(usize),
 }
 
 /// The joints whose velocities the friction of one joint may depend on.
@@ -33,6 +45,11 @@ pub(super) fn friction_at(speed: f64) -> [f64; RUBBING] {
     [speed, sharp, smooth]
 }
 
+/// Whether joint `j` of `n` is next to joint `i`.
+fn near(n: usize, i: usize, j: usize) -> bool {
+    n <= 2 || j.abs_diff(i) <= 1
+}
+
 impl Terms<'_> {
     /// The row of joint `i` at one state; returns the number of terms that q̈ᵢ multiplies, which come first.
     pub(super) fn row(
@@ -43,14 +60,33 @@ impl Terms<'_> {
         qdd: &[f64],
         out: &mut Vec<f64>,
     ) -> usize {
+        match self.shapes {
+            Shapes::OfChains => self.row_of_chain(i, [q, qd, qdd], out),
+            Shapes::Products(degree) => {
+                let shapes = self.products(q, degree);
+                out.clear();
+                out.extend(shapes.iter().map(|s| s * qdd[i]));
+                let others = (0..q.len()).filter(|j| *j != i).map(|j| qdd[j]);
+                let squares = (0..q.len()).flat_map(|a| qd[..=a].iter().map(move |v| v * qd[a]));
+                for factor in others.chain(squares).chain([1.0]) {
+                    out.extend(shapes.iter().map(|s| s * factor));
+                }
+                let near = (0..q.len()).filter(|j| self.rubs(i, *j));
+                near.for_each(|j| out.extend(self.friction_of(j, qd[j])));
+                shapes.len()
+            }
+        }
+    }
+
+    /// The same of the terms of a chain.
+    fn row_of_chain(&self, i: usize, [q, qd, qdd]: [&[f64]; 3], out: &mut Vec<f64>) -> usize {
         out.clear();
         let n = q.len();
-        let near = |j: usize| n <= 2 || j.abs_diff(i) <= 1;
-        let neighbours: Vec<usize> = (0..n).filter(|&j| near(j)).collect();
+        let neighbours: Vec<usize> = (0..n).filter(|&j| near(n, i, j)).collect();
         let mut shapes = Vec::new();
         for &j in &neighbours {
             shapes.extend(self.shapes(j, q[j]));
-            if j + 1 < n && near(j + 1) {
+            if j + 1 < n && near(n, i, j + 1) {
                 shapes.extend([(q[j] - q[j + 1]).sin(), (q[j] - q[j + 1]).cos()]);
             }
         }
@@ -67,11 +103,8 @@ impl Terms<'_> {
             }
         }
         out.push(1.0);
-        let rubs = |j: &usize| self.rubbing == FrictionCoupling::All || near(*j);
-        for j in (0..n).filter(rubs) {
-            out.push(qd[j]);
-            out.extend(FRICTION.map(|part| (qd[j] / (part * self.speeds[j])).tanh()));
-        }
+        let rubbing = (0..n).filter(|j| self.rubs(i, *j));
+        rubbing.for_each(|j| out.extend(self.friction_of(j, qd[j])));
         for a in 0..n {
             out.extend(self.shapes(a, q[a]));
             let mut sum = q[a];
@@ -81,6 +114,43 @@ impl Terms<'_> {
             }
         }
         own
+    }
+
+    /// The number of terms of joint `i`.
+    pub(super) fn count(&self, i: usize) -> usize {
+        let (mut row, none) = (Vec::new(), vec![0.0; self.speeds.len()]);
+        self.row(i, &none, &none, &none, &mut row);
+        row.len()
+    }
+
+    fn rubs(&self, i: usize, j: usize) -> bool {
+        self.rubbing == FrictionCoupling::All || near(self.speeds.len(), i, j)
+    }
+
+    fn friction_of(&self, j: usize, speed: f64) -> [f64; RUBBING] {
+        let [sharp, smooth] = FRICTION.map(|part| (speed / (part * self.speeds[j])).tanh());
+        [speed, sharp, smooth]
+    }
+
+    /// All products of sines and cosines of multiples of angles, and powers of the other positions, up to a degree; the first is 1.
+    fn products(&self, q: &[f64], degree: usize) -> Vec<f64> {
+        let mut all = vec![(1.0, 0)];
+        for (j, (q, (mean, deviation))) in q.iter().zip(self.places).enumerate() {
+            for k in 0..all.len() {
+                let (product, own) = all[k];
+                for power in 1..=degree - own {
+                    let times = power as f64;
+                    if self.coordinates.is_circle(j) {
+                        let (sin, cos) = (times * q).sin_cos();
+                        all.extend([(product * sin, own + power), (product * cos, own + power)]);
+                    } else {
+                        let length = (q - mean) / deviation;
+                        all.push((product * length.powi(power as i32), own + power));
+                    }
+                }
+            }
+        }
+        all.into_iter().map(|(product, _)| product).collect()
     }
 
     /// Indices of the friction terms in a row of `size` terms, where friction may depend on all velocities: `[n, RUBBING]`.
