@@ -123,10 +123,8 @@ impl Trials<'_> {
             Budget::Seconds(seconds) => (STEPS, seconds / self.parts as f64),
         };
         let plain = !config.family.abilities().nominal;
-        config.budget = Budget::Steps(match plain && self.most > 0 {
-            true => steps.min(self.most),
-            false => steps,
-        });
+        let most = (plain && self.most > 0).then_some(self.most);
+        config.budget = Budget::Steps(steps.min(most.unwrap_or(STEPS)));
         let mut shown = Shown {
             name: &chosen.name,
             seconds,

@@ -231,11 +231,12 @@ fn of_torques(score: &Score, coordinates: &Coordinates, joints: &[Forward]) -> V
         .filter(|(_, (_, e))| **e >= 1.0);
     // Each joint counts by itself, except where inertia and gravity cancel and noise remains.
     let (passive, lost): (Vec<_>, Vec<_>) = lost.partition(|(k, _)| is_passive(*k));
-    for (grade, joints) in [(Grade::Poor, lost), (Grade::Fair, passive)] {
+    let small = "small beside the inertia that it balances, and ";
+    for (grade, joints, small) in [(Grade::Poor, lost, ""), (Grade::Fair, passive, small)] {
         let names: Vec<&str> = joints.into_iter().map(|(_, (name, _))| name).collect();
         if !names.is_empty() && mean < 1.0 {
             let finding = format!(
-                "the torque of {} is predicted no better than its mean",
+                "the torque of {} is {small}predicted no better than its mean",
                 names.join(", ")
             );
             let remedy =
