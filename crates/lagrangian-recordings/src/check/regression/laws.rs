@@ -1,9 +1,10 @@
 //! Agreement of the recordings: one law must serve them all.
 //!
-//! The law of all other recordings, a regression, predicts the forces of each one. Where it fails on one of them, that recording is altered
-//! in each way that mistakes are made: if one brings its error down to that of the others, it names the mistake. Else the recording has
-//! another law, if the others agree far better with one another than with it, and better without it than with it. The unit of evidence is
-//! the recording, however many samples it has: the others, too, are predicted by laws of recordings that exclude them.
+//! The law of all other recordings, a regression, predicts the forces of each one. Those where it fails most are suspected. A suspect is altered
+//! in each way that mistakes are made: if one law serves it and the others only so, that names the mistake (a law of the others alone may know
+//! nothing of where the suspect goes). Else the recording has another law, if the others agree far better with one another than with it, and
+//! better without it than with it. The unit of evidence is the recording, however many samples it has: the others, too, are predicted by laws
+//! of recordings that exclude them.
 //!
 //! A coordinate that has no force in any recording, as in free motions, is predicted by its acceleration (`undriven`).
 
@@ -84,10 +85,10 @@ struct Suspect {
     recording: usize,
     /// The laws of the others.
     laws: Vec<Law>,
-    /// The laws of the others and of this one, whose forces may be others than its own.
-    open: Vec<OpenLaw>,
     /// What they leave of it, by coordinate.
     own: Vec<f64>,
+    /// The laws of the others and of this one, whose forces may be others than its own.
+    open: Vec<OpenLaw>,
     /// The others, and what is left of each under the law of those that remain, `[coordinates][others]`.
     kept: Vec<usize>,
     others: Vec<Vec<f64>>,
@@ -232,13 +233,9 @@ impl<'a> Laws<'a> {
         };
         // The smallest laws are those without two recordings.
         let part = 1.0 - 2.0 / sources.len() as f64;
-        let rows = stretches
-            .signals
-            .iter()
-            .map(|s| s.q.len() / n)
-            .sum::<usize>();
-        let most = TERMS.min((part * rows as f64 / SAMPLES) as usize);
-        if (0..n).any(|i| terms.count(i) > most) {
+        let values: usize = stretches.signals.iter().map(|s| s.q.len()).sum();
+        let largest = part * (values / n) as f64 / SAMPLES;
+        if (0..n).any(|i| terms.count(i) > TERMS.min(largest as usize)) {
             return None;
         }
         let joints = (0..n).into_par_iter();
@@ -322,8 +319,8 @@ impl<'a> Laws<'a> {
         Some(Suspect {
             recording,
             laws: laws.collect::<Option<_>>()?,
-            open: self.joints.iter().map(open).collect::<Option<_>>()?,
             own: left.iter().map(|left| left[recording]).collect(),
+            open: self.joints.iter().map(open).collect::<Option<_>>()?,
             others: left.iter().map(of_others).collect(),
             kept,
         })

@@ -60,7 +60,7 @@ const WIDE: f64 = 0.2;
 const DEGREES: [usize; 4] = [2, 3, 4, 5];
 /// Of more coordinates there are too many.
 const FEW: usize = 4;
-/// Laws that usually leave up to this many times what the best one leaves are heard.
+/// Laws that usually leave up to this many times what the best one leaves may accuse.
 const ALIKE: f64 = 2.0;
 /// Second cut-off as a fraction of the first.
 const NARROWER: f64 = 0.7;
@@ -168,7 +168,9 @@ pub(in crate::check) fn disagreement(
     let all: Vec<&Recording> = all.iter().collect();
     let laws = laws(&all, low_pass)?;
     let first = indices.partition_point(|k| *k < from);
-    let odd = laws.iter().find_map(|laws| laws.disagreement(first));
+    let most = laws.first()?.error() + ALIKE.ln() * all[0].dof() as f64;
+    let mut heard = laws.iter().take_while(|own| own.error() <= most);
+    let odd = heard.find_map(|laws| laws.disagreement(first));
     if from > 0 || odd.is_some() {
         return odd.map(|(r, how)| (vec![indices[r]], how));
     }
@@ -181,7 +183,7 @@ pub(in crate::check) fn disagreement(
     ))
 }
 
-/// The best laws of these recordings: after several low-passes, and of more and more terms until some serve.
+/// Laws of these recordings, the best first: after several low-passes, and of more and more terms until some serve.
 fn laws<'a>(all: &[&'a Recording], low_pass: Option<f64>) -> Option<Vec<Laws<'a>>> {
     // A low-pass that was chosen for all forces is too low where some of them are wrong.
     let cutoffs = low_pass.into_iter().chain([UNKNOWN / least_step(all)?]);
@@ -200,8 +202,6 @@ fn laws<'a>(all: &[&'a Recording], low_pass: Option<f64>) -> Option<Vec<Laws<'a>
         }
     }
     laws.sort_by(|a, b| a.error().total_cmp(&b.error()));
-    let most = laws.first()?.error() + ALIKE.ln() * all[0].dof() as f64;
-    laws.retain(|own| own.error() <= most);
     Some(laws)
 }
 
