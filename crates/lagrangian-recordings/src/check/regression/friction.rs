@@ -45,7 +45,7 @@ fn of_force(stretches: &Stretches<'_>, i: usize) -> Option<Vec<FrictionTerm>> {
         let found = sums.coefficients(RIDGE)?;
         let columns: Vec<usize> = terms.friction(found.nrows()).collect();
         let of_velocity = |(columns, speed): (&[usize], &f64)| {
-            let pairs = columns.iter().zip(friction_at(*speed));
+            let pairs = columns.iter().zip(friction_at(*speed, *speed));
             pairs.map(|(&k, x)| found[(k, 0)] * x).sum::<f64>() / deviation
         };
         let velocities = columns.chunks_exact(RUBBING).zip(&stretches.speeds);

@@ -39,9 +39,9 @@ pub(super) enum FrictionCoupling {
 /// Number of terms of friction with one velocity.
 pub(super) const RUBBING: usize = 1 + FRICTION.len();
 
-/// Values of these terms at `speed`, the root mean square of the velocity.
-pub(super) fn friction_at(speed: f64) -> [f64; RUBBING] {
-    let [sharp, smooth] = FRICTION.map(|part| (1.0 / part).tanh());
+/// Values of these terms at `speed`, where `usual` is the root mean square of the velocity.
+pub(super) fn friction_at(speed: f64, usual: f64) -> [f64; RUBBING] {
+    let [sharp, smooth] = FRICTION.map(|part| (speed / (part * usual)).tanh());
     [speed, sharp, smooth]
 }
 
@@ -71,8 +71,8 @@ impl Terms<'_> {
                 for factor in others.chain(squares).chain([1.0]) {
                     out.extend(shapes.iter().map(|s| s * factor));
                 }
-                let near = (0..q.len()).filter(|j| self.rubs(i, *j));
-                near.for_each(|j| out.extend(self.friction_of(j, qd[j])));
+                let rubbing = (0..q.len()).filter(|j| self.rubs(i, *j));
+                rubbing.for_each(|j| out.extend(friction_at(qd[j], self.speeds[j])));
                 shapes.len()
             }
         }
@@ -104,7 +104,7 @@ impl Terms<'_> {
         }
         out.push(1.0);
         let rubbing = (0..n).filter(|j| self.rubs(i, *j));
-        rubbing.for_each(|j| out.extend(self.friction_of(j, qd[j])));
+        rubbing.for_each(|j| out.extend(friction_at(qd[j], self.speeds[j])));
         for a in 0..n {
             out.extend(self.shapes(a, q[a]));
             let mut sum = q[a];
@@ -125,11 +125,6 @@ impl Terms<'_> {
 
     fn rubs(&self, i: usize, j: usize) -> bool {
         self.rubbing == FrictionCoupling::All || near(self.speeds.len(), i, j)
-    }
-
-    fn friction_of(&self, j: usize, speed: f64) -> [f64; RUBBING] {
-        let [sharp, smooth] = FRICTION.map(|part| (speed / (part * self.speeds[j])).tanh());
-        [speed, sharp, smooth]
     }
 
     /// All products of sines and cosines of multiples of angles, and powers of the other positions, up to a degree; the first is 1.
