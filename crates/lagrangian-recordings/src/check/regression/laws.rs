@@ -21,7 +21,7 @@ use lagrangian_motion::statistics::upper_median;
 const RECORDINGS: std::ops::RangeInclusive<usize> = 3..=100;
 /// Smallest number of samples for each term of a law.
 const SAMPLES: f64 = 4.0;
-/// Largest number of these terms.
+/// Largest number of terms that are products.
 const TERMS: usize = 400;
 /// Number of recordings that are examined one by one, those that disagree most.
 const SUSPECTS: usize = 4;
@@ -125,6 +125,10 @@ fn column_of(coordinate: usize) -> usize {
     2 * DELAYS + 2 + coordinate
 }
 
+fn usual(left: &[f64]) -> f64 {
+    upper_median(&mut left.to_vec())
+}
+
 fn most(left: &[f64]) -> f64 {
     left.iter().copied().fold(0.0, f64::max)
 }
@@ -192,7 +196,7 @@ impl Joint {
 
     /// The recordings of the machine of the first one, where each recording follows the law of its own group far better than that of all.
     fn groups(&self, left: &[f64]) -> Option<Vec<bool>> {
-        if upper_median(&mut left.to_vec()) < LEFT {
+        if usual(left) < LEFT {
             return None;
         }
         let mut group: Vec<bool> = (0..left.len()).map(|r| r == 0).collect();
@@ -210,7 +214,7 @@ impl Joint {
             let ratios: Vec<f64> = of.map(|r| (left[r] / own[r]).ln()).collect();
             ratios.len() > 1 && ratios.iter().sum::<f64>() > FAR.ln() * ratios.len() as f64
         };
-        let fits = upper_median(&mut own.clone()) < FITS;
+        let fits = usual(&own) < FITS;
         (fits && better(true) && better(false)).then_some(group)
     }
 }
@@ -234,8 +238,10 @@ impl<'a> Laws<'a> {
         // The smallest laws are those without two recordings.
         let part = 1.0 - 2.0 / sources.len() as f64;
         let values: usize = stretches.signals.iter().map(|s| s.q.len()).sum();
-        let largest = part * (values / n) as f64 / SAMPLES;
-        if (0..n).any(|i| terms.count(i) > TERMS.min(largest as usize)) {
+        let of_chains = shapes == Shapes::OfChains;
+        let bound = if of_chains { usize::MAX } else { TERMS };
+        let largest = bound.min((part * (values / n) as f64 / SAMPLES) as usize);
+        if (0..n).any(|i| terms.count(i) > largest) {
             return None;
         }
         let joints = (0..n).into_par_iter();
@@ -252,19 +258,18 @@ impl<'a> Laws<'a> {
             sources,
             left,
             ranges,
-            of_chains: shapes == Shapes::OfChains,
+            of_chains,
         })
     }
 
     /// The logarithm of what laws of others usually leave, to compare filters.
     pub(super) fn error(&self) -> f64 {
-        let usual = |left: &Vec<f64>| upper_median(&mut left.clone()).max(f64::MIN_POSITIVE);
-        self.left.iter().map(|left| usual(left).ln()).sum()
+        let of = |left: &Vec<f64>| usual(left).max(f64::MIN_POSITIVE).ln();
+        self.left.iter().map(of).sum()
     }
 
     /// Whether laws of others usually explain forces.
     pub(super) fn serve(&self) -> bool {
-        let usual = |left: &Vec<f64>| upper_median(&mut left.clone());
         self.left.iter().all(|left| usual(left) < LEFT)
     }
 
@@ -272,7 +277,7 @@ impl<'a> Laws<'a> {
     /// suspected; if it is not 0, none of them counts as evidence against another.
     pub(super) fn disagreement(&self, from: usize) -> Option<(usize, Disagreement)> {
         let suspicion = |r: usize| {
-            let of = |left: &Vec<f64>| left[r] / upper_median(&mut left.clone());
+            let of = |left: &Vec<f64>| left[r] / usual(left);
             self.left.iter().map(of).fold(0.0, f64::max)
         };
         let suspected = |r: &usize| self.sources[*r] >= from;
@@ -369,7 +374,7 @@ impl<'a> Laws<'a> {
 
     /// Whether the law of the others fails on a coordinate of a recording.
     fn fails(&self, s: &Suspect, i: usize) -> bool {
-        let usual = upper_median(&mut s.others[i].clone());
+        let usual = usual(&s.others[i]);
         s.own[i] > LEFT.max(FAR * usual) && usual < FITS
     }
 
@@ -387,10 +392,10 @@ impl<'a> Laws<'a> {
     /// What is left of a recording with the force in this column times `factor`, where that explains why one law does not serve all.
     fn explained(&self, s: &Suspect, i: usize, column: usize, factor: f64) -> Option<f64> {
         let (before, _) = self.left_with(s, i, 0, 1.0);
-        let (left, mut others) = self.left_with(s, i, column, factor);
+        let (left, others) = self.left_with(s, i, column, factor);
         let better = before > LEFT && left < before / FAR;
         let serves = left < SERVES * most(&others).max(LEFT / FAR);
-        (better && serves && upper_median(&mut others) < FITS).then_some(left)
+        (better && serves && usual(&others) < FITS).then_some(left)
     }
 
     /// All forces that are late together, while those of the others are not.
