@@ -225,11 +225,12 @@ fn of_torques(score: &Score, coordinates: &Coordinates, joints: &[Forward]) -> V
     }
     let names = coordinates.0.iter().map(|c| c.name.as_str());
     let is_passive = |k: usize| joints.get(k).is_some_and(|j| j.inertial_share > PASSIVE);
+    let is_explained = |k: usize| joints.get(k).is_some_and(|j| j.acceleration_nmse < GOOD);
     let lost = names
         .zip(&error.nmse)
         .enumerate()
-        .filter(|(_, (_, e))| **e >= 1.0);
-    // Each joint counts by itself, except where inertia and gravity cancel and noise remains.
+        .filter(|(k, (_, e))| **e >= 1.0 && !(is_passive(*k) && is_explained(*k)));
+    // Each joint counts by itself, except where inertia and gravity cancel and noise remains: its acceleration tells then.
     let (passive, lost): (Vec<_>, Vec<_>) = lost.partition(|(k, _)| is_passive(*k));
     let small = "small beside the inertia that it balances, and ";
     for (grade, joints, small) in [(Grade::Poor, lost, ""), (Grade::Fair, passive, small)] {
