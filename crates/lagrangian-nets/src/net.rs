@@ -1,5 +1,7 @@
 //! The layers of a network and the places of its parameters.
 
+use std::ops::Range;
+
 use rand::{Rng, RngExt};
 
 use super::Activation;
@@ -89,6 +91,8 @@ pub struct Net {
     pub layers: Vec<Layer>,
     /// Layers that are the output, joined in this order; no layer reads them, and they have no activation.
     pub outputs: Vec<usize>,
+    /// Outputs whose weights begin as this part of what they are elsewhere.
+    pub faint: (Range<usize>, f64),
     /// Number of parameters: weights and biases of all layers.
     pub parameters: usize,
 }
@@ -106,6 +110,7 @@ impl Build {
             velocities,
             layers: Vec::new(),
             outputs: Vec::new(),
+            faint: (0..0, 1.0),
             parameters: 0,
         })
     }
@@ -261,6 +266,15 @@ impl Net {
                     } else {
                         x
                     };
+                }
+            }
+        }
+        let (outputs, part) = &self.faint;
+        for (layer, row) in outputs.clone().map(|o| self.output_at(o)) {
+            if let Kind::Dense { inputs, .. } = &self.layers[layer].kind {
+                for input in inputs {
+                    let row = &mut parameters[input.at + row * input.width..][..input.width];
+                    row.iter_mut().for_each(|w| *w *= part);
                 }
             }
         }

@@ -17,6 +17,8 @@ pub struct DataFacts {
     /// Whether the forces passed a low-pass with the motion: they are then those of a real machine, with more noise and friction than any
     /// model explains.
     pub filtered: bool,
+    /// The number of coordinates.
+    pub dof: usize,
 }
 
 impl DataFacts {
@@ -34,6 +36,7 @@ impl DataFacts {
             uncertainty: parts.fold(0.0, f64::max),
             forced: dataset.forced,
             filtered: estimates.iter().any(|e| e.source == Source::Tau),
+            dof: dataset.train.n,
         }
     }
 

@@ -16,6 +16,9 @@ use lagrangian_motion::{Error, Result};
 /// began with a mass matrix that changes its sign, and stayed there; with 0.2 one in sixty (ADR 0133).
 const LONGEST_OF_POLYNOMIALS: f64 = 0.2;
 
+/// The rows of a batch of the natural gradient: a step takes some 0.1 s for so many, and eight times as long for twice as many.
+const MOST_ROWS: usize = 2048;
+
 /// The choices of the training up to now, and the facts that further ones depend on.
 pub(super) struct TrainingChoices {
     pub(super) asked: TrainingSettings,
@@ -122,7 +125,13 @@ impl TrainingChoices {
                 128,
                 "small batches end lowest where a fit has a time to use",
             ),
-            OptimizerName::Natural => (256, "large batches use a number of steps best"),
+            OptimizerName::Natural => match MOST_ROWS / self.known.dof.max(1) {
+                large if large >= 256 => (256, "large batches use a number of steps best"),
+                fewer => (
+                    fewer.max(32),
+                    "larger ones have more rows, one for each coordinate, than a step solves in a moment",
+                ),
+            },
             OptimizerName::Adam => (512, "Adam averages the noise over the samples of a batch"),
         };
         self.choose("batch", batch, reason);

@@ -4,9 +4,10 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::{Block, DelanConfig, DelanShape, Inertia, Trunks};
+use super::{Block, Delan, DelanConfig, DelanShape, Inertia, Trunks};
 use crate::models::NetworkShape;
 use lagrangian_mechanics::lagrangian::Scaling;
+use lagrangian_mechanics::{Mechanical, Model};
 use lagrangian_motion::{Coordinates, Topology};
 use nets::simd::Real;
 use nets::{Packed, Pass};
@@ -191,5 +192,23 @@ fn angles_of_a_million_turns_are_reduced_one_by_one() {
     }
     for (x, y) in case.by_block().iter().zip(case.by_state()) {
         assert!((x - y).abs() < 1e-10 * (1.0 + y.abs()), "{x} and {y}");
+    }
+}
+
+#[test]
+fn the_mass_matrix_of_many_coordinates_begins_far_from_singular() {
+    let config = DelanConfig::default();
+    for seed in 0..3 {
+        let coordinates = Coordinates::lines(16);
+        let scaling = Scaling::identity(16);
+        let delan = Delan::random(coordinates, config.clone(), scaling, seed).unwrap();
+        let mut mass = vec![0.0; 256];
+        let at = [0.1; 16];
+        let outcome = Mechanical::conservative(delan)
+            .evaluator()
+            .mass_matrix(&at, &at, &mut mass);
+        assert!(outcome.is_finite());
+        let spectrum = crate::score::spectrum_of(&Coordinates::lines(16), &mass).unwrap();
+        assert!(spectrum.condition < 1e5, "{}", spectrum.condition);
     }
 }
