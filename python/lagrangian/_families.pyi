@@ -28,7 +28,7 @@ class Best(Estimator):
         activation: Activation of the hidden layers. One of ``softplus``, ``tanh``, ``gelu``, ``xtanh``, ``square``. Default: softplus.
         order: Order of a neural ODE: (q, q̇) → (q̇, q̈), or q̈ alone. One of ``first``, ``second``. Default: second.
         dissipation: Learn viscous and Coulomb friction too.
-        forces: Learn these forces too, separated by commas. Some of ``viscous``, ``coulomb``, ``stribeck``, ``load``, ``directional``, ``quadratic``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
+        forces: Learn these forces too, separated by commas. Some of ``viscous``, ``drag``, ``coulomb``, ``stribeck``, ``load``, ``directional``, ``quadratic``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
         searches: The number of searches for the joints, each from other random directions. A whole number from 1. Default: 8.
         friction: The terms of the friction of gears (arXiv 2410.08650). One of ``m1``, ``m2``, ``m3``, ``m4``, ``m5``, ``m6``. Default: by held-out motions.
         weight: The moment m g l of the first link's weight, N·m: without a torque only ratios to it are learned. A number above 0, from 1e-9 to 1e9. Default: 1.
@@ -74,7 +74,7 @@ class Best(Estimator):
     activation: Literal["softplus", "tanh", "gelu", "xtanh", "square"] | None
     order: Literal["first", "second"] | None
     dissipation: bool | None
-    forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None
+    forces: Sequence[Literal["viscous", "drag", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None
     searches: int | None
     friction: Literal["m1", "m2", "m3", "m4", "m5", "m6"] | None
     weight: float | None
@@ -122,7 +122,7 @@ class Best(Estimator):
         activation: Literal["softplus", "tanh", "gelu", "xtanh", "square"] | None = ...,
         order: Literal["first", "second"] | None = ...,
         dissipation: bool | None = ...,
-        forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None = ...,
+        forces: Sequence[Literal["viscous", "drag", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None = ...,
         searches: int | None = ...,
         friction: Literal["m1", "m2", "m3", "m4", "m5", "m6"] | None = ...,
         weight: float | None = ...,
@@ -167,7 +167,7 @@ class Lnn(Estimator):
         layers: Hidden layers. A whole number from 1. Default: 2.
         activation: Activation of the hidden layers. One of ``softplus``, ``tanh``, ``gelu``, ``xtanh``, ``square``. Default: softplus.
         dissipation: Learn viscous and Coulomb friction too.
-        forces: Learn these forces too, separated by commas. Some of ``viscous``, ``coulomb``, ``stribeck``, ``load``, ``directional``, ``quadratic``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
+        forces: Learn these forces too, separated by commas. Some of ``viscous``, ``drag``, ``coulomb``, ``stribeck``, ``load``, ``directional``, ``quadratic``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
         loss: What is compared with the data. One of ``acceleration``, ``acceleration-relative``, ``acceleration-l1``, ``torque``, ``torque-l1``, ``torque-acceleration``, ``torque-power``, ``positions``, ``positions-trapezoidal``, ``rollout``. Default: acceleration; rollout for neural-ode; positions for vin; torque for delan where torques are recorded and accelerations certain to 0.5 %.
         optimizer: Natural gradient, or Adam. One of ``natural``, ``adam``. Default: natural; adam where the data are noisy and accelerations or torques compared.
         batch: Samples in a batch. A whole number from 1. Default: natural gradient 128 by time and 256 by steps, Adam 512.
@@ -203,7 +203,7 @@ class Lnn(Estimator):
     layers: int | None
     activation: Literal["softplus", "tanh", "gelu", "xtanh", "square"] | None
     dissipation: bool | None
-    forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None
+    forces: Sequence[Literal["viscous", "drag", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None
     loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None
     optimizer: Literal["natural", "adam"] | None
     batch: int | None
@@ -241,7 +241,7 @@ class Lnn(Estimator):
         layers: int | None = ...,
         activation: Literal["softplus", "tanh", "gelu", "xtanh", "square"] | None = ...,
         dissipation: bool | None = ...,
-        forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None = ...,
+        forces: Sequence[Literal["viscous", "drag", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None = ...,
         loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None = ...,
         optimizer: Literal["natural", "adam"] | None = ...,
         batch: int | None = ...,
@@ -278,7 +278,7 @@ class Delan(Estimator):
         layers: Hidden layers. A whole number from 1. Default: 2.
         activation: Activation of the hidden layers. One of ``softplus``, ``tanh``, ``gelu``, ``xtanh``, ``square``. Default: softplus.
         dissipation: Learn viscous and Coulomb friction too.
-        forces: Learn these forces too, separated by commas. Some of ``viscous``, ``coulomb``, ``stribeck``, ``load``, ``directional``, ``quadratic``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
+        forces: Learn these forces too, separated by commas. Some of ``viscous``, ``drag``, ``coulomb``, ``stribeck``, ``load``, ``directional``, ``quadratic``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
         trunks: Whether M and V are read off the same hidden layers. One of ``shared``, ``separate``. Default: shared.
         vector_potential: Give the Lagrangian the term A(q)·q̇, for gyroscopic and magnetic forces.
         loss: What is compared with the data. One of ``acceleration``, ``acceleration-relative``, ``acceleration-l1``, ``torque``, ``torque-l1``, ``torque-acceleration``, ``torque-power``, ``positions``, ``positions-trapezoidal``, ``rollout``. Default: acceleration; rollout for neural-ode; positions for vin; torque for delan where torques are recorded and accelerations certain to 0.5 %.
@@ -312,7 +312,7 @@ class Delan(Estimator):
     layers: int | None
     activation: Literal["softplus", "tanh", "gelu", "xtanh", "square"] | None
     dissipation: bool | None
-    forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None
+    forces: Sequence[Literal["viscous", "drag", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None
     trunks: Literal["shared", "separate"] | None
     vector_potential: bool | None
     loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None
@@ -348,7 +348,7 @@ class Delan(Estimator):
         layers: int | None = ...,
         activation: Literal["softplus", "tanh", "gelu", "xtanh", "square"] | None = ...,
         dissipation: bool | None = ...,
-        forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None = ...,
+        forces: Sequence[Literal["viscous", "drag", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None = ...,
         trunks: Literal["shared", "separate"] | None = ...,
         vector_potential: bool | None = ...,
         loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None = ...,
@@ -387,7 +387,7 @@ class Vin(Estimator):
         layers: Hidden layers. A whole number from 1. Default: 2.
         activation: Activation of the hidden layers. One of ``softplus``, ``tanh``, ``gelu``, ``xtanh``, ``square``. Default: softplus.
         dissipation: Learn viscous and Coulomb friction too.
-        forces: Learn these forces too, separated by commas. Some of ``viscous``, ``coulomb``, ``stribeck``, ``load``, ``directional``, ``quadratic``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
+        forces: Learn these forces too, separated by commas. Some of ``viscous``, ``drag``, ``coulomb``, ``stribeck``, ``load``, ``directional``, ``quadratic``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
         vector_potential: Give the Lagrangian the term A(q)·q̇, for gyroscopic and magnetic forces.
         loss: What is compared with the data. One of ``acceleration``, ``acceleration-relative``, ``acceleration-l1``, ``torque``, ``torque-l1``, ``torque-acceleration``, ``torque-power``, ``positions``, ``positions-trapezoidal``, ``rollout``. Default: acceleration; rollout for neural-ode; positions for vin; torque for delan where torques are recorded and accelerations certain to 0.5 %.
         optimizer: Natural gradient, or Adam. One of ``natural``, ``adam``. Default: natural; adam where the data are noisy and accelerations or torques compared.
@@ -420,7 +420,7 @@ class Vin(Estimator):
     layers: int | None
     activation: Literal["softplus", "tanh", "gelu", "xtanh", "square"] | None
     dissipation: bool | None
-    forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None
+    forces: Sequence[Literal["viscous", "drag", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None
     vector_potential: bool | None
     loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None
     optimizer: Literal["natural", "adam"] | None
@@ -455,7 +455,7 @@ class Vin(Estimator):
         layers: int | None = ...,
         activation: Literal["softplus", "tanh", "gelu", "xtanh", "square"] | None = ...,
         dissipation: bool | None = ...,
-        forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None = ...,
+        forces: Sequence[Literal["viscous", "drag", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None = ...,
         vector_potential: bool | None = ...,
         loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None = ...,
         optimizer: Literal["natural", "adam"] | None = ...,
@@ -494,7 +494,7 @@ class Hnn(Estimator):
         layers: Hidden layers. A whole number from 1. Default: 2.
         activation: Activation of the hidden layers. One of ``softplus``, ``tanh``, ``gelu``, ``xtanh``, ``square``. Default: softplus.
         dissipation: Learn viscous and Coulomb friction too.
-        forces: Learn these forces too, separated by commas. Some of ``viscous``, ``coulomb``, ``stribeck``, ``load``, ``directional``, ``quadratic``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
+        forces: Learn these forces too, separated by commas. Some of ``viscous``, ``drag``, ``coulomb``, ``stribeck``, ``load``, ``directional``, ``quadratic``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
         structure: Any Hamiltonian, one with a mass matrix, or none: the plain flow (q, q̇) → (q̇, q̈) to compare with. One of ``free``, ``mass``, ``none``. Default: free.
         momenta: What a Hamiltonian network takes for momenta: recorded ones (columns p1, p2, …), or the velocities in their place. One of ``recorded``, ``velocities``. Default: recorded, or p = m q̇ with masses.
         masses: Masses m of p = m q̇, one for each coordinate. Numbers above 0, from 1e-9 to 1e9.
@@ -530,7 +530,7 @@ class Hnn(Estimator):
     layers: int | None
     activation: Literal["softplus", "tanh", "gelu", "xtanh", "square"] | None
     dissipation: bool | None
-    forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None
+    forces: Sequence[Literal["viscous", "drag", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None
     structure: Literal["free", "mass", "none"] | None
     momenta: Literal["recorded", "velocities"] | None
     masses: Sequence[float] | None
@@ -568,7 +568,7 @@ class Hnn(Estimator):
         layers: int | None = ...,
         activation: Literal["softplus", "tanh", "gelu", "xtanh", "square"] | None = ...,
         dissipation: bool | None = ...,
-        forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None = ...,
+        forces: Sequence[Literal["viscous", "drag", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None = ...,
         structure: Literal["free", "mass", "none"] | None = ...,
         momenta: Literal["recorded", "velocities"] | None = ...,
         masses: Sequence[float] | None = ...,
@@ -802,7 +802,7 @@ class Rigid(Estimator):
     
     Args:
         dissipation: Learn viscous and Coulomb friction too.
-        forces: Learn these forces too, separated by commas. Some of ``viscous``, ``coulomb``, ``stribeck``, ``load``, ``directional``, ``quadratic``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
+        forces: Learn these forces too, separated by commas. Some of ``viscous``, ``drag``, ``coulomb``, ``stribeck``, ``load``, ``directional``, ``quadratic``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
         loss: What is compared with the data. One of ``acceleration``, ``acceleration-relative``, ``acceleration-l1``, ``torque``, ``torque-l1``, ``torque-acceleration``, ``torque-power``, ``positions``, ``positions-trapezoidal``, ``rollout``. Default: acceleration; rollout for neural-ode; positions for vin; torque for delan where torques are recorded and accelerations certain to 0.5 %.
         optimizer: Natural gradient, or Adam. One of ``natural``, ``adam``. Default: natural; adam where the data are noisy and accelerations or torques compared.
         batch: Samples in a batch. A whole number from 1. Default: natural gradient 128 by time and 256 by steps, Adam 512.
@@ -832,7 +832,7 @@ class Rigid(Estimator):
         urdf: URDF of the robot: a file, its text, or the name of an example.
     """
     dissipation: bool | None
-    forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None
+    forces: Sequence[Literal["viscous", "drag", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None
     loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None
     optimizer: Literal["natural", "adam"] | None
     batch: int | None
@@ -864,7 +864,7 @@ class Rigid(Estimator):
         self,
         *,
         dissipation: bool | None = ...,
-        forces: Sequence[Literal["viscous", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None = ...,
+        forces: Sequence[Literal["viscous", "drag", "coulomb", "stribeck", "load", "directional", "quadratic", "offset", "rotor", "gains", "input-matrix"]] | None = ...,
         loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None = ...,
         optimizer: Literal["natural", "adam"] | None = ...,
         batch: int | None = ...,

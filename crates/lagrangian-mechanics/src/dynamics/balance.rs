@@ -57,11 +57,11 @@ impl Balance {
             let (motor, external) = (self.force[i], -self.viscous[i]);
             self.force[i] += external;
             let gear = applied.dissipation.map(|d| d.gear(i)).unwrap_or_default();
-            self.viscous[i] = gear.viscous;
+            self.viscous[i] = gear.damping(v);
             // The load of a joint at rest is the force that holds it; the force out of the gear of a moving joint depends on its friction.
             self.dry[i] = match v == 0.0 {
                 true => gear.dry(Load { motor, external }, v),
-                false => (gear.friction(motor, v, v.signum()) - gear.viscous * v) * v.signum(),
+                false => (gear.friction(motor, v, v.signum()) - gear.damping(v) * v) * v.signum(),
             };
         }
         match self.is_finite() {

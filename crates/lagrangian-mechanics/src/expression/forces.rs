@@ -124,7 +124,11 @@ impl Dissipation {
             qd * (one / speeds.bounded(0..list.len(), [least, f64::INFINITY]).all())
         };
         let zero = graph.constant(&vec![0.0; qd.len()]);
-        let own = learned("dissipation/viscous", &self.viscous) * qd;
+        let mut own = learned("dissipation/viscous", &self.viscous) * qd;
+        if let Some(drag) = &self.drag {
+            let speed = qd.map(Function::Absolute);
+            own = own + learned("dissipation/drag", drag) * qd * speed;
+        }
         let mut dry = match is_zero(&self.coulomb) {
             true => zero,
             false => learned("dissipation/coulomb", &self.coulomb),

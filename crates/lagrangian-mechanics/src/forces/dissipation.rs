@@ -1,12 +1,12 @@
-//! Forces that dissipate energy: viscous, smooth Coulomb and Stribeck friction, and friction in proportion to the load of a
-//! gear, with coefficients for each coordinate.
+//! Forces that dissipate energy: viscous, smooth Coulomb and Stribeck friction, the drag of a fluid, and friction in proportion to the
+//! load of a gear, with coefficients for each coordinate.
 
 use serde::{Deserialize, Serialize};
 
 use super::{GearFriction, Load};
 use lagrangian_motion::{Error, Result};
 
-/// Friction dᵢ = bᵢ q̇ᵢ + tanh(q̇ᵢ / vₛᵢ) [cᵢ + lᵢ |Fᵢ| + hᵢ exp(−(q̇ᵢ / vₕᵢ)²)], which opposes the motion: M q̈ + c = F − d
+/// Friction dᵢ = bᵢ q̇ᵢ + aᵢ q̇ᵢ |q̇ᵢ| + tanh(q̇ᵢ / vₛᵢ) [cᵢ + lᵢ |Fᵢ| + hᵢ exp(−(q̇ᵢ / vₕᵢ)²)], which opposes the motion: M q̈ + c = F − d
 /// with the force F of the drive (theory.md, equations 4, 24, 36 and 130); [`Directional`] adds terms of the force out of the gear.
 ///
 /// All coefficients are non-negative, so that the dissipated power d·q̇ is never negative.
@@ -15,6 +15,9 @@ use lagrangian_motion::{Error, Result};
 pub struct Dissipation {
     /// Viscous coefficients b, N·s/m or N·m·s/rad, `[n]`.
     pub viscous: Vec<f64>,
+    /// Coefficients a of the drag of a fluid, N·s²/m² or N·m·s²/rad², `[n]`; `None` without drag.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drag: Option<Vec<f64>>,
     /// Coulomb coefficients c, N or N·m, `[n]`.
     pub coulomb: Vec<f64>,
     /// The speeds vₛ over which Coulomb friction changes its sign, m/s or rad/s, `[n]`.
@@ -103,6 +106,9 @@ impl Dissipation {
             ("Coulomb friction", &self.coulomb, COEFFICIENT),
             ("smoothing", &self.smoothing, SPEED),
         ];
+        if let Some(drag) = &self.drag {
+            lists.push(("drag", drag, COEFFICIENT));
+        }
         if let Some(stribeck) = &self.stribeck {
             lists.push(("Stribeck friction", &stribeck.height, COEFFICIENT));
             lists.push(("Stribeck speed", &stribeck.speed, SPEED));
@@ -170,6 +176,7 @@ impl Dissipation {
         let of = |f: fn(&Directional) -> &[f64]| directional.map_or(0.0, |d| f(d)[i]);
         GearFriction {
             viscous: self.viscous[i],
+            drag: self.drag.as_ref().map_or(0.0, |drag| drag[i]),
             coulomb: self.coulomb[i],
             motor: self.load.as_ref().map_or(0.0, |load| load[i]),
             external: of(|d| &d.external),
@@ -185,7 +192,7 @@ impl Dissipation {
     /// Writes d at `m` states without a load; `qd` and `force` are `[m, n]`.
     pub fn force(&self, qd: &[f64], force: &mut [f64]) {
         self.each(qd, force, |force, gear, Motion { v, direction }| {
-            *force = gear.viscous * v + direction * gear.dry(UNLOADED, v);
+            *force = gear.damping(v) * v + direction * gear.dry(UNLOADED, v);
         });
     }
 
@@ -252,6 +259,7 @@ mod tests {
         let d = Dissipation {
             viscous: vec![0.1, 0.0],
             coulomb: vec![0.0, 2.0],
+            drag: Some(vec![0.2, 0.0]),
             smoothing: vec![0.01; 2],
             ..Dissipation::viscous(vec![0.0; 2])
         };
@@ -259,7 +267,7 @@ mod tests {
         let mut force = [0.0; 6];
         let qd = [3.0, -1.0, -3.0, 1.0, 0.0, 0.0];
         d.force(&qd, &mut force);
-        let expected = [0.3, -2.0, -0.3, 2.0, 0.0, 0.0];
+        let expected = [2.1, -2.0, -2.1, 2.0, 0.0, 0.0];
         assert!(
             force
                 .iter()
@@ -281,8 +289,7 @@ mod tests {
             coulomb: vec![1.0],
             smoothing: vec![1e-4],
             stribeck: Some(stribeck),
-            load: None,
-            directional: None,
+            ..Dissipation::default()
         };
         d.validate(1).unwrap();
         let mut force = [0.0; 3];

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::scalar::Scalar;
 
-/// Friction of the gear of one joint, with viscous friction b q̇ and dry friction of at most
+/// Friction of the gear of one joint, with viscous friction b q̇, drag a q̇ |q̇| and dry friction of at most
 /// s = c + kₘ |τₘ| + kₑ |τₑ| + e^(−(q̇/vₛ)²) (h + lₘ |τₘ| + lₑ |τₑ| + s₂) (theory.md, equations 124 and 125).
 ///
 /// τₘ is the torque of the motor and τₑ the torque of everything else on the joint: gravity and velocity-dependent inertial forces.
@@ -18,6 +18,8 @@ use super::scalar::Scalar;
 pub struct GearFriction<T = f64> {
     /// Viscous coefficient b, N·m·s/rad.
     pub viscous: T,
+    /// Coefficient of the drag of a fluid a, N·m·s²/rad².
+    pub drag: T,
     /// Coulomb friction c, N·m.
     pub coulomb: T,
     /// Share of the motor's torque kₘ that is lost to friction.
@@ -48,6 +50,13 @@ pub struct Load<T = f64> {
 }
 
 impl<T: Scalar> GearFriction<T> {
+    /// The viscous coefficient that viscous friction and drag have together at the speed `v`, b + a |v|, N·m·s/rad.
+    #[inline]
+    #[must_use]
+    pub fn damping(&self, v: T) -> T {
+        self.viscous + self.drag * v.abs()
+    }
+
     /// Largest dry friction s under a load at the speed `v`, N·m; a joint at rest under a smaller torque does not move.
     #[inline]
     pub fn dry(&self, load: Load<T>, v: T) -> T {
@@ -86,7 +95,7 @@ impl<T: Scalar> GearFriction<T> {
 }
 
 impl<T: Scalar> GearFriction<T> {
-    /// Friction d = b v + `direction` s(τₘ, −y, v), N·m, of a gear whose output torque is y = τₘ − d (theory.md,
+    /// Friction d = (b + a |v|) v + `direction` s(τₘ, −y, v), N·m, of a gear whose output torque is y = τₘ − d (theory.md,
     /// equation 130c); the direction, within −1 … 1, is that of the motion.
     ///
     /// The load is the output torque, which includes inertial forces of the joint. A gear that is driven backwards, where y and the
@@ -97,7 +106,7 @@ impl<T: Scalar> GearFriction<T> {
         let share = self.motor + near * self.stribeck_motor;
         let mut dry = self.coulomb + share * motor.abs() + near * self.stribeck;
         let of_out = self.external + near * self.stribeck_external;
-        let viscous = self.viscous * v;
+        let viscous = self.damping(v) * v;
         let before = motor - viscous - direction * dry;
         let has_squares = motor.value() * before.value() > 0.0;
         let mut square = T::of(0.0);
@@ -140,7 +149,7 @@ fn root<T: Scalar>(a: T, b: T, c: T) -> T {
 
 impl GearFriction {
     /// Motor torque τₘ that, less friction, exerts `net` on a joint which moves with the speed `v` against an external
-    /// torque: τₘ − `direction` s(τₘ, τₑ, v) − b v = net (theory.md, equation 126), N·m; the direction, within −1 … 1, is that of
+    /// torque: τₘ − `direction` s(τₘ, τₑ, v) − (b + a |v|) v = net (theory.md, equation 126), N·m; the direction, within −1 … 1, is that of
     /// the motion.
     ///
     /// In closed form. Where squares allow several torques or none, it is the torque at which the motor drives the load, or the one
@@ -152,7 +161,7 @@ impl GearFriction {
         let by_external = (self.external + near * self.stribeck_external) * external.abs();
         let free = self.coulomb + by_external + near * self.stribeck;
         let of = |free: f64, square: f64| {
-            let force = net + (self.viscous * v + direction * free);
+            let force = net + (self.damping(v) * v + direction * free);
             let along = direction * force.signum();
             force.signum() * root(1.0 - along * share, -along * square, force.abs())
         };
@@ -180,6 +189,7 @@ mod tests {
 
     const GEAR: GearFriction = GearFriction {
         viscous: 0.01,
+        drag: 0.02,
         coulomb: 0.05,
         motor: 0.2,
         external: 0.15,
@@ -206,7 +216,7 @@ mod tests {
                 for external in [-0.5, -0.02, 0.0, 0.3, 2.0] {
                     for v in [-2.0, -0.05, 0.1, 1.0_f64] {
                         let load = Load { motor, external };
-                        let net = motor - v.signum() * gear.dry(load, v) - gear.viscous * v;
+                        let net = motor - v.signum() * gear.dry(load, v) - gear.damping(v) * v;
                         let found = gear.motor_torque(net, external, v, v.signum());
                         assert!((found - motor).abs() < 1e-12, "{load:?} {v} {found}");
                     }
@@ -237,7 +247,7 @@ mod tests {
                         motor,
                         external: -(motor - d),
                     };
-                    let right = gear.viscous * v + direction * gear.dry(load, v);
+                    let right = gear.damping(v) * v + direction * gear.dry(load, v);
                     assert!((d - right).abs() < 1e-12, "{load:?} {v}: {d} {right}");
                     let back = gear.motor_torque(motor - d, d - motor, v, direction);
                     assert!((back - motor).abs() < 1e-12, "{load:?} {v}: {back}");

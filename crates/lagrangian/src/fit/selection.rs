@@ -20,7 +20,7 @@ use lagrangian_motion::{Error, Result};
 use lagrangian_recordings::Estimate;
 
 /// The friction that is learned beside a network of a driven machine.
-const FORCES: [&str; 3] = ["viscous", "coulomb", "offset"];
+const FORCES: [&str; 4] = ["viscous", "drag", "coulomb", "offset"];
 
 /// The settings of friction: those who give one still get several models, all with that friction.
 const FRICTION: [&str; 2] = ["forces", "dissipation"];
@@ -169,7 +169,7 @@ impl FitSpec {
             spec.settings.insert("forces".into(), json!(FORCES));
         }
         let own = candidate.settings.iter();
-        for (name, value) in own.filter(|own| !((forced || given) && own.0 == "dissipation")) {
+        for (name, value) in own.filter(|own| !((forced || given) && own.0 == FRICTION[0])) {
             let value = serde_json::from_str(value).unwrap_or_default();
             spec.settings.entry(*name).or_insert(value);
         }

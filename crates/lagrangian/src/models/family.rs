@@ -275,6 +275,9 @@ pub struct Candidate {
     pub on: fn(data: &Dataset, robot: bool) -> bool,
 }
 
+/// The friction that is learned beside free motions.
+pub(crate) const FRICTION: (&str, &str) = ("forces", r#"["viscous", "drag", "coulomb"]"#);
+
 /// A family of earlier versions that is an experiment now.
 pub(crate) const EXPERIMENT: &str = "features";
 

@@ -100,6 +100,10 @@ impl<'a> Named<'a> {
 
     fn dissipation(&mut self, d: &Dissipation) {
         self.add("viscous", &d.viscous, viscous);
+        if let Some(drag) = &d.drag {
+            let unit = |q: &str| either(q, "N·m·s²/rad²", "N·s²/m²");
+            self.add("drag", drag, unit);
+        }
         self.add("coulomb", &d.coulomb, force);
         self.add("coulomb_speed", &d.smoothing, speed);
         if let Some(stribeck) = &d.stribeck {

@@ -19,6 +19,9 @@ use lagrangian_motion::{Error, Result};
 pub struct ForceTerms {
     /// Whether viscous friction b q̇ is learned.
     pub viscous: bool,
+    /// Whether the drag of a fluid a q̇ |q̇| is learned.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub drag: bool,
     /// Whether Coulomb friction c tanh(q̇ / vₛ) is learned, with vₛ.
     pub coulomb: bool,
     /// Whether Stribeck friction h tanh(q̇ / vₛ) exp(−(q̇ / vₕ)²) is learned, with vₛ and vₕ.
@@ -43,6 +46,7 @@ pub struct ForceTerms {
 /// The names of the forces in settings.
 pub(crate) const FORCE_NAMES: &[Named] = &[
     named("viscous", "Friction b q̇"),
+    named("drag", "The drag of a fluid a q̇ |q̇|"),
     named("coulomb", "Friction c tanh(q̇ / v), with the speed v"),
     named(
         "stribeck",
@@ -113,6 +117,7 @@ impl ForceTerms {
         let wanted = |name| names.contains(&name);
         Ok(Self {
             viscous: friction || wanted("viscous"),
+            drag: wanted("drag"),
             coulomb: friction || wanted("coulomb"),
             stribeck: wanted("stribeck"),
             load: wanted("load"),

@@ -70,6 +70,7 @@ pub(crate) fn forces(terms: ForceTerms, n: usize) -> Forces {
 fn all_forces(input: Input) -> ForceTerms {
     ForceTerms {
         viscous: true,
+        drag: true,
         coulomb: true,
         stribeck: true,
         load: true,

@@ -34,9 +34,7 @@ fn arm() -> Mechanical<RigidBodies> {
         viscous: vec![0.5, 0.4, 0.2],
         coulomb: vec![1.0, 0.8, 0.4],
         smoothing: vec![0.05; 3],
-        stribeck: None,
-        load: None,
-        directional: None,
+        ..Dissipation::default()
     };
     Mechanical::dissipative(RigidBodies::from_urdf(ARM).unwrap(), friction).unwrap()
 }

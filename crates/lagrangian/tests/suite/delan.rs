@@ -112,6 +112,7 @@ fn energy_changes_by_the_power_of_inputs_and_friction_alone() {
                 speed: vec![0.5; n],
             }),
             load: Some(vec![0.3; n]),
+            drag: Some(vec![0.05; n]),
             directional: Some(Directional {
                 external: vec![0.2; n],
                 stribeck_motor: vec![0.1; n],

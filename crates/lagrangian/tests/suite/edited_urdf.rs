@@ -60,9 +60,7 @@ fn friction(n: usize) -> Dissipation {
         viscous: (0..n).map(|i| 0.1 + 0.01 * i as f64).collect(),
         coulomb: (0..n).map(|i| 1.0 / (3.0 + i as f64)).collect(),
         smoothing: vec![0.05; n],
-        stribeck: None,
-        load: None,
-        directional: None,
+        ..Dissipation::default()
     }
 }
 

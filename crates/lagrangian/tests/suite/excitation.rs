@@ -156,9 +156,7 @@ fn truth(bodies: &RigidBodies) -> Mechanical<RigidBodies> {
         viscous: vec![2.0; n],
         coulomb: vec![1.5; n],
         smoothing: vec![0.05; n],
-        stribeck: None,
-        load: None,
-        directional: None,
+        ..Dissipation::default()
     };
     Mechanical::dissipative(arm, friction).unwrap()
 }

@@ -16,9 +16,7 @@ fn friction(n: usize) -> Dissipation {
         viscous: (0..n).map(|i| 0.1 + 0.05 * i as f64).collect(),
         coulomb: (0..n).map(|i| 0.3 - 0.04 * i as f64).collect(),
         smoothing: vec![SMOOTHING; n],
-        stribeck: None,
-        load: None,
-        directional: None,
+        ..Dissipation::default()
     }
 }
 

@@ -162,9 +162,7 @@ fn energy_changes_by_the_power_of_the_forces_and_of_friction() {
                 viscous: vec![0.3; n],
                 coulomb: vec![0.2; n],
                 smoothing: vec![0.1; n],
-                stribeck: None,
-                load: None,
-                directional: None,
+                ..Dissipation::default()
             };
             let mut d = vec![0.0; n];
             friction.force(&start.qd, &mut d);

@@ -139,19 +139,30 @@ fn driven_motions_are_refined_beside_a_chain_of_bodies() {
 }
 
 #[test]
-fn a_drag_that_no_model_of_torques_has_is_left_to_a_plain_network() {
-    let force = |t: f64, _: &[f64], qd: &[f64], tau: &mut [f64]| {
-        tau[0] = drive(t) - 0.5 * qd[0] * qd[0].abs();
-    };
+fn drag_is_found_beside_friction() {
+    let selection = clean(&|t, _, qd, tau| tau[0] = drive(t) - 0.5 * qd[0] * qd[0].abs());
+    let named = selection.fit.model.parameters();
+    let drag = named.iter().find(|own| own.name.starts_with("drag_"));
+    let drag = drag.unwrap().value;
+    assert!((drag - 0.5).abs() < 0.05, "{drag} {:?}", selection.tried);
+}
+
+#[test]
+fn a_drive_that_saturates_which_no_model_of_torques_has_is_left_to_a_plain_network() {
+    let selection = clean(&|t, _, _, tau| tau[0] = 2.0 * (0.5 * drive(t)).tanh());
+    let reason = &selection.chosen.choices[0].reason;
+    assert_eq!(selection.chosen.name, "mlp", "{:?}", selection.tried);
+    assert!(reason.contains("tells no torques"), "{reason}");
+}
+
+/// What is kept of driven motions without noise under these forces.
+fn clean(forces: &Force<'_>) -> Selection {
     let spec = FitSpec {
         steps: Some(150),
         ..FitSpec::default()
     };
-    let (dataset, candidates) = recorded(0.0, &spec, drive, &force);
-    let selection = select(&dataset, candidates, None, &mut ()).unwrap();
-    let reason = &selection.chosen.choices[0].reason;
-    assert_eq!(selection.chosen.name, "mlp", "{:?}", selection.tried);
-    assert!(reason.contains("tells no torques"), "{reason}");
+    let (dataset, candidates) = recorded(0.0, &spec, drive, forces);
+    select(&dataset, candidates, None, &mut ()).unwrap()
 }
 
 #[test]

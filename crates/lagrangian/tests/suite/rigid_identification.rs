@@ -177,9 +177,7 @@ fn rotors_offsets_and_friction_are_found_with_the_masses() {
         viscous: vec![0.5; n],
         coulomb: vec![1.0; n],
         smoothing: vec![0.05; n],
-        stribeck: None,
-        load: None,
-        directional: None,
+        ..Dissipation::default()
     };
     let truth = Mechanical::dissipative(bodies, friction).unwrap();
     let config = FitConfig {
@@ -449,9 +447,7 @@ fn standard_errors_are_the_scatter_of_the_parameters_where_noise_lasts() {
         viscous: vec![0.3; 2],
         coulomb: vec![0.5; 2],
         smoothing: vec![0.05; 2],
-        stribeck: None,
-        load: None,
-        directional: None,
+        ..Dissipation::default()
     };
     let truth = Mechanical::dissipative(arm, friction).unwrap();
     let robot = RobotConfig::new(rigid::example("two_link_arm").unwrap(), Vec::new()).unwrap();

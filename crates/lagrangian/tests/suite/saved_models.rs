@@ -319,6 +319,7 @@ mod families {
     fn models() -> Vec<Learned> {
         let friction = Dissipation {
             viscous: vec![0.1, 1.0 / 3.0],
+            drag: Some(vec![0.3, 0.0]),
             coulomb: vec![0.0, 0.2],
             smoothing: vec![0.01; 2],
             stribeck: None,

@@ -146,6 +146,7 @@ impl Layout {
         let unit = self.weight;
         let mut gear = GearFriction {
             viscous: reader.torque(),
+            drag: T::of(0.0),
             coulomb: reader.torque(),
             motor: reader.when(load, Reader::positive),
             external: reader.when(two, Reader::positive),

@@ -36,6 +36,7 @@ pub(super) fn scaling(n: usize) -> Scaling {
 fn forces(n: usize) -> (Dissipation, Actuation) {
     let list = |first: f64| (0..n).map(|i| first + 0.1 * i as f64).collect::<Vec<_>>();
     let friction = Dissipation {
+        drag: Some(list(0.15)),
         coulomb: list(0.3),
         smoothing: list(0.05),
         load: Some(list(0.1)),

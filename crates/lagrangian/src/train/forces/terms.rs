@@ -10,6 +10,7 @@ use lagrangian_motion::Result;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Term {
     Viscous,
+    Drag,
     Coulomb,
     Smoothing,
     Stribeck,
@@ -27,8 +28,9 @@ enum Term {
 }
 
 /// The terms of friction, in the order of the directions of their slopes.
-const FRICTION: [Term; 11] = [
+const FRICTION: [Term; 12] = [
     Term::Viscous,
+    Term::Drag,
     Term::Coulomb,
     Term::Load,
     Term::External,
@@ -41,11 +43,11 @@ const FRICTION: [Term; 11] = [
     Term::Smoothing,
 ];
 /// The directions of force and velocity, after those of friction.
-const FORCE: usize = 11;
-const VELOCITY: usize = 12;
+const FORCE: usize = 12;
+const VELOCITY: usize = 13;
 
 /// A number with its slopes by all arguments of the friction of a gear.
-type Sloped = Sensitive<13>;
+type Sloped = Sensitive<14>;
 
 /// The largest change of a speed from its initial value, as a logarithm.
 const SPEED_RANGE: f64 = 2.5;
@@ -72,6 +74,7 @@ impl Term {
         let near = all.stribeck && all.directional;
         let mut list: Vec<Self> = [
             (all.viscous, Self::Viscous),
+            (all.drag, Self::Drag),
             (all.coulomb, Self::Coulomb),
             (all.coulomb || all.stribeck || all.load, Self::Smoothing),
             (all.stribeck, Self::Stribeck),
@@ -98,7 +101,12 @@ impl Term {
     /// The initial value for coordinate `i`: little friction, inputs as recorded.
     fn initial(self, i: usize) -> f64 {
         match self {
-            Self::Viscous | Self::Coulomb | Self::Load | Self::External | Self::Rotor => 0.01,
+            Self::Viscous
+            | Self::Drag
+            | Self::Coulomb
+            | Self::Load
+            | Self::External
+            | Self::Rotor => 0.01,
             Self::Stribeck
             | Self::StribeckMotor
             | Self::StribeckExternal
@@ -173,6 +181,7 @@ impl Forces {
         let (tau, qd) = (self.tau[i], self.qd[i]);
         match term {
             Term::Viscous => tau / qd,
+            Term::Drag => tau / (qd * qd),
             Term::Coulomb | Term::Stribeck | Term::Offset => tau,
             Term::QuadraticMotor | Term::QuadraticExternal => 1.0 / tau,
             Term::Smoothing => SMOOTHING * qd,
@@ -253,6 +262,7 @@ impl Forces {
     ) -> (GearFriction<T>, T) {
         let [
             viscous,
+            drag,
             coulomb,
             motor,
             external,
@@ -274,6 +284,7 @@ impl Forces {
         });
         let gear = GearFriction {
             viscous,
+            drag,
             coulomb,
             motor,
             external,
@@ -341,7 +352,8 @@ impl Forces {
     /// The friction with the trained parameters, where friction is learned.
     pub(crate) fn dissipation(&self, extra: &[f64]) -> Option<Dissipation> {
         let has = |term| self.find(term).is_some();
-        if !has(Term::Viscous) && !has(Term::Smoothing) {
+        let kinds = [Term::Viscous, Term::Drag, Term::Smoothing];
+        if !kinds.into_iter().any(has) {
             return None;
         }
         let gear = |i| self.gear(extra, i, |parameter, _| parameter);
@@ -349,6 +361,7 @@ impl Forces {
         let each = |of: fn(&GearFriction) -> f64| gears.iter().map(of).collect::<Vec<f64>>();
         Some(Dissipation {
             viscous: each(|gear| gear.viscous),
+            drag: has(Term::Drag).then(|| each(|gear| gear.drag)),
             coulomb: each(|gear| gear.coulomb),
             smoothing,
             stribeck: has(Term::Stribeck).then(|| Stribeck {
@@ -400,6 +413,7 @@ mod tests {
 
     const ALL: ForceTerms = ForceTerms {
         viscous: true,
+        drag: true,
         coulomb: true,
         stribeck: true,
         load: true,
