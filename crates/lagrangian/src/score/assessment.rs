@@ -225,11 +225,11 @@ fn of_torques(score: &Score, coordinates: &Coordinates, joints: &[Forward]) -> V
     }
     let names = coordinates.0.iter().map(|c| c.name.as_str());
     let is_passive = |k: usize| joints.get(k).is_some_and(|j| j.inertial_share > PASSIVE);
-    let is_explained = |k: usize| joints.get(k).is_some_and(|j| j.acceleration_nmse < GOOD);
+    let is_remainder = |k: usize| joints.get(k).is_some_and(Forward::is_remainder);
     let lost = names
         .zip(&error.nmse)
         .enumerate()
-        .filter(|(k, (_, e))| **e >= 1.0 && !(is_passive(*k) && is_explained(*k)));
+        .filter(|(k, (_, e))| **e >= 1.0 && !is_remainder(*k));
     // Each joint counts by itself, except where inertia and gravity cancel and noise remains: its acceleration tells then.
     let (passive, lost): (Vec<_>, Vec<_>) = lost.partition(|(k, _)| is_passive(*k));
     let small = "small beside the inertia that it balances, and ";
@@ -264,11 +264,11 @@ fn of_nominal(model: &dyn Model, motions: &[Trajectory], score: &Score) -> Optio
     (own > WORSE * alone).then(|| Reason::new(Grade::Poor, finding, remedy))
 }
 
-/// The mean of the errors of all joints; that of a joint without a drive counts beside the torques that cancel there.
+/// The mean of the errors of all joints; that of a joint whose torque is small beside the torques that cancel there counts beside those.
 fn driven(error: &SignalError, joints: &[Forward]) -> f64 {
     let beside = |(nmse, joint): (&f64, &Forward)| match joint.inertial_share {
-        share if share > PASSIVE && share.is_finite() => nmse / share,
-        share if share > PASSIVE => 0.0,
+        share if share.is_infinite() => 0.0,
+        share if share > PASSIVE || joint.is_remainder() => nmse / share,
         _ => *nmse,
     };
     error.nmse.iter().zip(joints).map(beside).sum::<f64>() / joints.len() as f64

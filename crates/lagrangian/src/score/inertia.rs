@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::Score;
+use super::assessment::GOOD;
 use lagrangian_mechanics::Model;
 use lagrangian_motion::solve::dot;
 use lagrangian_motion::statistics::{column, mean, variances};
@@ -24,6 +25,13 @@ pub struct Forward {
     pub acceleration_nmse: f64,
     /// Whether the inertial torque exceeds the unexplained one, so that the acceleration can be predicted at all.
     pub predictable: bool,
+}
+
+impl Forward {
+    /// Whether the torque is a remainder of inertia and gravity, which cancel here, and the acceleration shows that both are known.
+    pub(super) fn is_remainder(&self) -> bool {
+        self.inertial_share > 1.0 && self.acceleration_nmse < GOOD
+    }
 }
 
 /// Eigenvalues of the mass matrix over the states of some motions.

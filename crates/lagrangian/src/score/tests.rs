@@ -63,6 +63,22 @@ fn a_model_without_the_friction_of_its_motions_is_not_good_although_its_accelera
 }
 
 #[test]
+fn a_force_that_is_a_remainder_of_inertia_and_gravity_is_no_reason_where_accelerations_are_right() {
+    let model = by_name("pendulum", &[]).unwrap();
+    let starts = [[2.0, 0.0], [1.0, 0.0], [-1.5, 0.0]];
+    let mut motions = damped("pendulum", &starts, 8.0, 0.0);
+    for motion in &mut motions {
+        let noise = |k: usize| (7.3 * (k * k) as f64).sin();
+        motion.signals.tau = (0..motion.len()).map(noise).collect();
+    }
+    let score = score(&*model, &motions, &RolloutOptions::default()).unwrap();
+    assert!(score.torque.as_ref().unwrap().nmse[0] > 0.9);
+    let assessment = Assessment::new(&*model, &motions, &score);
+    let about = |r: &Reason| r.finding.contains("torque");
+    assert!(!assessment.reasons.iter().any(about), "{assessment:?}");
+}
+
+#[test]
 fn a_chaotic_motion_that_is_lost_after_some_lyapunov_times_is_no_reason_against_a_model() {
     let nearly = by_name("double-pendulum", &[("length1", 1.0001)]).unwrap();
     let motions = damped("double-pendulum", &[[2.0, 2.5], [-2.5, 1.0]], 60.0, 0.0);
