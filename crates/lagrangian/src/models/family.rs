@@ -275,8 +275,8 @@ pub struct Candidate {
     pub on: fn(data: &Dataset, robot: bool) -> bool,
 }
 
-/// The friction that is learned beside free motions.
-pub(crate) const FRICTION: (&str, &str) = ("forces", r#"["viscous", "drag", "coulomb"]"#);
+/// The setting that learns friction beside a free motion.
+pub(crate) const DAMPED: (&str, &str) = ("forces", r#"["viscous", "drag", "coulomb"]"#);
 
 /// A family of earlier versions that is an experiment now.
 pub(crate) const EXPERIMENT: &str = "features";

@@ -4,7 +4,7 @@ use super::{Delan, DelanConfig, DelanShape, Inertia};
 use crate::dataset::Dataset;
 use crate::models::NetworkShape;
 use crate::models::family::{
-    self, Abilities, BoxedLearner, Candidate, Entry, FRICTION, Family, Plan, Residuals, Trained,
+    self, Abilities, BoxedLearner, Candidate, DAMPED, Entry, Family, Plan, Residuals, Trained,
 };
 use crate::models::learned::{Description, Learned, LearnedLagrangian, Stored};
 use crate::models::settings as shared;
@@ -28,7 +28,7 @@ pub(crate) const ENTRY: Entry = Entry {
     saved_as: &[NAME],
     load: |saved| load(saved, Inertia::Configuration),
     candidates: &[
-        Candidate::of_motion(0, " with friction", &[FRICTION]),
+        Candidate::of_motion(0, " with friction", &[DAMPED]),
         Candidate::new(3, |data, _| data.forced),
     ],
     jointed: false,

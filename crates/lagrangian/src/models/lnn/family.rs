@@ -6,7 +6,7 @@ use super::{Form, Lnn, LnnConfig, LnnShape, UNITS};
 use crate::dataset::Dataset;
 use crate::models::NetworkShape;
 use crate::models::family::{
-    self, Abilities, BoxedLearner, Candidate, Entry, FRICTION, Family, Plan, Residuals, Trained,
+    self, Abilities, BoxedLearner, Candidate, DAMPED, Entry, Family, Plan, Residuals, Trained,
 };
 use crate::models::learned::{Description, Learned, LearnedLagrangian, Stored};
 use crate::models::settings as shared;
@@ -31,14 +31,14 @@ pub(crate) const ENTRY: Entry = Entry {
         Candidate::of_motion(
             1,
             " of polynomials with friction",
-            &[("form", "\"free\""), ("activation", "\"square\""), FRICTION],
+            &[("form", "\"free\""), ("activation", "\"square\""), DAMPED],
         ),
         Candidate::of_free(
             2,
             " of convex form with friction",
-            &[("form", "\"convex\""), FRICTION],
+            &[("form", "\"convex\""), DAMPED],
         ),
-        Candidate::of_motion(3, " with friction", &[("form", "\"free\""), FRICTION]),
+        Candidate::of_motion(3, " with friction", &[("form", "\"free\""), DAMPED]),
     ],
     jointed: false,
 };
