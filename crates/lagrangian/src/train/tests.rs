@@ -181,7 +181,14 @@ fn each_learner_of_positions(n: usize, mut f: impl FnMut(&dyn Learner<f64>, Loss
                 rule,
                 constant: shape.config.has_constant_momentum(),
                 weights: &weights,
-                forces: forces(all_forces(input), n),
+                // The chords converge where friction changes its sign as slowly as with these parameters.
+                forces: forces(
+                    ForceTerms {
+                        drag: false,
+                        ..all_forces(input)
+                    },
+                    n,
+                ),
                 chords: 30,
             };
             f(

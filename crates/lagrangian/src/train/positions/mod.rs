@@ -360,4 +360,4 @@ impl<F> PositionsLearner<'_, F> {
 }
 
 /// The largest number of force terms of a coordinate: those of friction, and a row of the input matrix.
-const MAX_FORCE_TERMS: usize = 8 + super::learner::MAX_DOF;
+const MAX_FORCE_TERMS: usize = 14 + super::learner::MAX_DOF;
