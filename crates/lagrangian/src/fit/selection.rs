@@ -169,7 +169,7 @@ impl FitSpec {
             spec.settings.insert("forces".into(), json!(FORCES));
         }
         let own = candidate.settings.iter();
-        for (name, value) in own.filter(|own| !((forced || given) && own.0 == FRICTION[0])) {
+        for (name, value) in own.filter(|own| !((forced || given) && FRICTION.contains(&own.0))) {
             let value = serde_json::from_str(value).unwrap_or_default();
             spec.settings.entry(*name).or_insert(value);
         }

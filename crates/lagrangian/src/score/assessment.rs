@@ -268,7 +268,7 @@ fn of_nominal(model: &dyn Model, motions: &[Trajectory], score: &Score) -> Optio
 fn driven(error: &SignalError, joints: &[Forward]) -> f64 {
     let beside = |(nmse, joint): (&f64, &Forward)| match joint.inertial_share {
         share if share.is_infinite() => 0.0,
-        share if share > PASSIVE || joint.is_remainder() => nmse / share,
+        share if joint.counts_beside_inertia() => nmse / share,
         _ => *nmse,
     };
     error.nmse.iter().zip(joints).map(beside).sum::<f64>() / joints.len() as f64

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::Score;
 use super::assessment::GOOD;
+use super::judgement::PASSIVE;
 use lagrangian_mechanics::Model;
 use lagrangian_motion::solve::dot;
 use lagrangian_motion::statistics::{column, mean, variances};
@@ -31,6 +32,11 @@ impl Forward {
     /// Whether the torque is a remainder of inertia and gravity, which cancel here, and the acceleration shows that both are known.
     pub(super) fn is_remainder(&self) -> bool {
         self.inertial_share > 1.0 && self.acceleration_nmse < GOOD
+    }
+
+    /// Whether an error of the torque counts beside the inertial one.
+    pub(super) fn counts_beside_inertia(&self) -> bool {
+        self.inertial_share > PASSIVE || self.is_remainder()
     }
 }
 

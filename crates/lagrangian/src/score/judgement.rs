@@ -189,10 +189,8 @@ impl Score {
             return Some(Judgement::new(grade, ""));
         }
         let joint = assessment.joints.get(i);
-        let is_passive = |joint: &&Forward| {
-            (joint.inertial_share > PASSIVE || joint.is_remainder())
-                && joint.inertial_share.is_finite()
-        };
+        let is_passive =
+            |joint: &&Forward| joint.counts_beside_inertia() && joint.inertial_share.is_finite();
         if let Some(joint) = joint.filter(is_passive) {
             // A joint without a drive is compared to the torques that cancel there.
             let beside = Grade::of_error(nmse / joint.inertial_share).max(Grade::Fair);
