@@ -25,8 +25,9 @@ const STARTS: usize = 120;
 /// add to it.
 const WIDE: f64 = 0.6;
 const SPREAD: f64 = 0.4;
-/// The part of what noise explains that may be an error of the model.
+/// The part of what noise explains that may be an error of the model, and the most that noise may explain in place of 1, squared.
 const NOISE_LEFT: f64 = 0.5;
+const NOISE_MORE: f64 = 2.0;
 /// Fewer motions than these say little of others.
 const FEW: usize = 4;
 /// Errors below this part of the deviation are as good as none.
@@ -60,7 +61,14 @@ impl Forecast {
     /// The error of the model itself: what noise does not explain.
     #[must_use]
     pub fn own(&self) -> f64 {
-        (self.error.powi(2) - self.noise.powi(2)).max(0.0).sqrt()
+        self.less(1.0)
+    }
+
+    /// The error less so many times what noise explains.
+    fn less(&self, times: f64) -> f64 {
+        (self.error.powi(2) - times * self.noise.powi(2))
+            .max(0.0)
+            .sqrt()
     }
 
     /// With the range for new motions (ADR 0131).
@@ -68,7 +76,7 @@ impl Forecast {
         let few = (self.motions as f64).sqrt().recip();
         let factor = (WIDE + few * (WIDE + SPREAD * self.spread)).exp();
         let most = (self.own() + NOISE_LEFT * self.noise) * factor;
-        let range = [self.own() / factor, most.max(SLIGHT)];
+        let range = [self.less(NOISE_MORE) / factor, most.max(SLIGHT)];
         self.range = range.map(|error| if error < SLIGHT { 0.0 } else { error });
         self
     }
