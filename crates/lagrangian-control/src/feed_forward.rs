@@ -5,10 +5,15 @@ use super::{Controller, Desired, Gains, Pd, Reference};
 use lagrangian::mechanics::Evaluation;
 use lagrangian::{Evaluator, Model, Result};
 
-/// τ = M̂(`q_d`) `q̈_d` + ĉ(`q_d`, `q̇_d`) + `K_p` (`q_d` − q) + `K_d` (`q̇_d` − q̇), theory.md (51).
+/// The farthest, rad (m), that the model is evaluated from the measured position.
+const LEASH: f64 = 0.1;
+
+/// τ = M̂(q_ℓ) `q̈_d` + ĉ(q_ℓ, `q̇_d`) + `K_p` (`q_d` − q) + `K_d` (`q̇_d` − q̇), theory.md (51), q_ℓ = `q_d` within 0.1 rad (m) of q.
 ///
-/// The inverse dynamics are those of the reference, not of the measured state: sensor noise never enters
-/// the model. At ticks where the model is not finite, only feedback acts, and [`FeedForward::dropped`] counts them.
+/// While the robot follows, the inverse dynamics are those of the reference: sensor noise never enters the model. A robot that
+/// was carried off is held by a leash: farther than 0.1 rad (m) from the measured position the model is evaluated at that distance,
+/// since the gravity at the reference, where the robot is not, can hold it away against feedback of low gain. At ticks where the
+/// model is not finite, only feedback acts, and [`FeedForward::dropped`] counts them.
 pub struct FeedForward<'a> {
     pd: Pd<'a>,
     evaluator: Box<dyn Evaluator + 'a>,
@@ -44,7 +49,11 @@ impl<'a> FeedForward<'a> {
         };
         // Warms up the evaluator, so that the first tick allocates nothing.
         let mut tau = vec![0.0; n];
-        if new.feed_forward(reference.start(), &mut tau).is_supported() {
+        let start = reference.samples().q[..n].to_vec();
+        if new
+            .feed_forward(reference.start(), &start, &mut tau)
+            .is_supported()
+        {
             return Ok(new);
         }
         Err(no_inverse())
@@ -71,17 +80,19 @@ impl<'a> FeedForward<'a> {
         &mut *self.evaluator
     }
 
-    /// Writes the motion whose torque is that of a tick at `t`: the reference at the time of its action, with the correction
-    /// of its acceleration.
-    pub(crate) fn ahead(&self, t: f64, desired: &mut Desired) {
+    /// Writes the motion whose torque is that of a tick at `t`: the reference at the time of its action, on the leash of the measured
+    /// `q`, with the correction of its acceleration.
+    pub(crate) fn ahead(&self, t: f64, q: &[f64], desired: &mut Desired) {
         self.pd.reference.at(t + self.lead, desired);
+        let pairs = desired.q.iter_mut().zip(q);
+        pairs.for_each(|(wanted, q)| *wanted = wanted.max(q - LEASH).min(q + LEASH));
         let added = desired.qdd.iter_mut().zip(&self.acceleration);
         added.for_each(|(a, x)| *a += x);
     }
 
-    fn feed_forward(&mut self, t: f64, tau: &mut [f64]) -> Evaluation {
+    fn feed_forward(&mut self, t: f64, measured: &[f64], tau: &mut [f64]) -> Evaluation {
         let mut desired = std::mem::take(&mut self.pd.desired);
-        self.ahead(t, &mut desired);
+        self.ahead(t, measured, &mut desired);
         let Desired { q, qd, qdd } = &desired;
         let outcome = self.evaluator.inverse_dynamics(q, qd, qdd, tau);
         self.pd.desired = desired;
@@ -91,7 +102,7 @@ impl<'a> FeedForward<'a> {
 
 impl Controller for FeedForward<'_> {
     fn torque(&mut self, t: f64, q: &[f64], qd: &[f64], tau: &mut [f64]) {
-        if !self.feed_forward(t, tau).is_finite() {
+        if !self.feed_forward(t, q, tau).is_finite() {
             tau.fill(0.0);
             self.dropped += 1;
         }

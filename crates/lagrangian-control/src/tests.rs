@@ -3,6 +3,7 @@
 
 use super::*;
 use lagrangian::analytic::{AnalyticModel, by_name};
+use lagrangian::rigid::{self, RigidBodies};
 use lagrangian::rollout::times;
 use lagrangian::{Model, Signals, State, Trajectory};
 
@@ -260,4 +261,27 @@ fn bad_settings_are_refused_with_their_name() {
     let mut broken = reference.samples().clone();
     broken.q[5] = f64::NAN;
     assert!(Reference::new(broken).is_err());
+}
+
+#[test]
+fn an_arm_that_was_carried_off_comes_back_against_its_weight() {
+    let arm = RigidBodies::from_urdf(rigid::example("iiwa7").unwrap()).unwrap();
+    let q = vec![0.0, 0.5, 0.0, -1.2, 0.0, 0.3, 0.0];
+    let still = Signals {
+        q: q.repeat(2),
+        qd: vec![0.0; 14],
+        ..Signals::default()
+    };
+    let reference = Reference::new(Trajectory::new("still", vec![0.0, 6.0], still)).unwrap();
+    let (gains, config) = (Gains::uniform(7, 60.0, 12.0), LoopConfig::default());
+    let mut off = q.clone();
+    off[1] += 1.0;
+    let mut controller = FeedForward::new(&arm, &gains, &reference, config.lead()).unwrap();
+    let start = State::new(off, vec![0.0; 7]);
+    let mut simulation = Simulation::new(&arm, &start, config).unwrap();
+    simulation.run(&mut controller, 6.0);
+    // With the gravity at the reference the arm would fall and turn on.
+    let (end, _) = simulation.state();
+    let farthest = end.iter().zip(&q).map(|(a, b)| (a - b).abs());
+    assert!(farthest.fold(0.0, f64::max) < 1e-3, "{end:?}");
 }

@@ -264,10 +264,13 @@ impl Dataset {
         size(&self.train.qdd, self.coordinates.dof())
     }
 
-    /// Root mean square of each force, `[n]`; 1 where it is 0.
+    /// Root mean square of each force, `[n]`; 1 where it is 0, and at least 0.3 % of the largest: a force below that is below the noise
+    /// of most drives, which would otherwise rule a fit.
     #[must_use]
     pub fn force_scale(&self) -> Vec<f64> {
-        size(&self.train.tau, self.coordinates.dof())
+        let own = size(&self.train.tau, self.coordinates.dof());
+        let least = FAINTEST * own.iter().copied().fold(0.0, f64::max);
+        own.into_iter().map(|scale| scale.max(least)).collect()
     }
 }
 
@@ -295,6 +298,8 @@ fn is_forced(trajectories: &[Trajectory]) -> bool {
     trajectories.iter().flat_map(|t| &t.tau).any(|&x| x != 0.0)
 }
 
+/// The smallest scale of a force, in parts of the largest.
+const FAINTEST: f64 = 3e-3;
 /// The largest number of samples that inertias are estimated from.
 const LOOKED_AT: usize = 4096;
 
@@ -505,6 +510,30 @@ mod tests {
                 ..Signals::default()
             },
         )
+    }
+
+    #[test]
+    fn a_joint_of_almost_no_force_does_not_rule_a_loss() {
+        let tau = vec![30.0, 0.03, 0.0, -30.0, 2.0, 0.0];
+        let samples = Samples::new(
+            3,
+            Signals {
+                q: vec![0.0; 6],
+                qd: vec![0.0; 6],
+                qdd: vec![0.0; 6],
+                tau,
+                ..Signals::default()
+            },
+        );
+        let scale = |samples: Samples| {
+            let all = Dataset::from_samples(Coordinates::angles(3), samples.clone(), samples);
+            all.unwrap().force_scale()
+        };
+        let mut faint = samples.clone();
+        faint.tau[4] = 0.03;
+        assert!((scale(samples)[1] - 2.0_f64.sqrt()).abs() < 1e-3);
+        let found = scale(faint);
+        assert!((found[1] - 0.09).abs() < 1e-12 && (found[2] - 1.0).abs() < 1e-12);
     }
 
     #[test]

@@ -202,19 +202,23 @@ impl OnlineLearner {
         Ok(())
     }
 
-    /// The newest model, if it passes the guard. Otherwise the loop keeps its last model, and the record states the reason.
+    /// The newest model, if it passes the guard and predicts the newest samples better than the one that drives. Otherwise the loop
+    /// keeps its last model, and the record states the reason.
     pub fn hand_over(&mut self) -> Option<Learned> {
         let training = self.training.as_mut();
         let training = training.filter(|training| training.stepper.steps() > 0)?;
-        let missed = training.newest.unwrap_or(f64::INFINITY);
+        let worse = match self.record.handed_over {
+            0 => training
+                .newest
+                .is_none_or(|own| own.is_nan() || own > self.config.first_model_loss)
+                .then_some("it does not predict new samples yet"),
+            _ => training
+                .falls_behind(&self.replay)
+                .then_some("it predicts new samples worse than the model that drives"),
+        };
         let reason = match training.stepper.model() {
-            _ if self.record.handed_over == 0
-                && (missed.is_nan() || missed > self.config.first_model_loss) =>
-            {
-                "it does not predict new samples yet".to_string()
-            }
             Err(error) => error.to_string(),
-            Ok(model) => match training.guard.objection(&model) {
+            Ok(model) => match training.guard.objection(&model).or(worse.map(Into::into)) {
                 Some(reason) => reason,
                 None => {
                     training.good.copy_from_slice(training.stepper.parameters());
@@ -231,16 +235,15 @@ impl OnlineLearner {
         None
     }
 
-    /// Replaces the weights by NaN, as in a learner that has diverged.
+    /// Multiplies the weights, by NaN as in a learner that has diverged.
     #[cfg(test)]
-    pub(crate) fn spoil(&mut self) -> Result<()> {
-        match &mut self.training {
-            Some(training) => {
-                let broken = vec![f64::NAN; training.good.len()];
-                training.stepper.set_parameters(&broken)
-            }
-            None => Ok(()),
-        }
+    pub(crate) fn spoil(&mut self, factor: f64) -> Result<()> {
+        let Some(training) = &mut self.training else {
+            return Ok(());
+        };
+        let spoiled = training.stepper.parameters().iter().map(|x| factor * x);
+        let spoiled: Vec<f64> = spoiled.collect();
+        training.stepper.set_parameters(&spoiled)
     }
 }
 
@@ -248,6 +251,18 @@ impl OnlineLearner {
 const RETURN: f64 = 100.0;
 
 impl Training {
+    /// Whether the weights that drive, the last that were handed over, err less on the newest samples than the present ones.
+    fn falls_behind(&mut self, replay: &Replay) -> bool {
+        replay.newest(self.stepper.batch(), &mut self.indices);
+        let newest = Batch {
+            samples: replay.samples(),
+            indices: &self.indices,
+        };
+        let own = self.stepper.loss(newest);
+        let driving = self.stepper.loss_of(&self.good, newest);
+        own.is_ok_and(|own| driving.is_ok_and(|driving| own > driving))
+    }
+
     /// Whether the loss of the newest samples is far above its usual value.
     fn contradicted(&mut self, config: &OnlineConfig, replay: &Replay) -> Result<bool> {
         if self.fresh < config.change.samples || self.stepper.steps() == 0 {

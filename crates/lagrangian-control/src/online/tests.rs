@@ -76,6 +76,20 @@ fn config<'a>(robot: &'a dyn lagrangian::Model) -> TrackingConfig<'a> {
     }
 }
 
+/// What a learner sees of a motion of two joints under the true model.
+fn rows(law: Option<&dyn lagrangian::Model>, robot: &dyn lagrangian::Model) -> Vec<Vec<f64>> {
+    let reference = loops(3.0);
+    let source = law.map_or(FeedForwardSource::None, FeedForwardSource::Model);
+    let tracked = track(&config(robot), &reference, source).unwrap();
+    let motion = &tracked.driven.trajectory;
+    let row = |(k, t): (usize, &f64)| {
+        let signals = [&motion.q, &motion.qd, &motion.tau];
+        let own = signals.map(|x| &x[2 * k..2 * k + 2]);
+        [&[*t][..], own[0], own[1], own[2]].concat()
+    };
+    motion.t.iter().enumerate().map(row).collect()
+}
+
 fn lock_step(seed: u64) -> FeedForwardSource<'static> {
     FeedForwardSource::LockStep {
         learner: learner(seed),
@@ -117,19 +131,9 @@ fn a_learner_on_its_own_thread_keeps_a_real_time_loop_supplied() {
 
 #[test]
 fn rows_that_are_not_finite_are_dropped_counted_and_do_not_reach_the_model() {
-    let (arm, reference) = (arm(0.0), loops(3.0));
-    let tracked = track(&config(&*arm), &reference, FeedForwardSource::Model(&*arm)).unwrap();
-    let motion = &tracked.driven.trajectory;
+    let arm = arm(0.0);
     let mut learner = learner(3);
-    for (k, &t) in motion.t.iter().enumerate() {
-        let tau = &motion.tau[2 * k..2 * k + 2];
-        let mut row = [
-            &[t],
-            &motion.q[2 * k..2 * k + 2],
-            &motion.qd[2 * k..2 * k + 2],
-            tau,
-        ]
-        .concat();
+    for (k, mut row) in rows(Some(&*arm), &*arm).into_iter().enumerate() {
         if k % 100 == 7 {
             row[3] = f64::NAN;
         }
@@ -144,28 +148,22 @@ fn rows_that_are_not_finite_are_dropped_counted_and_do_not_reach_the_model() {
     assert!(learner.hand_over().is_some());
 }
 
-#[test]
-fn a_learner_that_diverges_goes_back_to_the_last_good_model_and_says_so() {
-    let (arm, reference) = (arm(0.0), loops(3.0));
-    let tracked = track(&config(&*arm), &reference, FeedForwardSource::Model(&*arm)).unwrap();
-    let motion = &tracked.driven.trajectory;
-    let mut learner = learner(4);
-    for (k, &t) in motion.t.iter().enumerate() {
-        let tau = &motion.tau[2 * k..2 * k + 2];
-        let row = [
-            &[t],
-            &motion.q[2 * k..2 * k + 2],
-            &motion.qd[2 * k..2 * k + 2],
-            tau,
-        ]
-        .concat();
-        learner.observe(&row).unwrap();
+/// Shows these rows to a learner that takes five steps after every twentieth.
+fn learn(learner: &mut OnlineLearner, rows: &[Vec<f64>]) {
+    for (k, row) in rows.iter().enumerate() {
+        learner.observe(row).unwrap();
         if k % 20 == 0 {
             learner.train(5).unwrap();
         }
     }
+}
+
+#[test]
+fn a_learner_that_diverges_goes_back_to_the_last_good_model_and_says_so() {
+    let (arm, mut learner) = (arm(0.0), learner(4));
+    learn(&mut learner, &rows(Some(&*arm), &*arm));
     assert!(learner.hand_over().is_some());
-    learner.spoil().unwrap();
+    learner.spoil(f64::NAN).unwrap();
     assert!(
         learner.hand_over().is_none(),
         "a model of NaN never reaches the loop"
@@ -186,36 +184,46 @@ fn a_learner_that_diverges_goes_back_to_the_last_good_model_and_says_so() {
 }
 
 #[test]
-fn the_guard_lets_no_indefinite_mass_matrix_pass() {
+fn a_model_that_predicts_worse_than_the_one_that_drives_stays_out_and_a_better_one_comes_in() {
+    let (arm, mut learner) = (arm(0.0), learner(4));
+    let rows = rows(Some(&*arm), &*arm);
+    let (first, last) = rows.split_at(1000);
+    learn(&mut learner, first);
+    assert!(learner.hand_over().is_some());
+    learner.spoil(1.2).unwrap();
+    assert!(learner.hand_over().is_none());
+    let last_event = format!("{:?}", learner.record().events.last());
+    assert!(
+        last_event.contains("worse than the model that drives"),
+        "{last_event}"
+    );
+    learn(&mut learner, last);
+    assert!(learner.hand_over().is_some());
+}
+
+#[test]
+fn the_guard_lets_no_torque_pass_that_is_not_finite() {
     use lagrangian::analytic::{Analytic, System};
     let arm = arm(0.0);
     let guard = Guard::new(2, vec![0.1, 0.2, 1.0, -2.0], vec![0.0; 4]);
     assert!(guard.objection(&*arm).is_none());
-    // A pendulum of negative mass, which the table of systems would refuse.
-    let wrong = Analytic::new(lagrangian::analytic::Pendulum::new(&[-1.0, 1.0, 9.8]));
+    // A pendulum of infinite mass, which the table of systems would refuse.
+    let wrong = Analytic::new(lagrangian::analytic::Pendulum::new(&[1e308, 1e10, 9.8]));
     let guard = Guard::new(1, vec![0.1], vec![0.0]);
-    assert!(guard.objection(&wrong).unwrap().contains("definite"));
+    assert!(guard.objection(&wrong).unwrap().contains("not finite"));
 }
 
 #[test]
 fn the_torque_and_the_acceleration_of_a_sample_belong_together() {
-    let (arm, reference) = (arm(0.3), loops(3.0));
-    let tracked = track(&config(&*arm), &reference, FeedForwardSource::None).unwrap();
-    let motion = &tracked.driven.trajectory;
+    let arm = arm(0.3);
+    let rows = rows(None, &*arm);
     for (window, tolerance) in [(1, 1e-3), (10, 3e-2)] {
         let mut differentiator = Differentiator::new(2, window).unwrap();
         let mut evaluator = arm.evaluator();
         let mut tau = [0.0; 2];
         let (mut worst, mut count): (f64, _) = (0.0, 0);
-        for (k, &t) in motion.t.iter().enumerate() {
-            let row = [
-                &[t],
-                &motion.q[2 * k..2 * k + 2],
-                &motion.qd[2 * k..2 * k + 2],
-                &motion.tau[2 * k..2 * k + 2],
-            ]
-            .concat();
-            let Some(sample) = differentiator.push(&row) else {
+        for row in &rows {
+            let Some(sample) = differentiator.push(row) else {
                 continue;
             };
             let _ = evaluator.inverse_dynamics(&sample.q, &sample.qd, &sample.qdd, &mut tau);
@@ -226,7 +234,7 @@ fn the_torque_and_the_acceleration_of_a_sample_belong_together() {
                 .map(|(a, b)| (a - b).abs())
                 .fold(worst, f64::max);
         }
-        assert_eq!(count, motion.len() - window);
+        assert_eq!(count, rows.len() - window);
         assert!(worst < tolerance, "{worst} N·m over {window} ticks");
     }
 }

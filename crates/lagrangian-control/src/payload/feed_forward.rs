@@ -96,7 +96,7 @@ impl Controller for PayloadFeedForward<'_, '_, '_> {
         self.estimator.observe_acting(base, t, &self.measured);
         self.set_acceleration(t);
         self.forward.torque(t, q, qd, tau);
-        self.forward.ahead(t, &mut self.desired);
+        self.forward.ahead(t, q, &mut self.desired);
         let Desired { q, qd, qdd } = &self.desired;
         self.estimator.add_torque(q, qd, qdd, tau);
         self.estimator.set_acting(tau);

@@ -83,10 +83,21 @@ impl Stepper {
     /// # Errors
     /// As [`Stepper::step`].
     pub fn loss(&mut self, batch: Batch<'_>) -> Result<f64> {
+        let own = std::mem::take(&mut self.parameters);
+        let loss = self.loss_of(&own, batch);
+        self.parameters = own;
+        loss
+    }
+
+    /// [`Stepper::loss`] of other weights.
+    ///
+    /// # Errors
+    /// As [`Stepper::step`].
+    pub fn loss_of(&mut self, parameters: &[f64], batch: Batch<'_>) -> Result<f64> {
         self.check(batch)?;
         let learner = self.model.learner(Residuals::OfLoss);
         let mut problem = self.memory.problem(&*learner, self.config.loss, batch);
-        Ok(problem.residuals(&self.parameters).loss.mean())
+        Ok(problem.residuals(parameters).loss.mean())
     }
 
     /// Resets the momentum of past steps, for samples that changed.
