@@ -111,6 +111,8 @@ pub struct Quantity {
 pub enum Call {
     /// τ of a motion.
     InverseDynamics,
+    /// τ of a desired motion, no farther from the measured position than a leash.
+    FeedForward,
     /// q̈ under given forces.
     ForwardDynamics,
     /// M(q, q̇) = ∂²L/∂q̇².
@@ -167,8 +169,9 @@ const E: &[Quantity] = &[quantity("e", Shape::Scalar)];
 
 impl Call {
     /// All functions, in the order of the header.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::InverseDynamics,
+        Self::FeedForward,
         Self::ForwardDynamics,
         Self::MassMatrix,
         Self::Bias,
@@ -239,6 +242,20 @@ impl Call {
         };
         match self {
             Self::InverseDynamics => row("inverse_dynamics", MOTION, T, "the forces of a motion"),
+            Self::FeedForward => row(
+                "feed_forward",
+                const {
+                    &[
+                        quantity("leash", Shape::Scalar),
+                        Q,
+                        quantity("q_d", N),
+                        quantity("qd_d", N),
+                        quantity("qdd_d", N),
+                    ]
+                },
+                T,
+                "the forces of a desired motion, at most the leash from the measured q in each joint",
+            ),
             Self::ForwardDynamics => row(
                 "forward_dynamics",
                 FORCED,

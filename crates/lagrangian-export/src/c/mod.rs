@@ -54,7 +54,7 @@ pub(crate) fn calls(equations: &Equations, has_data: bool) -> Vec<Call> {
         (Equations::Hamiltonian(_), call) => !call.is_derivatives(),
         (
             Equations::Plain(Plain { inverse: true, .. }),
-            Call::InverseDynamics | Call::InverseDynamicsDerivatives,
+            Call::InverseDynamics | Call::FeedForward | Call::InverseDynamicsDerivatives,
         ) => true,
         (
             Equations::Plain(Plain { inverse: false, .. }),
@@ -86,6 +86,7 @@ pub(crate) fn code(
         Equations::Plain(plain) => writer.plain(plain),
         Equations::Flow(_) => return Err(expression::without("a plain flow in C").into()),
     }
+    writer.feed_forward();
     writer.distance();
     let n = interface.joints.len();
     let selftest = selftest::write(model, interface, &mut writer.tables)?;
@@ -199,6 +200,22 @@ impl Writer<'_> {
             "{} {{\n{body}}}\n",
             signature(self.interface, call)
         );
+    }
+
+    fn feed_forward(&mut self) {
+        if !self.interface.has(Call::FeedForward) {
+            return;
+        }
+        let name = &self.interface.name;
+        let body = format!(
+            "  real x[N];\n  if (!isfinite(leash) || !all_finite(q, N)) return {name}_NOT_FINITE;\n\
+             \x20 for (int i = 0; i < N; ++i) {{\n\
+             \x20   x[i] = q_d[i];\n\
+             \x20   if (x[i] > q[i] + leash) x[i] = q[i] + leash;\n\
+             \x20   if (x[i] < q[i] - leash) x[i] = q[i] - leash;\n  }}\n\
+             \x20 return {name}_inverse_dynamics(x, qd_d, qdd_d, tau);\n"
+        );
+        self.function(Call::FeedForward, &body);
     }
 
     fn distance(&mut self) {

@@ -234,6 +234,11 @@ fn ask(interface: &Interface) -> String {
     for call in calls(interface) {
         let arguments = call.arguments().iter().map(|argument| match argument.name {
             "h" => "(NAME_real)0.01".replace("NAME", name),
+            "leash" => "(NAME_real)0.1".replace("NAME", name),
+            // Any numbers are a desired position.
+            "q_d" => "tau".into(),
+            "qd_d" => "qd".into(),
+            "qdd_d" => "qdd".into(),
             other => other.to_string(),
         });
         let mut at = 0;

@@ -85,6 +85,10 @@ fn expected(
     let mut x = vec![0.0; n];
     let outcome = match call {
         Call::InverseDynamics => evaluator.inverse_dynamics(q, qd, qdd, &mut x),
+        Call::FeedForward => {
+            let held = q.iter().zip(tau).map(|(q, d)| d.clamp(q - 0.1, q + 0.1));
+            evaluator.inverse_dynamics(&held.collect::<Vec<_>>(), qd, qdd, &mut x)
+        }
         Call::ForwardDynamics => evaluator.forward_dynamics(q, qd, tau, &mut x),
         Call::MassMatrix => {
             x.resize(n * n, 0.0);

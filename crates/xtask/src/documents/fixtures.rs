@@ -148,4 +148,5 @@ def _short(self):
     return json.dumps({**spec, "steps": None, "seconds": min(spec["seconds"] or 1.0, 1.0)})
 Estimator._spec = _short
 q, qd, qdd, tau = np.array([0.3, -0.2]), np.array([0.1, 0.4]), np.array([1.0, -1.0]), np.array([0.5, 0.2])
+q_d, qd_d, qdd_d, kp, kd = q + 0.01, qd, qdd, 5.0, 0.5
 "#;
