@@ -22,7 +22,7 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
          the amount of data, noise or filters is none.",
         "Real logs are cut into pieces of 5, 10 and 20 s, and taken whole, each alone and all of a machine together. Simulated logs are varied: \
          systems and robots, free and driven, rates, lengths, noise, quantisation and friction.",
-        "With --quick there are 20 simulated logs, and pieces of 10 s.",
+        "With --quick there are 12 simulated logs and two groups of them, and pieces of 10 s.",
     ],
     parts: Some(PARTS),
     quantities: &[

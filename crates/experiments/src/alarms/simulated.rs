@@ -17,8 +17,8 @@ use crate::mistakes::case::{Columns, Log};
 use crate::mistakes::sources::{Path, normal, of_motion};
 
 /// The number of single logs and of groups of logs of one machine, and those of a quick run.
-const LOGS: [u64; 2] = [200, 20];
-const GROUPS: [u64; 2] = [200, 4];
+const LOGS: [u64; 2] = [200, 12];
+const GROUPS: [u64; 2] = [200, 2];
 /// The number of logs in a group.
 const GROUP: RangeInclusive<usize> = 4..=8;
 /// Lengths, s, and rates of logs, Hz.

@@ -174,7 +174,7 @@ pub(super) fn measured(lab: &mut Lab, case: &Case, asked: String) -> Result<Reco
 fn spec(lab: &Lab) -> FitSpec {
     match lab.quick() {
         true => FitSpec {
-            steps: Some(100),
+            steps: Some(40),
             ..FitSpec::default()
         },
         false => FitSpec {

@@ -33,7 +33,7 @@ fn recorded(
     forces: &Force<'_>,
 ) -> (Dataset, Vec<ResolvedConfig>) {
     let system = by_name("pendulum", &[]).unwrap();
-    let (starts, times) = (random_starts(&*system, 6, 3), times(3.0, 0.03).unwrap());
+    let (starts, times) = (random_starts(&*system, 6, 3), times(3.0, 0.05).unwrap());
     let options = RolloutOptions::truth();
     let motions = rollout_many(&*system, &starts, &times, forces, &options).unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(3);

@@ -101,6 +101,8 @@ fn contexts(family: &str) -> Vec<Context> {
             .extend(limited.as_object().unwrap().clone());
         all.push(limit);
     }
+    // A servo has no torques, and its fits are long.
+    all.truncate(if has("friction") { 1 } else { all.len() });
     all
 }
 
@@ -149,6 +151,12 @@ fn bits(dataset: &Dataset, config: &FitConfig) -> Option<Vec<u8>> {
 fn values(setting: &Setting) -> Vec<Value> {
     match setting.kind {
         Kind::Flag => vec![json!(true)],
+        // The largest of them take seconds.
+        Kind::Choice(names) if setting.name == "friction" => names
+            .iter()
+            .take(3)
+            .map(|named| json!(named.name))
+            .collect(),
         Kind::Choice(names) => names.iter().map(|named| json!(named.name)).collect(),
         Kind::Choices(names) => names.iter().map(|named| json!([named.name])).collect(),
         Kind::Integer { min, .. } if setting.name == "width" => {
