@@ -159,6 +159,23 @@ const STATE: &[Quantity] = &[Q, QD];
 const MOTION: &[Quantity] = &[Q, QD, QDD];
 const FORCED: &[Quantity] = &[Q, QD, TAU];
 const TAU_N: Shape = Shape::Matrix(Axis::Inputs, Axis::Joints);
+const DESIRED: &[Quantity] = &[
+    quantity("leash", Shape::Scalar),
+    Q,
+    quantity("q_d", N),
+    quantity("qd_d", N),
+    quantity("qdd_d", N),
+];
+const TAU_SLOPES: &[Quantity] = &[
+    quantity("dtau_dq", TAU_N),
+    quantity("dtau_dqd", TAU_N),
+    quantity("dtau_dqdd", TAU_N),
+];
+const QDD_SLOPES: &[Quantity] = &[
+    quantity("dqdd_dq", NN),
+    quantity("dqdd_dqd", NN),
+    quantity("dqdd_dtau", Shape::Matrix(Axis::Joints, Axis::Inputs)),
+];
 const T: &[Quantity] = &[TAU];
 const M: &[Quantity] = &[quantity("m", NN)];
 const C: &[Quantity] = &[quantity("c", N)];
@@ -244,15 +261,7 @@ impl Call {
             Self::InverseDynamics => row("inverse_dynamics", MOTION, T, "the forces of a motion"),
             Self::FeedForward => row(
                 "feed_forward",
-                const {
-                    &[
-                        quantity("leash", Shape::Scalar),
-                        Q,
-                        quantity("q_d", N),
-                        quantity("qd_d", N),
-                        quantity("qdd_d", N),
-                    ]
-                },
+                DESIRED,
                 T,
                 "the forces of a desired motion, at most the leash from the measured q in each joint",
             ),
@@ -277,25 +286,13 @@ impl Call {
             Self::InverseDynamicsDerivatives => row(
                 "inverse_dynamics_derivatives",
                 MOTION,
-                const {
-                    &[
-                        quantity("dtau_dq", TAU_N),
-                        quantity("dtau_dqd", TAU_N),
-                        quantity("dtau_dqdd", TAU_N),
-                    ]
-                },
+                TAU_SLOPES,
                 "how the forces change with the motion",
             ),
             Self::ForwardDynamicsDerivatives => row(
                 "forward_dynamics_derivatives",
                 FORCED,
-                const {
-                    &[
-                        quantity("dqdd_dq", NN),
-                        quantity("dqdd_dqd", NN),
-                        quantity("dqdd_dtau", Shape::Matrix(Axis::Joints, Axis::Inputs)),
-                    ]
-                },
+                QDD_SLOPES,
                 "how the accelerations change with state and forces",
             ),
             Self::DistanceFromData => row(
