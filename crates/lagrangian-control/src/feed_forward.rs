@@ -8,7 +8,7 @@ use lagrangian::{Evaluator, Model, Result};
 /// The farthest, rad (m), that the model is evaluated from the measured position.
 const LEASH: f64 = 0.1;
 
-/// τ = M̂(q_ℓ) `q̈_d` + ĉ(q_ℓ, `q̇_d`) + `K_p` (`q_d` − q) + `K_d` (`q̇_d` − q̇), theory.md (51), q_ℓ = `q_d` within 0.1 rad (m) of q.
+/// τ = `M̂(q_ℓ) q̈_d + ĉ(q_ℓ, q̇_d) + K_p (q_d − q) + K_d (q̇_d − q̇)`, theory.md (51), with `q_ℓ` = `q_d` within 0.1 rad (m) of q.
 ///
 /// While the robot follows, the inverse dynamics are those of the reference: sensor noise never enters the model. A robot that
 /// was carried off is held by a leash: farther than 0.1 rad (m) from the measured position the model is evaluated at that distance,
