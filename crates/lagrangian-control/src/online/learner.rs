@@ -202,7 +202,7 @@ impl OnlineLearner {
         Ok(())
     }
 
-    /// The newest model, if it passes the guard and predicts the newest samples better than the one that drives. Otherwise the loop
+    /// The newest model, if it passes the guard and predicts samples no worse than the one that drives. Otherwise the loop
     /// keeps its last model, and the record states the reason.
     pub fn hand_over(&mut self) -> Option<Learned> {
         let training = self.training.as_mut();
@@ -213,8 +213,8 @@ impl OnlineLearner {
                 .is_none_or(|own| own.is_nan() || own > self.config.first_model_loss)
                 .then_some("it does not predict new samples yet"),
             _ => training
-                .falls_behind(&self.replay)
-                .then_some("it predicts new samples worse than the model that drives"),
+                .falls_behind(&mut self.replay)
+                .then_some("it predicts samples worse than the model that drives"),
         };
         let reason = match training.stepper.model() {
             Err(error) => error.to_string(),
@@ -251,15 +251,15 @@ impl OnlineLearner {
 const RETURN: f64 = 100.0;
 
 impl Training {
-    /// Whether the weights that drive, the last that were handed over, err less on the newest samples than the present ones.
-    fn falls_behind(&mut self, replay: &Replay) -> bool {
-        replay.newest(self.stepper.batch(), &mut self.indices);
-        let newest = Batch {
+    /// Whether the weights that were handed over last err less on samples of all that is remembered than the present ones.
+    fn falls_behind(&mut self, replay: &mut Replay) -> bool {
+        replay.draw(self.stepper.batch(), &mut self.indices);
+        let batch = Batch {
             samples: replay.samples(),
             indices: &self.indices,
         };
-        let own = self.stepper.loss(newest);
-        let driving = self.stepper.loss_of(&self.good, newest);
+        let own = self.stepper.loss(batch);
+        let driving = self.stepper.loss_of(&self.good, batch);
         own.is_ok_and(|own| driving.is_ok_and(|driving| own > driving))
     }
 
