@@ -41,7 +41,7 @@ fn a_model_becomes_c_that_compiles_and_two_models_make_one_program() {
     let shown = bench.succeed("export run --c out").stdout;
     for words in [
         "run: 2 joints",
-        "13 functions",
+        "14 functions",
         "run.c",
         "run_casadi.c",
         "run.rs",
