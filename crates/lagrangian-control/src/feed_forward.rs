@@ -49,11 +49,9 @@ impl<'a> FeedForward<'a> {
         };
         // Warms up the evaluator, so that the first tick allocates nothing.
         let mut tau = vec![0.0; n];
-        let start = reference.samples().q[..n].to_vec();
-        if new
-            .feed_forward(reference.start(), &start, &mut tau)
-            .is_supported()
-        {
+        let start = &reference.samples().q[..n];
+        let outcome = new.feed_forward(reference.start(), start, &mut tau);
+        if outcome.is_supported() {
             return Ok(new);
         }
         Err(no_inverse())
