@@ -94,6 +94,20 @@ pub(crate) fn noise_variance(
     if sum.1 > 1e-9 { sum.0 / sum.1 } else { 0.0 }
 }
 
+/// The same of most windows of eight values by cubics, whatever a few jumps leave, such as those of dry friction.
+pub(crate) fn usual_noise_variance(series: Series<'_>, segments: &[Range<usize>]) -> f64 {
+    /// The median of a chi-squared variable of four degrees of freedom, which are left, over its mean.
+    const MEDIAN: f64 = 0.839;
+    let residuals = places(segments).into_iter();
+    let residuals = residuals.map(|(k, s)| series.residual(around(k, 8, s), 3));
+    let mut variances: Vec<f64> = residuals
+        .filter(|r| r.1 > 1e-9)
+        .map(|r| r.0 / r.1)
+        .collect();
+    variances.sort_by(f64::total_cmp);
+    variances.get(variances.len() / 2).copied().unwrap_or(0.0) / MEDIAN
+}
+
 /// Chooses the window of `filter` with the smallest risk.
 pub(crate) fn choose(
     series: Series<'_>,

@@ -62,13 +62,24 @@ impl JointSums {
         robot: &RigidBodies,
         speeds: &[f64],
     ) -> Self {
+        Self::over_moving(samples, range, robot, speeds, &vec![0.0; robot.dof()])
+    }
+
+    /// The same, where the torque of a joint counts at its speed of `slowest` and above alone, rad/s or m/s, `[n]`.
+    pub fn over_moving(
+        samples: &Samples,
+        range: Range<usize>,
+        robot: &RigidBodies,
+        speeds: &[f64],
+        slowest: &[f64],
+    ) -> Self {
         let starts: Vec<usize> = range.clone().step_by(BLOCK).collect();
         let block = |&start: &usize| {
             Self::of_block(
                 samples,
                 start..(start + BLOCK).min(range.end),
                 robot,
-                speeds,
+                (speeds, slowest),
             )
         };
         let blocks: Vec<Self> = starts.par_iter().map(block).collect();
@@ -99,7 +110,7 @@ impl JointSums {
         samples: &Samples,
         range: Range<usize>,
         robot: &RigidBodies,
-        speeds: &[f64],
+        (speeds, slowest): (&[f64], &[f64]),
     ) -> Self {
         let (n, rows) = (robot.dof(), range.len());
         let bodies = PER_BODY * n;
@@ -113,6 +124,9 @@ impl JointSums {
                 .zip(own.chunks_exact(bodies))
                 .enumerate()
             {
+                if x.qd[j].abs() < slowest[j] {
+                    continue;
+                }
                 for (k, value) in of_bodies.iter().enumerate() {
                     y[(row, k)] = *value;
                 }
@@ -135,13 +149,17 @@ impl JointSums {
             let entries = sums.gram.iter_mut().enumerate();
             entries.for_each(|(at, entry)| *entry = gram[(at / size, at % size)]);
             for (row, s) in range.clone().enumerate() {
-                let tau = samples.row(s).tau[j];
+                let x = samples.row(s);
+                if x.qd[j].abs() < slowest[j] {
+                    continue;
+                }
+                let tau = x.tau[j];
                 sums.square += tau * tau;
+                sums.rows += 1;
                 for (k, right) in sums.right.iter_mut().enumerate() {
                     *right += y[(row, k)] * tau;
                 }
             }
-            sums.rows = rows;
             sums
         };
         Self {
@@ -206,42 +224,71 @@ impl JointSums {
 
     /// Mean square of the residuals of each joint at π, `[n]`.
     pub fn mean_squares(&self, values: &[f64], friction: &Friction) -> Vec<f64> {
-        let count = self.samples.max(1) as f64;
         let of_joint = |(j, sums): (usize, &Quadratic)| {
             let columns = self.columns(j, friction);
             let terms = columns.iter().map(|&(from, to)| (from, values[to]));
-            (sums.residual(terms) / count).max(0.0)
+            (sums.residual(terms) / sums.rows.max(1) as f64).max(0.0)
         };
         self.joints.iter().enumerate().map(of_joint).collect()
     }
 
-    /// Smoothing speed of each joint whose regression, on these samples and with any body for each joint, has the
-    /// smallest residual on the samples of `other`.
-    pub fn smoothing(&self, other: &Self, ridge: f64) -> Friction {
-        let joint = |j: usize| {
-            let error = |speed: usize| self.regression(j, speed, other, ridge);
-            (0..self.speeds)
-                .min_by(|&a, &b| error(a).total_cmp(&error(b)))
-                .unwrap_or(0)
-        };
-        Friction::Coulomb((0..self.dof()).into_par_iter().map(joint).collect())
+    /// Mean square residual on the samples of `other` of a regression on these samples, with any body for each joint and each
+    /// smoothing speed in turn, `[n][speeds]`.
+    pub fn regressions(&self, other: &Self, ridge: f64) -> Vec<Vec<f64>> {
+        let error = |j: usize, speed: usize| self.regression(j, speed, other, ridge);
+        let joint = |j: usize| (0..self.speeds).map(|speed| error(j, speed)).collect();
+        (0..self.dof()).into_par_iter().map(joint).collect()
+    }
+
+    /// Coefficients of a ridge regression of joint j alone, with the index of each in yⱼ; `None` without a solution.
+    fn law(&self, j: usize, speed: usize, ridge: f64) -> Option<Vec<(usize, f64)>> {
+        let columns = self.columns(j, &Friction::Coulomb(vec![speed; self.dof()]));
+        let columns: Vec<usize> = columns.iter().map(|c| c.0).collect();
+        let (own, size) = (&self.joints[j], columns.len());
+        let gram = |a: usize, b: usize| own.row(columns[a])[columns[b]];
+        let ridge = Ridge::new(gram, scales(size, |a| gram(a, a), 1e-300), ridge)?;
+        let solution = ridge.solve(1, |a, _| own.right[columns[a]]);
+        Some((0..size).map(|a| (columns[a], solution[(a, 0)])).collect())
     }
 
     /// Mean square residual on `other` of a ridge regression of joint j alone; infinite without a solution.
     fn regression(&self, j: usize, speed: usize, other: &Self, ridge: f64) -> f64 {
-        let columns: Vec<usize> = self
-            .columns(j, &Friction::Coulomb(vec![speed; self.dof()]))
-            .iter()
-            .map(|c| c.0)
-            .collect();
-        let (own, size) = (&self.joints[j], columns.len());
-        let gram = |a: usize, b: usize| own.row(columns[a])[columns[b]];
-        let scale = scales(size, |a| gram(a, a), 1e-300);
-        let Some(ridge) = Ridge::new(gram, scale, ridge) else {
-            return f64::INFINITY;
-        };
-        let solution = ridge.solve(1, |a, _| own.right[columns[a]]);
-        let terms = (0..size).map(|a| (columns[a], solution[(a, 0)]));
-        other.joints[j].residual(terms) / other.samples.max(1) as f64
+        let other = &other.joints[j];
+        let law = self.law(j, speed, ridge);
+        law.map_or(f64::INFINITY, |law| {
+            other.residual(law.iter().copied()) / other.rows.max(1) as f64
+        })
+    }
+
+    /// Mean absolute residual of joint j on samples of the same regressions, for each of the smoothing speeds.
+    pub fn absolute_residuals(
+        &self,
+        j: usize,
+        samples: &Samples,
+        robot: &RigidBodies,
+        (speeds, ridge): (&[f64], f64),
+    ) -> Vec<f64> {
+        let bodies = PER_BODY * robot.dof();
+        let laws = (0..speeds.len()).map(|speed| self.law(j, speed, ridge));
+        let laws: Vec<_> = laws.map(Option::unwrap_or_default).collect();
+        let (mut dynamics, mut all) = (robot.dynamics(), vec![0.0; robot.dof() * bodies]);
+        let mut sums = vec![0.0; speeds.len()];
+        for s in 0..samples.len() {
+            let x = samples.row(s);
+            dynamics.inertial_regressor(x.q, x.qd, x.qdd, &mut all);
+            let (of_bodies, v) = (&all[j * bodies..][..bodies], x.qd[j]);
+            for ((sum, law), speed) in sums.iter_mut().zip(&laws).zip(speeds) {
+                let column = |k: usize| match k.checked_sub(bodies) {
+                    None => of_bodies[k],
+                    Some(0) => x.qdd[j],
+                    Some(1) => 1.0,
+                    Some(2) => v,
+                    Some(_) => (v / speed).tanh(),
+                };
+                let tau: f64 = law.iter().map(|(k, value)| value * column(*k)).sum();
+                *sum += (tau - x.tau[j]).abs() / samples.len() as f64;
+            }
+        }
+        sums
     }
 }

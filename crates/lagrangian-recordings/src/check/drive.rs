@@ -458,7 +458,6 @@ fn accelerations(recordings: &[Recording], fits: &JointFits) -> Option<Item> {
         return Some(item.value("uncertainty", *worst));
     };
     let (hertz, explained) = (low_pass.hertz, 100.0 * low_pass.explained);
-    let noisy = noisy || low_pass.explained < EXACT;
     let finding = format!(
         "{finding}; after a low-pass of {hertz} Hz the motion explains {explained:.1} % of the forces"
     );

@@ -607,3 +607,48 @@ fn what_torques_do_not_tell_is_said_to_be_that_of_the_description() {
         .unwrap();
     assert!(torque_nmse(&again, &bare) < 1e-20);
 }
+
+/// Dry friction that holds near a standstill is either of two forces there: neither the friction of a moving joint nor its change of
+/// sign may follow from it.
+#[test]
+fn torques_at_a_standstill_do_not_decide_about_friction() {
+    let truth = robot("ur5");
+    let (n, size, fastest_still) = (truth.dof(), 3.0, 0.15);
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let mut rubbed = |m: usize, seed: u64| {
+        let mut data = samples(&truth, m, 0.0, seed);
+        // Many samples are slow.
+        data.qd.iter_mut().for_each(|v| *v = v.powi(3) / 4.0);
+        let mut tau = vec![0.0; m * n];
+        let _ = truth
+            .evaluator()
+            .inverse_dynamics(&data.q, &data.qd, &data.qdd, &mut tau);
+        for (tau, v) in tau.iter_mut().zip(&data.qd) {
+            let either = if rng.random::<bool>() { 1.0 } else { -1.0 };
+            *tau += size
+                * if v.abs() < fastest_still {
+                    either
+                } else {
+                    v.signum()
+                };
+        }
+        data.tau = tau;
+        data
+    };
+    let (train, held) = (rubbed(2000, 1), rubbed(500, 2));
+    let data = Dataset::from_samples(truth.coordinates().clone(), train, held).unwrap();
+    let model = fit(
+        &data,
+        &config(rigid::example("ur5").unwrap(), true),
+        None,
+        &mut (),
+    )
+    .unwrap()
+    .model;
+    let robot = model.downcast_ref::<IdentifiedRobot>().unwrap();
+    let friction = robot.motion().dissipation().unwrap();
+    for (coulomb, smoothing) in friction.coulomb.iter().zip(&friction.smoothing) {
+        assert!((coulomb - size).abs() < 0.01 * size, "{coulomb}");
+        assert!(*smoothing < 0.2 * fastest_still, "{smoothing}");
+    }
+}

@@ -6,7 +6,7 @@ use crate::delay::interpolated;
 use crate::derivatives::GAP;
 use crate::derivatives::acceleration_window;
 use crate::local_polynomial::{Filter, Series, around, median_step, segments};
-use crate::window::noise_variance;
+use crate::window::usual_noise_variance;
 use crate::{EstimateOptions, Recording};
 use lagrangian_motion::Trajectory;
 use lagrangian_motion::statistics::{root_mean_square, variances};
@@ -66,7 +66,7 @@ pub(super) fn uncertainty(recording: &Recording) -> Vec<f64> {
 /// Noise of the forces over their deviation, for each coordinate of a recording.
 pub(super) fn force_noise(recording: &Recording) -> Vec<f64> {
     let noise = of_coordinates(recording, &recording.tau, |series, pieces| {
-        noise_variance(series, pieces, 3, 8)
+        usual_noise_variance(series, pieces)
     });
     let noise = noise
         .into_iter()

@@ -22,6 +22,7 @@ use lagrangian_mechanics::rigid::joint_sums::{Friction, JointSums};
 use lagrangian_mechanics::rigid::regressor::PER_BODY;
 use lagrangian_mechanics::rigid::{RigidBodies, RobotConfig};
 use lagrangian_motion::Samples;
+use lagrangian_motion::statistics::{column, root_mean_square};
 use lagrangian_motion::{Error, Result};
 
 /// Strengths of the prior that are tried, each from the minimum of the one before.
@@ -30,6 +31,10 @@ const STRENGTHS: [f64; 8] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-7, 1e-9, 1e-12];
 const STRENGTH: f64 = 1e-3;
 /// Smoothing speeds of Coulomb friction that are tried, rad/s or m/s.
 const SPEEDS: [f64; 6] = [0.005, 0.01, 0.02, 0.05, 0.1, 0.2];
+/// Speeds below which samples of a joint may be left out, in parts of the root mean square of its speed …
+const STILL: [f64; 5] = [0.0, 0.05, 0.1, 0.2, 0.3];
+/// … and that at which it moves.
+const MOVING: f64 = 0.3;
 /// Ridge of the regressions that choose them.
 const RIDGE: f64 = 1e-6;
 /// The number of rounds of weighting the joints by their residuals.
@@ -93,6 +98,48 @@ pub fn identify(
     problem.assemble(dataset, best)
 }
 
+/// The speed below which the torque of each joint is left out, and the smoothing of its friction.
+///
+/// Near a standstill dry friction is any force between its bounds, which no function of the speed is. Where a regression without
+/// these samples predicts the torques of a moving joint better, they are left out. They still tell how fast friction changes its sign, by
+/// absolute errors: a force that is either of two values is then as near to each of them as to their mean, and the sharpest
+/// change is taken.
+fn signs(dataset: &Dataset, robot: &RigidBodies, smoothings: &[f64]) -> (Vec<f64>, Friction) {
+    let (n, train, judge) = (robot.dof(), &dataset.train, dataset.compared());
+    let speeds = column(&train.qd, n, root_mean_square);
+    let slowest = |part: f64| -> Vec<f64> { speeds.iter().map(|speed| part * speed).collect() };
+    let sums = |samples: &Samples, part: f64| {
+        JointSums::over_moving(samples, 0..samples.len(), robot, smoothings, &slowest(part))
+    };
+    let without = STILL.map(|part| sums(train, part));
+    let (every, moving) = (sums(judge, 0.0), sums(judge, MOVING));
+    let of_all = without[0].regressions(&every, RIDGE);
+    let of_moving = without
+        .each_ref()
+        .map(|sums| sums.regressions(&moving, RIDGE));
+    let least = |errors: &[f64]| errors.iter().copied().fold(f64::INFINITY, f64::min);
+    let of_joint = |j: usize| {
+        let error = |part: usize| least(&of_moving[part][j]);
+        let better = |best: usize, part: usize| match error(part) < error(best) / (1.0 + NEARLY) {
+            true => part,
+            false => best,
+        };
+        let best = (1..STILL.len()).fold(0, better);
+        let (errors, near) = match best {
+            0 => (of_all[j].clone(), 1.0),
+            _ => {
+                let left = &without[best];
+                let errors = left.absolute_residuals(j, judge, robot, (smoothings, RIDGE));
+                (errors, 1.0 + NEARLY)
+            }
+        };
+        let sharpest = errors.iter().position(|own| *own <= near * least(&errors));
+        (STILL[best] * speeds[j], sharpest.unwrap_or(0))
+    };
+    let (slowest, friction) = (0..n).map(of_joint).unzip();
+    (slowest, Friction::Coulomb(friction))
+}
+
 /// The candidate of the strongest prior among those that explain the torques of all `n` joints nearly as well as the best.
 fn strongest(candidates: Vec<Candidate<'_>>, n: usize) -> Option<Candidate<'_>> {
     let scores = candidates.iter().map(|c| c.score);
@@ -151,17 +198,14 @@ impl Problem {
         let speeds = options
             .smoothing
             .map_or(SPEEDS.to_vec(), |speed| vec![speed]);
-        let sums = |samples: &Samples| JointSums::over(samples, 0..samples.len(), &robot, &speeds);
+        let (slowest, friction) = match options.friction {
+            true => signs(dataset, &robot, &speeds),
+            false => (vec![0.0; robot.dof()], Friction::Frictionless),
+        };
+        let sums = |samples: &Samples| {
+            JointSums::over_moving(samples, 0..samples.len(), &robot, &speeds, &slowest)
+        };
         let (train, validation) = (sums(&dataset.train), sums(&dataset.validation));
-        let judge = if validation.samples > 0 {
-            &validation
-        } else {
-            &train
-        };
-        let friction = match options.friction {
-            true => train.smoothing(judge, RIDGE),
-            false => Friction::Frictionless,
-        };
         Self {
             scale: dataset.force_scale(),
             robot,
