@@ -33,6 +33,7 @@ from ._lagrangian import __version__, set_threads
 from ._layer import Layer
 from ._model import Assessment, Model, integrators, load, own_system, robot, system, systems
 from ._report import Animation, Report, report
+from ._tracking import Followed, Tracking, track
 from ._trajectory import Coordinate, Outcome, Trajectories, Trajectory
 from .errors import LagrangianError
 
@@ -47,6 +48,7 @@ __all__ = [
     "Delan",
     "Ensemble",
     "Estimator",
+    "Followed",
     "Hnn",
     "Item",
     "LagrangianError",
@@ -60,6 +62,7 @@ __all__ = [
     "Report",
     "Rigid",
     "Servo",
+    "Tracking",
     "Trajectories",
     "Trajectory",
     "Vin",
@@ -78,5 +81,6 @@ __all__ = [
     "simulate",
     "system",
     "systems",
+    "track",
     "write",
 ]

@@ -15,6 +15,7 @@ The motion of the reference is simulated three times: with the model, with feedb
 Examples:
   lagrangian track run/model.safetensors --reference letter.csv --robot two-link-arm
   lagrangian track run/model.safetensors --reference letter.csv --robot robot.urdf --payload 0.5 --limit 30
+  lagrangian track run/model.safetensors --reference letter.csv --plant robot.xml --speeds 1,1.5,2.5
   lagrangian track run/model.safetensors --reference letter.csv --robot iiwa7 --kp 40 --kd 4 --noise 1e-5,2e-3 \\
       --delay 2 --out motion.csv --plot track.html --json")]
 #[command(mut_arg("out", |arg| arg.help("File for the motion and its torques, .csv, .npz or .parquet; a .toml that declares the angles is put beside it")))]
@@ -53,12 +54,17 @@ pub(crate) struct TruthArgs {
     #[arg(long, value_name = "ROBOT")]
     pub(crate) robot: Option<PathBuf>,
 
+    /// The robot that moves: a plant in MuJoCo, which the Python package brings along: a file in MJCF or URDF,
+    /// `dm_control:DOMAIN-TASK`, or `gymnasium:ID`
+    #[arg(long, value_name = "PLANT", conflicts_with = "robot")]
+    pub(crate) plant: Option<String>,
+
     /// A parameter of the system; may be repeated
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment, requires = "robot")]
     pub(crate) parameters: Vec<(String, f64)>,
 
-    /// Joints of a URDF robot in the order of the reference, the others locked at 0 [default: those that it names, or all]
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', requires = "robot", value_parser = name)]
+    /// Joints of a URDF robot or a plant in the order of the reference, the others locked at 0 [default: those that it names, or all]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = name)]
     pub(crate) joints: Vec<String>,
 
     /// Mass in the robot's hand, kg, which the true model includes and the saved one does not
@@ -74,6 +80,10 @@ pub(crate) struct ControlArgs {
     #[arg(long, value_enum, default_value_t)]
     pub(crate) controller: ControllerName,
 
+    /// How many times as fast the reference is followed; of several, the page and --out show the first
+    #[arg(long, value_name = "FACTORS", value_delimiter = ',', default_value = "1", value_parser = positive)]
+    pub(crate) speeds: Vec<f64>,
+
     /// Rate of the control loop, Hz, 10 to 10000
     #[arg(long, default_value_t = 500.0, value_parser = positive)]
     pub(crate) rate: f64,
@@ -88,7 +98,7 @@ pub(crate) struct ControlArgs {
     #[arg(long, value_name = "GAINS", value_delimiter = ',', value_parser = non_negative)]
     pub(crate) kd: Vec<f64>,
 
-    /// Largest torque, N·m; one, or one for each joint [default: none]
+    /// Largest torque, N·m; one, or one for each joint [default: those of a plant's drives, else none]
     #[arg(long, value_name = "TORQUES", value_delimiter = ',', value_parser = positive)]
     pub(crate) limit: Vec<f64>,
 

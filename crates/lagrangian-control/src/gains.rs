@@ -14,6 +14,10 @@ pub struct Gains {
     pub kd: Vec<f64>,
 }
 
+/// Usual bandwidth of the feedback, rad/s: low, so that a model must do the work.
+const BANDWIDTH: f64 = 5.0;
+/// Acceleration by which an inertia is measured, rad/s² (m/s²).
+const PUSH: f64 = 10.0;
 /// Maximum number of samples of a reference over which inertias are averaged.
 const INERTIA_SAMPLES: usize = 200;
 
@@ -25,6 +29,12 @@ impl Gains {
             kp: vec![kp; n],
             kd: vec![kd; n],
         }
+    }
+
+    /// The usual low gains for these inertias, critically damped at 5 rad/s.
+    #[must_use]
+    pub fn usual(inertia: &[f64]) -> Self {
+        Self::critical(inertia, BANDWIDTH)
     }
 
     /// `K_p` = ω² m and `K_d` = 2 ω m for each inertia m, kg·m² (kg): critically damped at the bandwidth ω, rad/s.
@@ -87,19 +97,23 @@ pub fn inertia_along(model: &dyn Model, reference: &Reference) -> Result<Vec<f64
     let step = samples.len().div_ceil(INERTIA_SAMPLES);
     let rows = || samples.q.chunks_exact(n).step_by(step);
     let mut evaluator = model.evaluator();
+    // Beyond what dry friction holds, the slope of a torque over the acceleration is the inertia.
     let (rest, mut unit) = (vec![0.0; n], vec![0.0; n]);
     let (mut still, mut pushed) = (vec![0.0; n], vec![0.0; n]);
     let mut inertia = vec![0.0; n];
     for q in rows() {
-        let outcome = evaluator.inverse_dynamics(q, &rest, &rest, &mut still);
-        if !outcome.is_supported() {
-            return Err(no_inverse());
-        }
         for i in 0..n {
-            unit[i] = 1.0;
-            let _ = evaluator.inverse_dynamics(q, &rest, &unit, &mut pushed);
-            unit[i] = 0.0;
-            inertia[i] += (pushed[i] - still[i]) / rows().len() as f64;
+            let mut push = |acceleration: f64, tau: &mut [f64]| {
+                unit[i] = acceleration;
+                let outcome = evaluator.inverse_dynamics(q, &rest, &unit, tau);
+                unit[i] = 0.0;
+                outcome
+            };
+            if !push(PUSH, &mut still).is_supported() {
+                return Err(no_inverse());
+            }
+            let _ = push(2.0 * PUSH, &mut pushed);
+            inertia[i] += (pushed[i] - still[i]) / PUSH / rows().len() as f64;
         }
     }
     Ok(inertia)

@@ -11,7 +11,7 @@ use lagrangian::{Error, Result};
 pub struct LoopConfig {
     /// Rate of the loop, Hz.
     pub rate: f64,
-    /// Number of integrator steps (Runge–Kutta of order 4) between two ticks.
+    /// Number of integrator steps (Runge–Kutta of order 4) between two ticks; a plant that integrates itself has its own.
     pub substeps: usize,
     /// Largest torque of each coordinate in either direction, N·m (N). An empty list means no limits; 0 means that a
     /// coordinate has no drive.

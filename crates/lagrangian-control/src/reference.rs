@@ -84,6 +84,24 @@ impl Reference {
         &self.trajectory
     }
 
+    /// The same path, `factor` times as fast, from the same instant on.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for a factor that is not positive and finite.
+    pub fn faster(&self, factor: f64) -> Result<Self> {
+        if !(factor.is_finite() && factor > 0.0) {
+            return Err(Error::argument("speed", factor, "finite and above 0"));
+        }
+        let (mut new, start) = (self.clone(), self.start());
+        let Trajectory { t, signals, .. } = &mut new.trajectory;
+        t.iter_mut()
+            .for_each(|t| *t = start + (*t - start) / factor);
+        signals.qd.iter_mut().for_each(|qd| *qd *= factor);
+        let accelerations = signals.qdd.iter_mut().chain(&mut new.qdd);
+        accelerations.for_each(|qdd| *qdd *= factor * factor);
+        Ok(new)
+    }
+
     /// Writes the desired motion at time `t`; allocates nothing.
     pub fn at(&self, t: f64, desired: &mut Desired) {
         let knots = &self.trajectory.t;

@@ -199,8 +199,15 @@ impl<'a> Simulation<'a> {
     }
 
     fn advance(&mut self) {
-        let h = self.config.period() / self.config.substeps as f64;
         let (n, robot, tau) = (self.n, &mut self.robot, &self.drives.acting);
+        let period = self.config.period();
+        if let Some(outcome) = robot.advance(&mut self.state, tau, period) {
+            if !outcome.is_finite() {
+                self.state.fill(f64::NAN);
+            }
+            return;
+        }
+        let h = period / self.config.substeps as f64;
         let mut motion = |_: f64, x: &[f64], slope: &mut [f64]| {
             let (q, qd) = x.split_at(n);
             let (velocity, acceleration) = slope.split_at_mut(n);

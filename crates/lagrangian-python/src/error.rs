@@ -59,6 +59,15 @@ pub(crate) struct Raised {
     pub(crate) message: String,
 }
 
+impl Raised {
+    pub(crate) fn of(py: Python<'_>, error: &PyErr) -> Self {
+        Self {
+            class: error.get_type(py).unbind(),
+            message: error.value(py).to_string(),
+        }
+    }
+}
+
 impl<T> OrRaise<T> for Result<T, lagrangian_export::Error> {
     fn or_raise(self, py: Python<'_>) -> PyResult<T> {
         self.map_err(|error| match error {

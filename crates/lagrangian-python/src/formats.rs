@@ -75,9 +75,6 @@ fn of_python<T>(call: impl FnOnce(&Bound<'_, PyModule>) -> PyResult<T>) -> Resul
         let result = py
             .import("lagrangian._formats")
             .and_then(|formats| call(&formats));
-        result.map_err(|e| {
-            let (class, message) = (e.get_type(py).unbind(), e.value(py).to_string());
-            Raised { class, message }.into()
-        })
+        result.map_err(|error| Raised::of(py, &error).into())
     })
 }

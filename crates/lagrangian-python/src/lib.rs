@@ -15,6 +15,7 @@ mod measured;
 mod model;
 mod motion;
 mod number;
+mod plant;
 mod recording;
 mod run;
 mod score;
@@ -23,6 +24,7 @@ mod sweep;
 mod systems;
 mod threads;
 mod torque;
+mod tracking;
 
 use pyo3::pymodule;
 
@@ -54,6 +56,8 @@ mod _lagrangian {
     #[pymodule_export]
     use super::number::Number;
     #[pymodule_export]
+    use super::plant::plant;
+    #[pymodule_export]
     use super::run::report;
     #[pymodule_export]
     use super::score::score;
@@ -62,11 +66,13 @@ mod _lagrangian {
     #[pymodule_export]
     use super::sweep::{content_hashes, unit_name};
     #[pymodule_export]
-    use super::systems::{own_system, robot, simulate, system};
+    use super::systems::{example_urdf, own_system, robot, simulate, system};
     #[pymodule_export]
     use super::threads::set_threads;
     #[pymodule_export]
     use super::torque::torque_parts;
+    #[pymodule_export]
+    use super::tracking::{drive, follow_reference};
 
     /// Runs the command `lagrangian` with these arguments, and returns its exit code.
     #[pyfunction]
@@ -77,6 +83,7 @@ mod _lagrangian {
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         lagrangian_run::read_others_by(super::formats::FORMATS);
+        lagrangian_cli::open_plants_by(super::plant::open);
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

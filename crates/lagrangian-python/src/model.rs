@@ -17,6 +17,7 @@ use crate::answers::{Asked, MATRIX, OfState, SCALAR, VECTOR};
 use crate::error::{OrRaise, raise};
 use crate::files::{json, value};
 use crate::number::OwnSystem;
+use crate::plant::Plant;
 use crate::recording::described;
 
 /// The source of a model of Python.
@@ -27,6 +28,8 @@ pub(crate) enum ModelSource {
     Known(Box<dyn AnalyticModel>),
     /// A system whose Lagrangian is a function of Python.
     Own(OwnSystem),
+    /// A machine that a simulator of Python moves.
+    Plant(Plant),
 }
 
 impl ModelSource {
@@ -35,13 +38,14 @@ impl ModelSource {
             Self::Learned(model, _) => model,
             Self::Known(system) => &**system,
             Self::Own(system) => system,
+            Self::Plant(plant) => plant,
         }
     }
 
     /// The system, where it was not fitted.
     pub(crate) fn system(&self) -> Option<&dyn AnalyticModel> {
         match self {
-            Self::Learned(..) => None,
+            Self::Learned(..) | Self::Plant(_) => None,
             Self::Known(system) => Some(&**system),
             Self::Own(system) => Some(system),
         }
@@ -59,6 +63,7 @@ impl ModelSource {
     pub(crate) fn raised(&self) -> PyResult<()> {
         match self {
             Self::Own(system) => system.failure().map_or(Ok(()), Err),
+            Self::Plant(plant) => plant.failure().map_or(Ok(()), Err),
             _ => Ok(()),
         }
     }
@@ -138,6 +143,7 @@ impl Model {
     fn family(&self) -> String {
         match &*self.body {
             ModelSource::Learned(model, _) => model.family().into(),
+            ModelSource::Plant(_) => "plant".into(),
             other => other.system().map_or_else(String::new, |s| s.name().into()),
         }
     }
@@ -272,7 +278,7 @@ impl Model {
                 saved.to_bytes().or_raise(py)
             }
             _ => {
-                let message = "a known system was not fitted: save its name and parameters instead";
+                let message = "only a fitted model has a file: save the name and parameters of a system, the file of a plant";
                 Err(raise(py, "NotSupported", message))
             }
         }

@@ -56,6 +56,12 @@ pub(crate) fn robot(py: Python<'_>, urdf: &str, joints: Vec<String>) -> PyResult
     Ok(Model::new(ModelSource::Known(Box::new(bodies))))
 }
 
+/// The URDF text of an example.
+#[pyfunction]
+pub(crate) fn example_urdf(name: &str) -> Option<&'static str> {
+    rigid::example(name)
+}
+
 /// The integration of a motion.
 #[derive(Debug, FromPyObject)]
 pub(crate) struct Integration {
@@ -121,7 +127,7 @@ pub(crate) fn simulate<'py>(
     let Some(system) = body.system() else {
         return Err(invalid(
             py,
-            "the model is a fitted one: use its method rollout",
+            "the model is not a known system: roll a fitted one out (its method rollout), record a plant (lagrangian.plant.record)",
         ));
     };
     let simulation = Simulation {

@@ -3,6 +3,8 @@
 mod page;
 mod truth;
 
+use std::time::Instant;
+
 use anyhow::Result;
 use lagrangian::{Model, Trajectory};
 use lagrangian_control::{
@@ -23,9 +25,6 @@ use crate::task::{Size, Task};
 use crate::text;
 use crate::track_args::{ControlArgs, ControllerName, TrackArgs};
 
-/// Default bandwidth of the feedback, rad/s: low, so that the model must do the work.
-const BANDWIDTH: f64 = 5.0;
-
 pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<u8> {
     let PlotArgs { file, plot } = &args.output;
     let robots = args.truth.robot.iter().cloned();
@@ -39,31 +38,44 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<u8> {
     let fitted = fitted::fitted(&args.model)?;
     let reference = reference(args, &fitted)?;
     let model = fitted.model;
-    let truth = truth::read(&args.truth, &model, reference.samples())?;
-    let robot: &dyn Model = truth.as_deref().unwrap_or(&model);
+    let plant = truth::read(&args.truth, &model, reference.samples())?;
+    let truth = plant.model.as_deref();
+    let robot: &dyn Model = truth.unwrap_or(&model);
     let n = model.coordinates().dof();
-    let control = loop_config(&args.control, n)?;
+    let mut control = loop_config(&args.control, n)?;
+    if control.limit.is_empty() {
+        control.limit.clone_from(&plant.limits);
+    }
     let gains = all_gains(&args.control, robot, &reference)?;
-    let needed = largest_torques(robot, &reference);
     if truth.is_none() {
         note!("note: the model itself is the robot, and right about it; --robot names another");
     }
-    let laws = laws(&model, truth.as_deref(), args.control.controller, &gains);
-    let runs = runs(args, robot, &reference, laws, &control)?;
+    let laws = laws(&model, truth, args.control.controller, &gains);
+    let at_speed = |&speed: &f64| runs(args, robot, &reference, speed, &laws, &control);
+    let speeds: Vec<AtSpeed> = args
+        .control
+        .speeds
+        .iter()
+        .map(at_speed)
+        .collect::<Result<_>>()?;
     drop(task);
+    let runs = speeds.first().map_or(&[][..], |first| &first.runs[..]);
+    let reference = speeds.first().map_or(&reference, |first| &first.reference);
     if let (Some(path), Some(first)) = (&file.out, runs.first()) {
         let motion = std::slice::from_ref(&first.followed.driven.trajectory);
         Motions::new(motion, model.coordinates()).write(path, file.existing())?;
     }
     let report = page::TrackingReport {
-        plant: match &args.truth.robot {
-            Some(robot) => format!("'{}'", robot.display()),
-            None => "the model itself".into(),
+        plant: match (&args.truth.robot, &args.truth.plant) {
+            (Some(robot), _) => format!("'{}'", robot.display()),
+            (_, Some(plant)) => format!("'{plant}' in MuJoCo"),
+            _ => "the model itself".into(),
         },
         coordinates: model.coordinates(),
-        reference: &reference,
+        reference,
         rate: control.rate,
-        runs: &runs,
+        runs,
+        speeds: &speeds,
     };
     let facts = report.facts();
     args.output.draw(|| Report {
@@ -76,6 +88,7 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<u8> {
         "model": args.model,
         "reference": args.reference,
         "robot": args.truth.robot,
+        "plant_source": args.truth.plant,
         "plant": report.plant,
         "payload": args.truth.payload,
         "control": args.control,
@@ -84,11 +97,12 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<u8> {
         "coordinates": model.coordinates(),
         "out": file.out,
         "plot": plot,
-        "tracking": tracking(&runs),
+        "tracking": tracking(runs),
+        "speeds": speeds.iter().map(|at| json!({"speed": at.speed, "tracking": tracking(&at.runs)})).collect::<Vec<_>>(),
         "judgements": report.judgements(),
     });
     mode.print(&figures, || text::of(&facts))?;
-    match runs.first().and_then(|first| first.lost(&needed)) {
+    match speeds.iter().find_map(|at| at.lost(robot)) {
         None => Ok(SUCCESS),
         Some(lost) => {
             let remedy = "see what `lagrangian check` says of the reference, pass it through a --low-pass, lower the gains, or raise --rate";
@@ -98,28 +112,67 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<u8> {
     }
 }
 
-/// The motions along the reference by these controllers.
+/// The motions along a reference at one speed.
+struct AtSpeed {
+    speed: f64,
+    reference: Reference,
+    /// The selected controller first.
+    runs: Vec<Run>,
+}
+
+impl AtSpeed {
+    /// The reason why the robot did not follow the motion at all with the first controller.
+    fn lost(&self, robot: &dyn Model) -> Option<String> {
+        let needed = largest_torques(robot, &self.reference);
+        let lost = self.runs.first()?.lost(&needed)?;
+        Some(format!("{lost}{}", beside_speed(self.speed)))
+    }
+}
+
+/// The words for a speed other than that of the reference.
+fn beside_speed(speed: f64) -> String {
+    match speed {
+        1.0 => String::new(),
+        _ => format!(", at {speed} times the speed of the reference"),
+    }
+}
+
+/// The motions along the reference by these controllers, at this speed.
 fn runs(
     args: &TrackArgs,
     robot: &dyn Model,
     reference: &Reference,
-    laws: Vec<(&'static str, &'static str, ControlLaw)>,
+    speed: f64,
+    laws: &[(&'static str, &'static str, ControlLaw)],
     control: &LoopConfig,
-) -> Result<Vec<Run>> {
-    let run = |(key, name, law)| {
-        let followed = follow(robot, reference, law, control).context(
-            format!("cannot follow '{}'", args.reference.display()),
+) -> Result<AtSpeed> {
+    let reference = reference.faster(speed).map_err(failure::of_data)?;
+    let run = |&(key, name, law): &(&'static str, &'static str, ControlLaw)| {
+        let clock = Instant::now();
+        let followed = follow(robot, &reference, law, control).context(
+            format!(
+                "cannot follow '{}'{}",
+                args.reference.display(),
+                beside_speed(speed)
+            ),
             "`lagrangian track --help` says what --robot, --rate, --delay and the gains may be",
         )?;
+        let simulated = followed.driven.trajectory.len() as f64 / control.rate;
         let run = Run {
             key,
             name,
             followed,
+            real_time: simulated / clock.elapsed().as_secs_f64(),
         };
         run.warn();
         Ok(run)
     };
-    laws.into_iter().map(run).collect()
+    let runs = laws.iter().map(run).collect::<Result<_>>()?;
+    Ok(AtSpeed {
+        speed,
+        reference,
+        runs,
+    })
 }
 
 fn tracking(runs: &[Run]) -> serde_json::Map<String, serde_json::Value> {
@@ -225,7 +278,7 @@ fn all_gains(args: &ControlArgs, robot: &dyn Model, reference: &Reference) -> Re
         "give the robot that moves as --robot, or a model with inverse dynamics",
     )?;
     let unit = vec![1.0; n];
-    let mut own = Gains::critical(if linear { &unit } else { &inertia }, BANDWIDTH);
+    let mut own = Gains::usual(if linear { &unit } else { &inertia });
     for (gains, given) in [(&mut own.kp, &args.kp), (&mut own.kd, &args.kd)] {
         if !given.is_empty() {
             *gains = each(given, n);
@@ -272,6 +325,8 @@ struct Run {
     key: &'static str,
     name: &'static str,
     followed: Followed,
+    /// Seconds of motion that were simulated in a second.
+    real_time: f64,
 }
 
 /// A drive cannot give more than this multiple of the largest torque that a motion needs.
@@ -315,6 +370,17 @@ impl Run {
         }
     }
 
+    /// The root mean square of the error over all joints; infinite for a robot that was lost.
+    fn overall(&self) -> f64 {
+        let rmse = &self.followed.following.rmse;
+        match self.followed.driven.outcome {
+            LoopOutcome::Diverged { .. } => f64::INFINITY,
+            LoopOutcome::Finished => {
+                (lagrangian::mechanics::dot(rmse, rmse) / rmse.len() as f64).sqrt()
+            }
+        }
+    }
+
     fn as_json(&self) -> serde_json::Value {
         let driven = &self.followed.driven;
         json!({
@@ -322,6 +388,7 @@ impl Run {
             "largest": self.followed.following.largest,
             "at_limit": self.followed.following.at_limit,
             "latency": driven.latency.quantiles(),
+            "real_time": self.real_time,
             "ending": driven.outcome,
             "without_model": self.followed.without_model,
             "not_finite": driven.not_finite,

@@ -9,7 +9,7 @@ use lagrangian_report::{
     Figure, Headline, Motion, Report, Role, Table, followed_motion, tracking_error,
 };
 
-use super::Run;
+use super::{AtSpeed, Run};
 
 /// The results of tracking.
 pub(super) struct TrackingReport<'a> {
@@ -19,6 +19,8 @@ pub(super) struct TrackingReport<'a> {
     pub(super) reference: &'a Reference,
     pub(super) rate: f64,
     pub(super) runs: &'a [Run],
+    /// The runs at all speeds, the first of which are `runs`.
+    pub(super) speeds: &'a [AtSpeed],
 }
 
 /// A figure of each joint: its name, and its values in a run.
@@ -167,6 +169,27 @@ impl TrackingReport<'_> {
         )
     }
 
+    /// The errors over all joints at each speed.
+    fn by_speed(&self) -> Table {
+        let row = |at: &AtSpeed, run: &Run| {
+            let truth = at.runs.iter().find(|run| run.key == "perfect");
+            let ratio = truth.map_or("–".into(), |truth| short(run.overall() / truth.overall()));
+            let cells = [short(run.overall()), ratio, short(run.real_time)];
+            [short(at.speed), run.name.to_string()]
+                .into_iter()
+                .chain(cells)
+                .collect()
+        };
+        let rows = self.speeds.iter();
+        Table::new(
+            "Root mean square of the error over all joints, in the units of the coordinates; over that of the true model; seconds of \
+             motion in a second of simulation.",
+            &["speed", "with", "RMSE", "over the true model", "real time"],
+            rows.flat_map(|at| at.runs.iter().map(move |run| row(at, run)))
+                .collect(),
+        )
+    }
+
     /// The answer, the verdicts on the joints, the errors and the times.
     pub(super) fn facts(&self) -> Report {
         Report {
@@ -180,7 +203,7 @@ impl TrackingReport<'_> {
             ),
             answer: self.answer(),
             headlines: self.headlines(),
-            tables: vec![self.errors(), self.times()],
+            tables: vec![self.errors(), self.by_speed(), self.times()],
             ..Report::default()
         }
     }

@@ -9,39 +9,55 @@ use lagrangian::text::counted;
 use lagrangian::{Learned, Model, Trajectory};
 
 use crate::failure::{Context, mistake};
+use crate::plants::Plant;
 use crate::robot;
 use crate::track_args::TruthArgs;
 
-/// The robot of the flags; `None` where the model itself moves.
-pub(super) fn read(
-    args: &TruthArgs,
-    model: &Learned,
-    reference: &Trajectory,
-) -> Result<Option<Box<dyn Model>>> {
+/// The robot of the flags; without a model where the saved one itself moves.
+pub(super) fn read(args: &TruthArgs, model: &Learned, reference: &Trajectory) -> Result<Plant> {
+    if let Some(source) = &args.plant {
+        let plant = crate::plants::open(source, &args.joints)?;
+        require_dof(source, plant.model.as_deref(), reference)?;
+        return Ok(plant);
+    }
     let Some(path) = &args.robot else {
+        if !args.joints.is_empty() {
+            return Err(mistake(
+                "--joints chooses joints of a robot, and there is none",
+                "name the robot that moves as --robot or --plant, or omit --joints",
+            ));
+        }
         if !model.moves() {
             return Err(mistake(
                 "the model gives torques and no motion, so that it cannot be the robot",
                 "name the robot that moves: --robot two-link-arm, or a URDF file",
             ));
         }
-        return Ok(None);
+        return Ok(Plant::default());
     };
     let robot: Box<dyn Model> = match system(path) {
         Some(name) => analytic(name, args)?,
         None => Box::new(bodies(path, args, model)?),
     };
-    let (found, expected) = (robot.coordinates().dof(), reference.dof());
+    require_dof(&path.to_string_lossy(), Some(&*robot), reference)?;
+    Ok(Plant {
+        model: Some(robot),
+        limits: Vec::new(),
+    })
+}
+
+fn require_dof(name: &str, robot: Option<&dyn Model>, reference: &Trajectory) -> Result<()> {
+    let expected = reference.dof();
+    let found = robot.map_or(expected, |robot| robot.coordinates().dof());
     if found == expected {
-        return Ok(Some(robot));
+        return Ok(());
     }
     Err(mistake(
         format!(
-            "the robot '{}' has {}, the model and the reference have {expected}",
-            path.display(),
+            "the robot '{name}' has {}, the model and the reference have {expected}",
             counted(found, "joint")
         ),
-        "give the robot of the model, and the joints that move as --joints where it comes from a URDF",
+        "give the robot of the model, and the joints that move as --joints where it comes from a file",
     ))
 }
 
