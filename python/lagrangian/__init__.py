@@ -32,6 +32,7 @@ from ._families import (
 from ._lagrangian import __version__, set_threads
 from ._layer import Layer
 from ._model import Assessment, Model, integrators, load, own_system, robot, system, systems
+from ._online import OnlineLearner
 from ._report import Animation, Report, report
 from ._tracking import Followed, Tracking, track
 from ._trajectory import Coordinate, Outcome, Trajectories, Trajectory
@@ -57,6 +58,7 @@ __all__ = [
     "Mlp",
     "Model",
     "NeuralOde",
+    "OnlineLearner",
     "Outcome",
     "Prediction",
     "Report",

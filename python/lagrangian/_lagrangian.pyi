@@ -78,6 +78,15 @@ class Model:
         """Writes the file of the model: a whole one or none."""
 
 @final
+class Online:
+    """A learner, whose thread begins with the first row."""
+
+    def __new__(cls, named: Sequence[tuple[str, str, str]], request: str, seed: int) -> Self: ...
+    def update(self, t: float, q: ArrayLike, qd: ArrayLike, tau: ArrayLike) -> None: ...
+    def take(self) -> Model | None: ...
+    def close(self) -> dict[str, Any] | None: ...
+
+@final
 class Prediction:
     """What an ensemble predicts."""
 
@@ -178,6 +187,7 @@ def follow(
 ) -> tuple[dict[str, Any], dict[str, Any]]: ...
 def follow_reference(
     model: Model | None,
+    learner: Online | None,
     robot: Model,
     reference: Any,
     law: tuple[str, float, Sequence[float], Sequence[float]],

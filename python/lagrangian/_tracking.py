@@ -12,6 +12,7 @@ import numpy as np
 from . import _lagrangian
 from ._estimators import Estimator
 from ._model import Model
+from ._online import OnlineLearner
 from ._trajectory import Trajectory, _real, _whole
 from .errors import InvalidInput, InvalidType
 
@@ -84,7 +85,7 @@ class Tracking(list[Followed]):
 
 
 def track(
-    model: Model | Estimator,
+    model: Model | Estimator | OnlineLearner,
     robot: Model | Estimator,
     reference: Trajectory,
     *,
@@ -104,7 +105,8 @@ def track(
     """Lets a robot follow a motion through a model, by feedback alone, and through its own dynamics.
 
     Args:
-        model: The model of the controller.
+        model: The model of the controller, or an ``OnlineLearner`` like which a new one learns from nothing during each motion, in lock step
+            with it, by feed-forward.
         robot: The robot that moves: a plant (``lagrangian.plant``), or any other model with forward dynamics.
         reference: The motion, with velocities.
         speeds: How many times as fast it is followed, one or several.
@@ -131,7 +133,8 @@ def track(
     """
     from .plant import _control
 
-    model, robot = _model_of(model, "model"), _model_of(robot, "robot")
+    known = None if isinstance(model, OnlineLearner) else _model_of(model, "model")
+    robot = _model_of(robot, "robot")
     if controller not in CONTROLLERS:
         raise InvalidInput(f"controller is {controller!r}: give one of {', '.join(CONTROLLERS)}")
     limits = getattr(robot, "limits", np.full(robot.n, math.inf)) if limit is None else np.asarray(limit, dtype=float)
@@ -143,10 +146,12 @@ def track(
     stiff, damped = ([_real(x, "kp and kd") for x in np.atleast_1d(given)] for given in (kp, kd))
     found = Tracking()
     for speed in np.atleast_1d(speeds):
-        for driver, own in zip(DRIVERS, (model, None, robot)):
+        for driver, own in zip(DRIVERS, (known, None, robot)):
             law = (controller, _real(speed, "speeds"), stiff, damped)
+            learner = model._core if isinstance(model, OnlineLearner) and driver == "model" else None
             clock = time.perf_counter()
-            found.append(_followed(driver, law, _lagrangian.follow_reference(own, robot, reference, law, control), clock))
+            parts = _lagrangian.follow_reference(own, learner, robot, reference, law, control)
+            found.append(_followed(driver, law, parts, clock))
     return found
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -153,3 +154,31 @@ def test_wrong_arguments_are_refused(tmp_path: Path) -> None:
         lg.track("run", arm, letter)
     with pytest.raises(wrong, match="cannot be pickled"):
         arm.__reduce__()
+
+
+def test_a_model_is_learned_while_a_plant_moves(tmp_path: Path) -> None:
+    arm = plant.load("two_link_arm")
+    letter = plant.excitation(arm, duration=12.0, seed=2)
+    learner = lg.OnlineLearner(lg.Delan(width=16), n=2, angles="all", seed=1)
+    followed = lg.track(learner, arm, letter, kp=20.0, kd=4.0)
+    late = slice(-2000, None)  # the last four seconds
+    errors = {own.driver: np.sqrt((own.error[late] ** 2).mean()) for own in followed}
+    assert errors["model"] < 0.2 * errors["feedback"]
+    # The same learner beside a loop of one's own, on its thread.
+    log = followed.of("feedback").measured
+    with learner:
+        for k, (t, q, qd, tau) in enumerate(zip(log.t, log.q, log.qd, log.tau, strict=True)):
+            learner.update(t, q, qd, tau)
+            if k % 100 == 0:
+                time.sleep(0.1)
+        assert learner.model is not None
+        learned = learner.model.inverse_dynamics(log.q[-1], log.qd[-1], [0.0, 0.0])
+        assert learned.shape == (2,) and np.isfinite(learned).all()
+        record = learner.close()
+    assert record["handed_over"] >= 1 and record["samples"] > 1000
+    with pytest.raises(lg.errors.InvalidInput, match="many states"):
+        learner.update(0.0, [[0.0, 0.0]] * 2, [0.0, 0.0], [0.0, 0.0])
+    with pytest.raises(lg.errors.InvalidType, match="estimator is a str"):
+        lg.OnlineLearner("delan", n=2)  # type: ignore[arg-type]
+    with pytest.raises(lg.errors.InvalidInput, match="not a family"):
+        lg.OnlineLearner(lg.Best(), n=2)

@@ -77,13 +77,26 @@ pub fn follow(
             (drive(&mut controller)?, 0)
         }
     };
-    let error = errors(&driven, reference);
-    Ok(Followed {
-        following: Following::of(&driven, &error, &control.limit),
+    Ok(Followed::of(
         driven,
-        error,
+        reference,
+        &control.limit,
         without_model,
-    })
+    ))
+}
+
+impl Followed {
+    /// The errors of a motion along its reference, at whose times it begins, under these torque limits.
+    #[must_use]
+    pub fn of(driven: Driven, reference: &Reference, limit: &[f64], without_model: u64) -> Self {
+        let error = errors(&driven, reference);
+        Self {
+            following: Following::of(&driven, &error, limit),
+            driven,
+            error,
+            without_model,
+        }
+    }
 }
 
 fn refuse_robot(robot: &dyn Model, reference: &Reference) -> Result<()> {

@@ -15,6 +15,7 @@ mod measured;
 mod model;
 mod motion;
 mod number;
+mod online;
 mod plant;
 mod recording;
 mod run;
@@ -55,6 +56,8 @@ mod _lagrangian {
     use super::motion::{follow, roll_out, times};
     #[pymodule_export]
     use super::number::Number;
+    #[pymodule_export]
+    use super::online::Online;
     #[pymodule_export]
     use super::plant::plant;
     #[pymodule_export]

@@ -1,9 +1,10 @@
 //! Control loops: a robot that follows a reference through a model, or a function of Python.
 
 use lagrangian::{Error, State};
+use lagrangian_control::online::{FeedForwardSource, OnlineLearner, TrackingConfig, track};
 use lagrangian_control::{
-    ControlLaw, Driven, Gains, LoopConfig, LoopOutcome, Quantiles, Reference, Sensors, Simulation,
-    follow, inertia_along,
+    ControlLaw, Driven, Followed, Gains, LoopConfig, LoopOutcome, Quantiles, Reference, Sensors,
+    Simulation, follow, inertia_along,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -12,7 +13,12 @@ use crate::arrays::{Rows, array};
 use crate::error::{OrRaise, invalid};
 use crate::files::value;
 use crate::model::Model;
+use crate::online::Online;
 use crate::recording::{parts, recording};
+
+/// Training steps and hand-overs in a second of motion, of a model that is learned in lock step.
+const STEPS: f64 = 100.0;
+const HAND_OVERS: f64 = 20.0;
 
 /// The loop between sensors, controller and drives.
 #[derive(Debug, FromPyObject)]
@@ -99,11 +105,46 @@ fn gains(
     Ok(gains)
 }
 
-/// Lets a robot follow a trajectory, `speed` times as fast, through a model or by feedback alone.
+/// Lets a robot follow a reference through a model that is learned in lock step with the motion.
+fn learned(
+    robot: &dyn lagrangian::Model,
+    reference: &Reference,
+    learner: Box<OnlineLearner>,
+    gains: Gains,
+    control: LoopConfig,
+) -> lagrangian::Result<Followed> {
+    let config = TrackingConfig {
+        robot,
+        change: None,
+        gains,
+        control,
+        payload: None,
+    };
+    let source = FeedForwardSource::LockStep {
+        learner,
+        steps: STEPS,
+        hand_overs: HAND_OVERS,
+    };
+    let tracked = track(&config, reference, source)?;
+    let mut driven = tracked.driven;
+    for motion in [&mut driven.trajectory, &mut driven.measured] {
+        motion.t.iter_mut().for_each(|t| *t += reference.start());
+    }
+    let limit = &config.control.limit;
+    Ok(Followed::of(
+        driven,
+        reference,
+        limit,
+        tracked.without_model,
+    ))
+}
+
+/// Lets a robot follow a trajectory, `speed` times as fast, through a model or a learner, or by feedback alone.
 #[pyfunction]
 pub(crate) fn follow_reference<'py>(
     py: Python<'py>,
     model: Option<&Bound<'py, Model>>,
+    learner: Option<&Bound<'py, Online>>,
     robot: &Bound<'py, Model>,
     reference: &Bound<'py, PyAny>,
     law: (String, f64, Vec<f64>, Vec<f64>),
@@ -120,6 +161,7 @@ pub(crate) fn follow_reference<'py>(
     let machine = robot.body().model();
     let with = model.map(|model| model.get().body().model());
     let linear = controller == "computed-torque";
+    let learns = learner.map(|learner| learner.get().config());
     let run = || -> lagrangian::Result<_> {
         let trajectory = lagrangian::Trajectory::new(desired.name, desired.t, desired.signals);
         let reference = Reference::new(trajectory)?.faster(speed)?;
@@ -130,6 +172,10 @@ pub(crate) fn follow_reference<'py>(
             "give a column of q for each joint of the robot",
         )?;
         let gains = gains(machine, &reference, [kp, kd], linear && with.is_some())?;
+        if let Some((coordinates, online)) = learns {
+            let learner = Box::new(OnlineLearner::new(coordinates, online)?);
+            return learned(machine, &reference, learner, gains, control.config());
+        }
         let law = match with {
             None => ControlLaw::Feedback(&gains),
             Some(model) if linear => ControlLaw::ComputedTorque(model, &gains),

@@ -166,7 +166,10 @@ fn compete(
     };
     let settings = (recipe.settings)(Some(description));
     request.settings = settings.as_object().cloned().unwrap_or_default();
-    request.training.insert("loss".into(), json!("torque"));
+    // Chains and rigid bodies are solved from torques anyway.
+    if recipe.family == "delan" {
+        request.training.insert("loss".into(), json!("torque"));
+    }
     if let Some(forward) = recipe.forward {
         request.training.insert("forward".into(), json!(forward));
     }
