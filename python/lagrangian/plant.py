@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 import os
 import re
+import threading
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -37,6 +38,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Plant", "compiled", "excitation", "load", "record"]
 
+#: The largest description, bytes; meshes lie in files of their own.
+_LARGEST = 64 << 20
 #: The largest number of ticks of a loop: all are held in memory.
 _MOST_TICKS = 5_000_000
 
@@ -109,6 +112,8 @@ def compiled(source: Any) -> Any:
         if known is None:
             raise InvalidInput(f"there is no file '{text}', and no example of that name: give a file in MJCF or URDF")
         return _of_urdf(known)
+    if not os.path.isfile(text) or os.path.getsize(text) > _LARGEST:
+        raise InvalidInput(f"'{text}' is no file of at most {_LARGEST >> 20} MiB: give the description of one machine")
     try:
         content = Path(text).read_text(encoding="utf-8")
         if re.search(r"<robot[\s>]", content):
@@ -119,6 +124,8 @@ def compiled(source: Any) -> Any:
 
 
 def _of_dm_control(name: str) -> Any:
+    # Nothing is drawn, and nothing looks for a display.
+    os.environ.setdefault("MUJOCO_GL", "off")
     try:
         from dm_control import suite
     except ImportError as error:
@@ -189,6 +196,8 @@ class _Machine:
         self.limits = _limits(self.model, names)[self.own]
         self.data = mujoco.MjData(self.model)
         self.rest = self.data.qpos.copy()
+        # MuJoCo lets other threads of Python run while it computes.
+        self.lock = threading.Lock()
 
     def _put(self, q: _Array, qd: _Array) -> Any:
         data, own = self.data, self.own
@@ -198,39 +207,43 @@ class _Machine:
 
     def advance(self, q: _Array, qd: _Array, tau: _Array, seconds: float) -> _Array:
         """The state (q, q̇) after some seconds of the simulator's steps; NaN where it has lost the machine."""
-        mujoco, data = _mujoco(), self._put(q, qd)
-        data.qfrc_applied[self.own] = tau
-        steps = max(1, math.ceil(seconds / self.step - 1e-6))
-        self.model.opt.timestep = seconds / steps
-        mujoco.mj_step(self.model, data, steps)
-        # MuJoCo puts a machine that it has lost back to its start.
-        lost = any(data.warning[kind].number for kind in _lost(mujoco))
-        if lost:
-            mujoco.mj_resetData(self.model, data)
-            return np.full(2 * len(self.own), math.nan)
-        return np.concatenate([data.qpos[self.own], data.qvel[self.own]])
+        mujoco = _mujoco()
+        with self.lock:
+            data = self._put(q, qd)
+            data.qfrc_applied[self.own] = tau
+            steps = max(1, math.ceil(seconds / self.step - 1e-6))
+            self.model.opt.timestep = seconds / steps
+            mujoco.mj_step(self.model, data, steps)
+            # MuJoCo puts a machine that it has lost back to its start.
+            if any(data.warning[kind].number for kind in _lost(mujoco)):
+                mujoco.mj_resetData(self.model, data)
+                return np.full(2 * len(self.own), math.nan)
+            return np.concatenate([data.qpos[self.own], data.qvel[self.own]])
 
     def forward(self, q: _Array, qd: _Array, tau: _Array) -> _Array:
         """The accelerations under forces."""
-        data = self._put(q, qd)
-        data.qfrc_applied[self.own] = tau
-        _mujoco().mj_forward(self.model, data)
-        return np.array(data.qacc[self.own])
+        with self.lock:
+            data = self._put(q, qd)
+            data.qfrc_applied[self.own] = tau
+            _mujoco().mj_forward(self.model, data)
+            return np.array(data.qacc[self.own])
 
     def inverse(self, q: _Array, qd: _Array, qdd: _Array) -> _Array:
         """The forces that yield accelerations."""
-        data = self._put(q, qd)
-        data.qacc[:] = 0.0
-        data.qacc[self.own] = qdd
-        _mujoco().mj_inverse(self.model, data)
-        return np.array(data.qfrc_inverse[self.own])
+        with self.lock:
+            data = self._put(q, qd)
+            data.qacc[:] = 0.0
+            data.qacc[self.own] = qdd
+            _mujoco().mj_inverse(self.model, data)
+            return np.array(data.qfrc_inverse[self.own])
 
     def mass(self, q: _Array) -> _Array:
         """The mass matrix, with rotors."""
-        mujoco, data = _mujoco(), self._put(q, np.zeros_like(q))
-        mujoco.mj_forward(self.model, data)
-        full = np.zeros((self.model.nv, self.model.nv))
-        mujoco.mj_fullM(self.model, full, data.qM)
+        mujoco, full = _mujoco(), np.zeros((self.model.nv, self.model.nv))
+        with self.lock:
+            data = self._put(q, np.zeros_like(q))
+            mujoco.mj_forward(self.model, data)
+            mujoco.mj_fullM(self.model, full, data.qM)
         return np.ascontiguousarray(full[np.ix_(self.own, self.own)])
 
 

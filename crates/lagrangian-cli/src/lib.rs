@@ -51,7 +51,7 @@ use std::ffi::OsString;
 
 use anyhow::Result;
 use cli::Cli;
-pub use plants::{OpenPlant, Plant, open_plants_by};
+pub use plants::{OpenPlant, OpenedPlant, open_plants_by};
 
 /// Exit code where the reader of standard output closed it (128 + SIGPIPE).
 const CLOSED_PIPE: u8 = 141;

@@ -10,7 +10,7 @@ use crate::failure::{Context, mistake};
 
 /// A robot that moves in a control loop.
 #[derive(Default)]
-pub struct Plant {
+pub struct OpenedPlant {
     /// The robot; the saved model itself where there is none.
     pub model: Option<Box<dyn Model>>,
     /// The largest torque of each drive, N·m (N); 0 for a joint without a drive. Empty without limits.
@@ -18,7 +18,7 @@ pub struct Plant {
 }
 
 /// Opens the plant of a source with the joints that move; all of them where none is named.
-pub type OpenPlant = fn(source: &str, joints: &[String]) -> Result<Plant, Cause>;
+pub type OpenPlant = fn(source: &str, joints: &[String]) -> Result<OpenedPlant, Cause>;
 
 static OPENER: OnceLock<OpenPlant> = OnceLock::new();
 
@@ -27,7 +27,7 @@ pub fn open_plants_by(open: OpenPlant) {
     OPENER.get_or_init(|| open);
 }
 
-pub(crate) fn open(source: &str, joints: &[String]) -> Result<Plant> {
+pub(crate) fn open(source: &str, joints: &[String]) -> Result<OpenedPlant> {
     let Some(open) = OPENER.get() else {
         return Err(mistake(
             format!("this program cannot move the plant '{source}': MuJoCo is a library of Python"),

@@ -6,12 +6,15 @@ use super::sensors::Readout;
 use super::simulated::Tick;
 use super::{Controller, Driven, LoopConfig, LoopOutcome};
 use lagrangian::integrate::Rk4;
+use lagrangian::mechanics::Plant;
 use lagrangian::{Error, Evaluator, Model, Result, State};
 
 /// A simulated robot under control, tick by tick. A given seed always gives the same bits.
 pub struct Simulation<'a> {
     config: LoopConfig,
     robot: Box<dyn Evaluator + 'a>,
+    /// The robot, where it integrates itself.
+    plant: Option<&'a dyn Plant>,
     integrator: Rk4,
     sensing: Sensing,
     drives: Drives,
@@ -59,6 +62,7 @@ impl<'a> Simulation<'a> {
         let state = [&start.q[..], &start.qd[..]].concat();
         Ok(Self {
             robot: model.evaluator(),
+            plant: model.plant(),
             integrator: Rk4::new(2 * n),
             sensing: Sensing {
                 readout: Readout::new(config.sensors, n, config.seed),
@@ -82,6 +86,7 @@ impl<'a> Simulation<'a> {
     /// same coordinates.
     pub fn change_robot(&mut self, model: &'a dyn Model) {
         self.robot = model.evaluator();
+        self.plant = model.plant();
     }
 
     /// Time of the next tick, s.
@@ -201,11 +206,8 @@ impl<'a> Simulation<'a> {
     fn advance(&mut self) {
         let (n, robot, tau) = (self.n, &mut self.robot, &self.drives.acting);
         let period = self.config.period();
-        if let Some(outcome) = robot.advance(&mut self.state, tau, period) {
-            if !outcome.is_finite() {
-                self.state.fill(f64::NAN);
-            }
-            return;
+        if let Some(plant) = self.plant {
+            return plant.advance(&mut self.state, tau, period);
         }
         let h = period / self.config.substeps as f64;
         let mut motion = |_: f64, x: &[f64], slope: &mut [f64]| {

@@ -23,7 +23,7 @@ pub mod rollout;
 mod visited;
 
 pub use dynamics::{
-    Balance, Driven, EulerLagrange, Evaluation, Evaluator, Mechanical, Model, PhaseFlow,
+    Balance, Driven, EulerLagrange, Evaluation, Evaluator, Mechanical, Model, PhaseFlow, Plant,
     Quantities, Slopes, bias, energy, forward, inverse, momenta,
 };
 pub use forces::{

@@ -17,7 +17,7 @@ use crate::answers::{Asked, MATRIX, OfState, SCALAR, VECTOR};
 use crate::error::{OrRaise, raise};
 use crate::files::{json, value};
 use crate::number::OwnSystem;
-use crate::plant::Plant;
+use crate::plant::PythonPlant;
 use crate::recording::described;
 
 /// The source of a model of Python.
@@ -29,7 +29,7 @@ pub(crate) enum ModelSource {
     /// A system whose Lagrangian is a function of Python.
     Own(OwnSystem),
     /// A machine that a simulator of Python moves.
-    Plant(Plant),
+    Plant(PythonPlant),
 }
 
 impl ModelSource {

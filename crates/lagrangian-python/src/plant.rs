@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use lagrangian::mechanics::Evaluation;
+use lagrangian::mechanics::{Evaluation, Plant};
 use lagrangian::{Coordinates, Evaluator, Model as _};
 use lagrangian_run::Cause;
 use pyo3::prelude::*;
@@ -14,7 +14,7 @@ use crate::model::{Model, ModelSource};
 use crate::recording::coordinates;
 
 /// A machine whose state a Python object moves.
-pub(crate) struct Plant {
+pub(crate) struct PythonPlant {
     /// Its methods, each of one state: `advance(q, qd, tau, seconds)`, `forward(q, qd, tau)`, `inverse(q, qd, qdd)` and `mass(q)`.
     machine: Py<PyAny>,
     coordinates: Coordinates,
@@ -29,7 +29,7 @@ pub(crate) fn plant(
     machine: Py<PyAny>,
     named: Vec<(String, String, String)>,
 ) -> PyResult<Model> {
-    Ok(Model::new(ModelSource::Plant(Plant {
+    Ok(Model::new(ModelSource::Plant(PythonPlant {
         machine,
         coordinates: coordinates(py, named)?,
         failure: Mutex::new(None),
@@ -37,15 +37,15 @@ pub(crate) fn plant(
 }
 
 /// Opens a plant for the command, by `lagrangian.plant.load`.
-pub(crate) fn open(source: &str, joints: &[String]) -> Result<lagrangian_cli::Plant, Cause> {
+pub(crate) fn open(source: &str, joints: &[String]) -> Result<lagrangian_cli::OpenedPlant, Cause> {
     Python::attach(|py| {
-        let load = || -> PyResult<lagrangian_cli::Plant> {
+        let load = || -> PyResult<lagrangian_cli::OpenedPlant> {
             let options = PyDict::new(py);
             options.set_item("joints", joints)?;
             let module = py.import("lagrangian.plant")?;
             let plant = module.call_method("load", (source,), Some(&options))?;
             let model = plant.cast::<Model>()?.get();
-            Ok(lagrangian_cli::Plant {
+            Ok(lagrangian_cli::OpenedPlant {
                 model: Some(Box::new(Shared(Arc::clone(model.body())))),
                 limits: plant.getattr("limits")?.call_method0("tolist")?.extract()?,
             })
@@ -65,9 +65,13 @@ impl lagrangian::Model for Shared {
     fn evaluator(&self) -> Box<dyn Evaluator + '_> {
         self.0.model().evaluator()
     }
+
+    fn plant(&self) -> Option<&dyn Plant> {
+        self.0.model().plant()
+    }
 }
 
-impl Drop for Plant {
+impl Drop for PythonPlant {
     /// Shows an exception that nobody has asked for.
     fn drop(&mut self) {
         if let Some(error) = self.failure() {
@@ -76,7 +80,7 @@ impl Drop for Plant {
     }
 }
 
-impl Plant {
+impl PythonPlant {
     /// The first exception of the machine since the last check.
     pub(crate) fn failure(&self) -> Option<PyErr> {
         self.lock().take()
@@ -130,7 +134,7 @@ impl Plant {
     }
 }
 
-impl lagrangian::Model for Plant {
+impl lagrangian::Model for PythonPlant {
     fn coordinates(&self) -> &Coordinates {
         &self.coordinates
     }
@@ -138,10 +142,22 @@ impl lagrangian::Model for Plant {
     fn evaluator(&self) -> Box<dyn Evaluator + '_> {
         Box::new(Machine(self))
     }
+
+    fn plant(&self) -> Option<&dyn Plant> {
+        Some(self)
+    }
+}
+
+impl Plant for PythonPlant {
+    fn advance(&self, state: &mut [f64], tau: &[f64], seconds: f64) {
+        let before = state.to_vec();
+        let (q, qd) = before.split_at(tau.len());
+        let _ = self.ask("advance", &[q, qd, tau], Some(seconds), state);
+    }
 }
 
 /// Answers at single states.
-struct Machine<'a>(&'a Plant);
+struct Machine<'a>(&'a PythonPlant);
 
 impl Machine<'_> {
     /// The answers for a batch of states, `width` numbers each; the worst outcome.
@@ -149,7 +165,7 @@ impl Machine<'_> {
         &self,
         [a, b, c]: [&[f64]; 3],
         out: &mut [f64],
-        ask: impl Fn(&Plant, [&[f64]; 3], &mut [f64]) -> Evaluation,
+        ask: impl Fn(&PythonPlant, [&[f64]; 3], &mut [f64]) -> Evaluation,
     ) -> Evaluation {
         let n = self.0.coordinates().dof();
         let width = out.len() / (a.len() / n.max(1)).max(1);
@@ -193,11 +209,5 @@ impl Evaluator for Machine<'_> {
         self.each([q, qd, qd], mass, |plant, [q, ..], out| {
             plant.ask("mass", &[q], None, out)
         })
-    }
-
-    fn advance(&mut self, state: &mut [f64], tau: &[f64], seconds: f64) -> Option<Evaluation> {
-        let before = state.to_vec();
-        let (q, qd) = before.split_at(tau.len());
-        Some(self.0.ask("advance", &[q, qd, tau], Some(seconds), state))
     }
 }

@@ -120,9 +120,9 @@ pub mod mechanics {
         Actuation, Applied, Balance, Canonical, Command, Curvature, Directional, Dissipation,
         Drive, Driven, DrySolver, EulerLagrange, Evaluation, Evaluator, GearFriction, Hamiltonian,
         HamiltonianJet, HamiltonianJets, HamiltonianOf, Jet, Jets, Lagrangian, LagrangianOf, Load,
-        Mechanical, Model, Outcome, PhaseFlow, Quantities, Regularity, Scalar, Scaling, Sensitive,
-        Slopes, SpeedChart, Stribeck, Sum, SymmetricSolver, analytic, bias, diagonalise, dot,
-        energy, forward, inverse, inverse_root, momenta, product,
+        Mechanical, Model, Outcome, PhaseFlow, Plant, Quantities, Regularity, Scalar, Scaling,
+        Sensitive, Slopes, SpeedChart, Stribeck, Sum, SymmetricSolver, analytic, bias, diagonalise,
+        dot, energy, forward, inverse, inverse_root, momenta, product,
     };
 }
 

@@ -139,13 +139,6 @@ pub trait Evaluator: Send {
         balance.fill(self, [q, qd, tau])
     }
 
-    /// Moves a state (q, q̇), `[2 n]`, for some seconds under constant τ, as a plant that integrates itself; `None` where the forward
-    /// dynamics are to be integrated.
-    fn advance(&mut self, state: &mut [f64], tau: &[f64], seconds: f64) -> Option<Evaluation> {
-        let _ = (state, tau, seconds);
-        None
-    }
-
     /// Flow of a model that does not move in (q, q̇) with dq/dt = q̇; `None` where forward dynamics are sufficient.
     fn phase_flow(&mut self) -> Option<&mut dyn PhaseFlow> {
         None

@@ -73,10 +73,21 @@ pub trait Model: Send + Sync {
         None
     }
 
+    /// The model as a plant that integrates itself; `None` where its forward dynamics are to be integrated.
+    fn plant(&self) -> Option<&dyn Plant> {
+        None
+    }
+
     /// States that the data of the fit visited, where they are known.
     fn visited(&self) -> Option<&Visited> {
         None
     }
+}
+
+/// A model that integrates its own motion, as a simulator does.
+pub trait Plant: Sync {
+    /// Moves a state (q, q̇), `[2 n]`, for some seconds under constant τ; NaN where the motion is lost.
+    fn advance(&self, state: &mut [f64], tau: &[f64], seconds: f64);
 }
 
 /// A model whose drives follow commanded goals.

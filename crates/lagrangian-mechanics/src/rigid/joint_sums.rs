@@ -153,12 +153,10 @@ impl JointSums {
                 if x.qd[j].abs() < slowest[j] {
                     continue;
                 }
-                let tau = x.tau[j];
-                sums.square += tau * tau;
+                sums.square += x.tau[j] * x.tau[j];
                 sums.rows += 1;
-                for (k, right) in sums.right.iter_mut().enumerate() {
-                    *right += y[(row, k)] * tau;
-                }
+                let rights = sums.right.iter_mut().enumerate();
+                rights.for_each(|(k, right)| *right += y[(row, k)] * x.tau[j]);
             }
             sums
         };

@@ -41,23 +41,15 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<u8> {
     let plant = truth::read(&args.truth, &model, reference.samples())?;
     let truth = plant.model.as_deref();
     let robot: &dyn Model = truth.unwrap_or(&model);
-    let n = model.coordinates().dof();
-    let mut control = loop_config(&args.control, n)?;
-    if control.limit.is_empty() {
-        control.limit.clone_from(&plant.limits);
-    }
+    let control = loop_config(&args.control, reference.dof(), plant.limits.clone())?;
     let gains = all_gains(&args.control, robot, &reference)?;
     if truth.is_none() {
         note!("note: the model itself is the robot, and right about it; --robot names another");
     }
     let laws = laws(&model, truth, args.control.controller, &gains);
     let at_speed = |&speed: &f64| runs(args, robot, &reference, speed, &laws, &control);
-    let speeds: Vec<AtSpeed> = args
-        .control
-        .speeds
-        .iter()
-        .map(at_speed)
-        .collect::<Result<_>>()?;
+    let factors = args.control.speeds.iter();
+    let speeds: Vec<AtSpeed> = factors.map(at_speed).collect::<Result<_>>()?;
     drop(task);
     let runs = speeds.first().map_or(&[][..], |first| &first.runs[..]);
     let reference = speeds.first().map_or(&reference, |first| &first.reference);
@@ -66,11 +58,7 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<u8> {
         Motions::new(motion, model.coordinates()).write(path, file.existing())?;
     }
     let report = page::TrackingReport {
-        plant: match (&args.truth.robot, &args.truth.plant) {
-            (Some(robot), _) => format!("'{}'", robot.display()),
-            (_, Some(plant)) => format!("'{plant}' in MuJoCo"),
-            _ => "the model itself".into(),
-        },
+        plant: truth::shown(&args.truth),
         coordinates: model.coordinates(),
         reference,
         rate: control.rate,
@@ -98,18 +86,19 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<u8> {
         "out": file.out,
         "plot": plot,
         "tracking": tracking(runs),
-        "speeds": speeds.iter().map(|at| json!({"speed": at.speed, "tracking": tracking(&at.runs)})).collect::<Vec<_>>(),
+        "speeds": speeds.iter().map(AtSpeed::as_json).collect::<Vec<_>>(),
         "judgements": report.judgements(),
     });
     mode.print(&figures, || text::of(&facts))?;
-    match speeds.iter().find_map(|at| at.lost(robot)) {
-        None => Ok(SUCCESS),
-        Some(lost) => {
-            let remedy = "see what `lagrangian check` says of the reference, pass it through a --low-pass, lower the gains, or raise --rate";
-            note!("{}", failure::describe(&mistake(lost, remedy)));
-            Ok(FAILED)
-        }
-    }
+    Ok(ended(speeds.iter().find_map(|at| at.lost(robot))))
+}
+
+/// The exit code; the reason why the robot was lost, where it was.
+fn ended(lost: Option<String>) -> u8 {
+    let Some(lost) = lost else { return SUCCESS };
+    let remedy = "see what `lagrangian check` says of the reference, pass it through a --low-pass, lower the gains, or raise --rate";
+    note!("{}", failure::describe(&mistake(lost, remedy)));
+    FAILED
 }
 
 /// The motions along a reference at one speed.
@@ -121,6 +110,10 @@ struct AtSpeed {
 }
 
 impl AtSpeed {
+    fn as_json(&self) -> serde_json::Value {
+        json!({"speed": self.speed, "tracking": tracking(&self.runs)})
+    }
+
     /// The reason why the robot did not follow the motion at all with the first controller.
     fn lost(&self, robot: &dyn Model) -> Option<String> {
         let needed = largest_torques(robot, &self.reference);
@@ -232,7 +225,8 @@ fn each(values: &[f64], n: usize) -> Vec<f64> {
     }
 }
 
-fn loop_config(args: &ControlArgs, n: usize) -> Result<LoopConfig> {
+/// The loop of the flags; the torque limits are those of the drives where none are given.
+fn loop_config(args: &ControlArgs, n: usize, of_drives: Vec<f64>) -> Result<LoopConfig> {
     let (position_noise, velocity_noise) = match args.noise[..] {
         [] => (0.0, 0.0),
         [q] => (q, 0.0),
@@ -246,7 +240,10 @@ fn loop_config(args: &ControlArgs, n: usize) -> Result<LoopConfig> {
     };
     let config = LoopConfig {
         rate: args.rate,
-        limit: each(&args.limit, n),
+        limit: match args.limit.is_empty() {
+            true => of_drives,
+            false => each(&args.limit, n),
+        },
         actuation_delay: args.delay,
         seed: args.seed,
         sensors: Sensors {

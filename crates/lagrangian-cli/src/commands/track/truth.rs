@@ -9,12 +9,25 @@ use lagrangian::text::counted;
 use lagrangian::{Learned, Model, Trajectory};
 
 use crate::failure::{Context, mistake};
-use crate::plants::Plant;
+use crate::plants::OpenedPlant;
 use crate::robot;
 use crate::track_args::TruthArgs;
 
+/// The robot of the flags, as a report names it.
+pub(super) fn shown(args: &TruthArgs) -> String {
+    match (&args.robot, &args.plant) {
+        (Some(robot), _) => format!("'{}'", robot.display()),
+        (_, Some(plant)) => format!("'{plant}' in MuJoCo"),
+        _ => "the model itself".into(),
+    }
+}
+
 /// The robot of the flags; without a model where the saved one itself moves.
-pub(super) fn read(args: &TruthArgs, model: &Learned, reference: &Trajectory) -> Result<Plant> {
+pub(super) fn read(
+    args: &TruthArgs,
+    model: &Learned,
+    reference: &Trajectory,
+) -> Result<OpenedPlant> {
     if let Some(source) = &args.plant {
         let plant = crate::plants::open(source, &args.joints)?;
         require_dof(source, plant.model.as_deref(), reference)?;
@@ -33,14 +46,14 @@ pub(super) fn read(args: &TruthArgs, model: &Learned, reference: &Trajectory) ->
                 "name the robot that moves: --robot two-link-arm, or a URDF file",
             ));
         }
-        return Ok(Plant::default());
+        return Ok(OpenedPlant::default());
     };
     let robot: Box<dyn Model> = match system(path) {
         Some(name) => analytic(name, args)?,
         None => Box::new(bodies(path, args, model)?),
     };
     require_dof(&path.to_string_lossy(), Some(&*robot), reference)?;
-    Ok(Plant {
+    Ok(OpenedPlant {
         model: Some(robot),
         limits: Vec::new(),
     })

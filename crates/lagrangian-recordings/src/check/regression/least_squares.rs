@@ -9,8 +9,6 @@ use super::source::Signals;
 use super::terms::Terms;
 use lagrangian_motion::solve::ridge::Ridge;
 
-/// Samples of a joint are left out below this part of the root mean square of its speed: dry friction that holds is any force.
-const STILL: f64 = 0.3;
 /// The ridge of the regression in units of the diagonal …
 pub(super) const RIDGE: f64 = 1e-4;
 /// … and where delays are compared.
@@ -77,9 +75,6 @@ impl Part {
         for m in 0..s.q.len() / n {
             let state = m * n..(m + 1) * n;
             let (q, qd, qdd) = (&s.q[state.clone()], &s.qd[state.clone()], &s.qdd[state]);
-            if qd[i].abs() < STILL * terms.speeds[i] {
-                continue;
-            }
             terms.row(i, q, qd, qdd, &mut row);
             for (force, (k, j)) in forces.iter_mut().zip(columns) {
                 *force = s.tau[(m * delays + k) * n + j];
