@@ -31,7 +31,7 @@ pub(crate) fn open(source: &str, joints: &[String]) -> Result<OpenedPlant> {
     let Some(open) = OPENER.get() else {
         return Err(mistake(
             format!("this program cannot move the plant '{source}': MuJoCo is a library of Python"),
-            "`pip install 'lagrangian[mujoco]'` brings a command `lagrangian` that can",
+            "the command of the Python package can: pip install 'lagrangian[mujoco]'",
         ));
     };
     Ok(open(source, joints).context(
