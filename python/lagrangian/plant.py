@@ -239,12 +239,16 @@ class _Machine:
 
     def mass(self, q: _Array) -> _Array:
         """The mass matrix, with rotors."""
-        mujoco, full = _mujoco(), np.zeros((self.model.nv, self.model.nv))
+        mujoco, size = _mujoco(), self.model.nv
+        rows, column = np.zeros((len(self.own), size)), np.zeros(size)
         with self.lock:
             data = self._put(q, np.zeros_like(q))
             mujoco.mj_forward(self.model, data)
-            mujoco.mj_fullM(self.model, full, data.qM)
-        return np.ascontiguousarray(full[np.ix_(self.own, self.own)])
+            for row, joint in zip(rows, self.own):
+                column[joint] = 1.0
+                mujoco.mj_mulM(self.model, data, row, column)
+                column[joint] = 0.0
+        return np.ascontiguousarray(rows[:, self.own])
 
 
 def _lost(mujoco: Any) -> list[int]:

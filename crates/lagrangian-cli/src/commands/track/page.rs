@@ -169,24 +169,27 @@ impl TrackingReport<'_> {
         )
     }
 
-    /// The errors over all joints at each speed.
+    /// The errors over all joints at each speed, and over those of the true model where there is one.
     fn by_speed(&self) -> Table {
         let row = |at: &AtSpeed, run: &Run| {
             let truth = at.runs.iter().find(|run| run.key == "perfect");
-            let ratio = truth.map_or("–".into(), |truth| short(run.overall() / truth.overall()));
-            let cells = [short(run.overall()), ratio, short(run.real_time)];
-            [short(at.speed), run.name.to_string()]
-                .into_iter()
-                .chain(cells)
-                .collect()
+            let ratio = truth.map(|truth| short(run.overall() / truth.overall()));
+            let cells = [
+                short(at.speed),
+                run.name.into(),
+                short(run.real_time),
+                short(run.overall()),
+            ];
+            cells.into_iter().chain(ratio).collect()
         };
         let rows = self.speeds.iter();
+        let rows = rows.flat_map(|at| at.runs.iter().map(move |run| row(at, run)));
+        let header = ["speed", "with", "real time", "RMSE", "over the true model"];
+        let shown = header.len() - usize::from(self.run("perfect").is_none());
         Table::new(
-            "Root mean square of the error over all joints, in the units of the coordinates; over that of the true model; seconds of \
-             motion in a second of simulation.",
-            &["speed", "with", "RMSE", "over the true model", "real time"],
-            rows.flat_map(|at| at.runs.iter().map(move |run| row(at, run)))
-                .collect(),
+            "Root mean square of the error over all joints, in the units of the coordinates, and seconds of motion in a second of simulation.",
+            &header[..shown],
+            rows.collect(),
         )
     }
 
