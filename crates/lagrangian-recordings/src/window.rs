@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::EstimateOptions;
 use super::local_polynomial::{Filter, Series, around};
-use lagrangian_motion::statistics::mean;
+use lagrangian_motion::statistics::{mean, upper_median};
 
 /// Number of samples of a recording at which the risk of a window is estimated.
 const PLACES: usize = 1500;
@@ -104,8 +104,7 @@ pub(crate) fn usual_noise_variance(series: Series<'_>, segments: &[Range<usize>]
         .filter(|r| r.1 > 1e-9)
         .map(|r| r.0 / r.1)
         .collect();
-    variances.sort_by(f64::total_cmp);
-    variances.get(variances.len() / 2).copied().unwrap_or(0.0) / MEDIAN
+    upper_median(&mut variances) / MEDIAN
 }
 
 /// Chooses the window of `filter` with the smallest risk.
