@@ -3,18 +3,27 @@
 use std::collections::BTreeSet;
 use std::fs;
 
-use super::{Failure, root, target};
+use super::{Failure, Step, carry_out, root, target};
 
 /// Its line of the usage.
 pub(super) const USAGE: &str = "\
 api [--write]
 
-  api  the public items of the library, as `cargo doc` lists them, against crates/lagrangian/public-api.txt
+  api  builds the documentation without a warning, and compares the public items of the library
+       with crates/lagrangian/public-api.txt
            --write   writes the list anew: a commit that does so says what users gain or lose";
 
 const LIST: &str = "crates/lagrangian/public-api.txt";
 
-/// Compares the list with the documentation, which must have been built.
+const DOCUMENTATION: Step = Step {
+    variable: Some(("RUSTDOCFLAGS", "-D warnings")),
+    ..Step::of_cargo(
+        "documentation",
+        &["doc", "--workspace", "--all-features", "--no-deps"],
+    )
+};
+
+/// Builds the documentation, and compares the list with it.
 pub(super) fn main(arguments: &[&str]) -> Result<(), Failure> {
     let write = match arguments {
         [] => false,
@@ -26,10 +35,10 @@ pub(super) fn main(arguments: &[&str]) -> Result<(), Failure> {
             ));
         }
     };
+    carry_out(&DOCUMENTATION)?;
     let page = |name: &str| {
         let page = target().join("doc/lagrangian").join(name);
-        let remedy = "run `cargo doc --workspace --all-features --no-deps`";
-        fs::read_to_string(&page).map_err(|e| format!("{}: {e}; {remedy}", page.display()))
+        fs::read_to_string(&page).map_err(|e| format!("{}: {e}", page.display()))
     };
     let items = &root_items(&page("index.html")?) | &items(&page("all.html")?);
     if items.is_empty() {
