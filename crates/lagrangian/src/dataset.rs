@@ -264,13 +264,24 @@ impl Dataset {
         size(&self.train.qdd, self.coordinates.dof())
     }
 
-    /// Root mean square of each force, `[n]`; 1 where it is 0, and at least 0.3 % of the largest: a force below that is below the noise
-    /// of most drives, which would otherwise rule a fit.
+    /// Root mean square of each force, `[n]`, and at least 0.3 % of the largest: a force below that is below the noise of most drives,
+    /// which would otherwise rule a fit. That of a coordinate without a force is the largest of the others, or 1.
     #[must_use]
     pub fn force_scale(&self) -> Vec<f64> {
-        let own = size(&self.train.tau, self.coordinates.dof());
-        let least = FAINTEST * own.iter().copied().fold(0.0, f64::max);
-        own.into_iter().map(|scale| scale.max(least)).collect()
+        let own = column(&self.train.tau, self.coordinates.dof(), root_mean_square);
+        let largest = own.iter().copied().fold(0.0, f64::max);
+        let scale = |own: f64| match own > 0.0 {
+            true => own.max(FAINTEST * largest),
+            false => largest,
+        };
+        own.into_iter().map(|own| positive(scale(own))).collect()
+    }
+
+    /// Whether a force acts on each coordinate in some sample, `[n]`; without one it is passive.
+    #[must_use]
+    pub fn driven(&self) -> Vec<bool> {
+        let sizes = column(&self.train.tau, self.coordinates.dof(), root_mean_square);
+        sizes.into_iter().map(|size| size > 0.0).collect()
     }
 }
 
@@ -533,7 +544,7 @@ mod tests {
         faint.tau[4] = 0.03;
         assert!((scale(samples)[1] - 2.0_f64.sqrt()).abs() < 1e-3);
         let found = scale(faint);
-        assert!((found[1] - 0.09).abs() < 1e-12 && (found[2] - 1.0).abs() < 1e-12);
+        assert!((found[1] - 0.09).abs() < 1e-12 && (found[2] - 30.0).abs() < 1e-12);
     }
 
     #[test]

@@ -20,6 +20,8 @@ use lagrangian_motion::solve::ridge::{Ridge, scales};
 
 /// Number of samples that are summed at a time.
 const BLOCK: usize = 512;
+/// The part of the first guess of the inertia of a passive joint that holds it up before there are residuals.
+const FIRST: f64 = 1e-2;
 
 /// Friction terms of the joints.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,6 +46,109 @@ impl Friction {
     }
 }
 
+/// What the residual of each joint is compared with.
+///
+/// The torque of a passive joint is 0, which a chain without inertia explains best. Its residual is compared with the inertial torque
+/// M̄ⱼⱼ q̈ⱼ of its own acceleration, M̄ⱼⱼ being the mean of Mⱼⱼ (theory.md, 47b).
+#[derive(Debug, Clone)]
+pub struct TorqueScale {
+    /// Root mean square of each torque, N·m or N, `[n]`; for a passive joint that before its parameters are known.
+    pub torques: Vec<f64>,
+    /// Root mean square of each acceleration, `[n]`.
+    pub accelerations: Vec<f64>,
+    /// Whether each joint has a torque, `[n]`.
+    pub driven: Vec<bool>,
+}
+
+impl TorqueScale {
+    /// Whether a joint has no torque.
+    pub fn passive(&self) -> bool {
+        self.driven.contains(&false)
+    }
+
+    /// The squares of the scale at π, `[n]`.
+    pub fn squares(&self, sums: &JointSums, values: &[f64], friction: &Friction) -> Vec<f64> {
+        let of_joint = |j: usize| match self.driven[j] {
+            true => self.torques[j],
+            false => {
+                let terms = sums.inertia(j, friction);
+                self.accelerations[j] * terms.map(|(k, x)| values[k] * x).sum::<f64>()
+            }
+        };
+        let floored = |x: f64| (x * x).max(f64::MIN_POSITIVE);
+        (0..self.torques.len()).map(of_joint).map(floored).collect()
+    }
+
+    /// Mean square residuals at π in parts of the scale, `[n]`.
+    pub fn relative(&self, sums: &JointSums, values: &[f64], friction: &Friction) -> Vec<f64> {
+        let squares = self.squares(sums, values, friction);
+        let residuals = sums.mean_squares(values, friction);
+        residuals.iter().zip(squares).map(|(r, s)| r / s).collect()
+    }
+
+    /// The weights before there are residuals.
+    pub fn first(&self) -> Weighting {
+        let squares: Vec<f64> = self.torques.iter().map(|s| s * s).collect();
+        let mut first = self.weighting(&vec![1.0; squares.len()], &squares, 0.0);
+        first.holds.iter_mut().for_each(|hold| hold.1 *= FIRST);
+        first
+    }
+
+    /// The weights after mean square errors in parts of the scale, which count as `least` or more, and its squares, `[n]`.
+    pub fn weighting(&self, errors: &[f64], squares: &[f64], least: f64) -> Weighting {
+        let weight = |(error, square): (&f64, &f64)| 1.0 / (error.max(least) * square).sqrt();
+        let hold = |j: usize| match self.driven[j] {
+            true => (0.0, 0.0),
+            // The square of the residual has this size with its weight.
+            false => (
+                self.accelerations[j] / squares[j].sqrt(),
+                errors[j] / errors[j].max(least),
+            ),
+        };
+        Weighting {
+            weights: errors.iter().zip(squares).map(weight).collect(),
+            holds: (0..errors.len()).map(hold).collect(),
+        }
+    }
+}
+
+/// How the residuals of the joints count.
+///
+/// A passive joint counts by the logarithm of its relative error, ln r² − ln M̄ⱼⱼ². The first is a square with a weight, as for all joints.
+/// The second holds its inertia up; to second order around the last M̄ⱼⱼ it is a square too, (M̄ⱼⱼ / last − 2)².
+#[derive(Debug, Clone)]
+pub struct Weighting {
+    /// Factor of each residual, `[n]`.
+    pub weights: Vec<f64>,
+    /// Factors of M̄ⱼⱼ and of the square, `[n]`; 0 for a driven joint.
+    holds: Vec<(f64, f64)>,
+}
+
+impl Weighting {
+    /// Mean of the sums of all joints with these weights.
+    pub fn quadratic(&self, sums: &JointSums, friction: &Friction) -> Quadratic {
+        let mut data = sums.quadratic(&self.weights, friction);
+        for (j, inverse, factor) in self.held() {
+            let mut row = vec![0.0; data.size()];
+            for (k, coefficient) in sums.inertia(j, friction) {
+                row[k] = inverse * coefficient;
+            }
+            let mut own = Quadratic::zero(data.size());
+            own.add_row(&row, 2.0);
+            data.add(&own, factor);
+        }
+        data
+    }
+
+    /// Passive joints, with 1 / last and the factor of the square (M̄ⱼⱼ / last − 2)² beside the mean of the squares of all joints.
+    pub fn held(&self) -> impl Iterator<Item = (usize, f64, f64)> {
+        let n = self.holds.len() as f64;
+        let all = self.holds.iter().enumerate();
+        let held = all.filter(|(_, (_, factor))| *factor > 0.0);
+        held.map(move |(j, (inverse, factor))| (j, *inverse, factor / n))
+    }
+}
+
 /// Sums over samples.
 #[derive(Debug, Clone)]
 pub struct JointSums {
@@ -52,6 +157,8 @@ pub struct JointSums {
     speeds: usize,
     /// The sums of each joint.
     joints: Vec<Quadratic>,
+    /// The sum of Mⱼⱼ as a function of π, of a joint without a torque; else 0.
+    inertias: Vec<Vec<f64>>,
 }
 
 impl JointSums {
@@ -95,14 +202,18 @@ impl JointSums {
             samples: 0,
             speeds,
             joints: vec![Quadratic::zero(size); n],
+            inertias: vec![vec![0.0; size]; n],
         }
     }
 
     /// The sums over both sets of samples.
     pub fn plus(mut self, other: &Self) -> Self {
         self.samples += other.samples;
-        let pairs = self.joints.iter_mut().zip(&other.joints);
-        pairs.for_each(|(own, other)| own.add(other, 1.0));
+        let joints = self.joints.iter_mut().zip(&other.joints);
+        joints.for_each(|(own, other)| own.add(other, 1.0));
+        let inertias = self.inertias.iter_mut().flatten();
+        let pairs = inertias.zip(other.inertias.iter().flatten());
+        pairs.for_each(|(own, other)| *own += other);
         self
     }
 
@@ -140,6 +251,11 @@ impl JointSums {
                 }
             }
         }
+        let passive = |j: usize| range.clone().all(|s| samples.row(s).tau[j] == 0.0);
+        let inertia = |j: usize| match passive(j) {
+            true => own_inertia(samples, range.clone(), (robot, j), speeds.len()),
+            false => vec![0.0; bodies + 3 + 2 * speeds.len()],
+        };
         let sums = |(j, y): (usize, &Mat<f64>)| {
             let size = y.ncols();
             let mut gram = Mat::<f64>::zeros(size, size);
@@ -164,6 +280,7 @@ impl JointSums {
             samples: rows,
             speeds: speeds.len(),
             joints: regressors.iter().enumerate().map(sums).collect(),
+            inertias: (0..n).map(inertia).collect(),
         }
     }
 
@@ -230,6 +347,17 @@ impl JointSums {
         self.joints.iter().enumerate().map(of_joint).collect()
     }
 
+    /// M̄ⱼⱼ of a joint without a torque as a linear function of π: indices and coefficients.
+    pub fn inertia(
+        &self,
+        j: usize,
+        friction: &Friction,
+    ) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let columns = self.columns(j, friction).into_iter();
+        let samples = self.samples.max(1) as f64;
+        columns.map(move |(from, to)| (to, self.inertias[j][from] / samples))
+    }
+
     /// Mean square residual on the samples of `other` of a regression on these samples, with any body for each joint and each
     /// smoothing speed in turn, `[n][speeds]`.
     pub fn regressions(&self, other: &Self, ridge: f64) -> Vec<Vec<f64>> {
@@ -289,4 +417,30 @@ impl JointSums {
         }
         sums
     }
+}
+
+/// The sum of Mⱼⱼ over the samples as a function of the parameters.
+fn own_inertia(
+    samples: &Samples,
+    range: Range<usize>,
+    (robot, j): (&RigidBodies, usize),
+    speeds: usize,
+) -> Vec<f64> {
+    let n = robot.dof();
+    let bodies = PER_BODY * n;
+    let (mut dynamics, rest) = (robot.dynamics(), vec![0.0; n]);
+    let mut unit = rest.clone();
+    unit[j] = 1.0;
+    let mut sum = vec![0.0; bodies + 3 + 2 * speeds];
+    sum[bodies] = range.len() as f64;
+    let mut y = vec![0.0; n * bodies];
+    for s in range {
+        // Gravity, which the unit acceleration comes on top of, is subtracted.
+        for (qdd, sign) in [(&unit, 1.0), (&rest, -1.0)] {
+            dynamics.inertial_regressor(samples.row(s).q, &rest, qdd, &mut y);
+            let own = sum.iter_mut().zip(&y[j * bodies..][..bodies]);
+            own.for_each(|(sum, y)| *sum += sign * y);
+        }
+    }
+    sum
 }

@@ -387,9 +387,14 @@ fn select_by_motion(
     Ok(Selection { fit, chosen, tried })
 }
 
-/// The torque error of a model on validation samples, or on the training samples without validation samples.
+/// The torque error of a model on validation samples, or on the training samples without validation samples; with a passive joint,
+/// whose torque has no variance, all squares count alike.
 fn held_out(fit: &Fit, dataset: &Dataset) -> f64 {
-    torque_error(&fit.model, dataset.compared()).map_or(f64::INFINITY, |error| error.nmse_mean)
+    let error = torque_error(&fit.model, dataset.compared());
+    error.map_or(f64::INFINITY, |error| match error.nmse_mean.is_finite() {
+        true => error.nmse_mean,
+        false => error.unexplained(),
+    })
 }
 
 fn reason(tried: &[CandidateResult]) -> String {

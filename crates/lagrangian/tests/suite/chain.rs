@@ -64,6 +64,85 @@ fn samples(truth: &dyn Model, m: usize, seed: u64) -> Samples {
     )
 }
 
+/// An arm that hangs on a shoulder without a drive, with masses in this unit of kg.
+fn swinging(unit: f64) -> Mechanical<RigidBodies> {
+    let link = |name: &str, mass: f64, length: f64| {
+        let (mass, centre) = (mass * unit, 0.4 * length);
+        let moment = mass * length * length / 12.0;
+        format!(
+            r#"<link name="{name}"><inertial><origin xyz="0 0 -{centre}"/><mass value="{mass}"/>
+            <inertia ixx="{moment}" iyy="{moment}" izz="{}"/></inertial></link>"#,
+            0.1 * moment
+        )
+    };
+    let urdf = format!(
+        r#"<robot name="swinging"><link name="base"/>{}{}
+        <joint name="shoulder" type="continuous"><parent link="base"/><child link="upper"/><axis xyz="0 1 0"/></joint>
+        <joint name="elbow" type="continuous"><origin xyz="0 0 -0.7"/><parent link="upper"/><child link="fore"/>
+        <axis xyz="0 1 0"/></joint></robot>"#,
+        link("upper", 2.0, 0.7),
+        link("fore", 1.0, 0.9)
+    );
+    let friction = Dissipation {
+        viscous: vec![0.05 * unit, 0.03 * unit],
+        coulomb: vec![0.0; 2],
+        smoothing: vec![0.05; 2],
+        ..Dissipation::default()
+    };
+    Mechanical::dissipative(RigidBodies::from_urdf(&urdf).unwrap(), friction).unwrap()
+}
+
+/// Random states of a robot whose elbow alone is driven, with accelerations known to 0.1 %.
+fn driven_at_the_elbow(truth: &dyn Model, unit: f64, m: usize, seed: u64) -> Samples {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut column =
+        |size: f64| -> Vec<f64> { (0..m * 2).map(|_| rng.random_range(-size..size)).collect() };
+    let (q, qd, mut tau, noise) = (column(3.0), column(3.0), column(4.0 * unit), column(1e-3));
+    tau.iter_mut().step_by(2).for_each(|tau| *tau = 0.0);
+    let mut qdd = vec![0.0; m * 2];
+    let mut evaluator = truth.evaluator();
+    assert!(
+        evaluator
+            .forward_dynamics(&q, &qd, &tau, &mut qdd)
+            .is_supported()
+    );
+    qdd.iter_mut()
+        .zip(noise)
+        .for_each(|(x, noise)| *x *= 1.0 + noise);
+    let signals = Signals {
+        q,
+        qd,
+        qdd,
+        tau,
+        ..Signals::default()
+    };
+    Samples::new(2, signals)
+}
+
+#[test]
+fn a_joint_without_a_drive_is_weighed_by_its_inertia_in_any_unit() {
+    for unit in [1.0, 1e-4] {
+        let truth = swinging(unit);
+        let samples = |m, seed| driven_at_the_elbow(&truth, unit, m, seed);
+        let coordinates = truth.coordinates().clone();
+        let found = learned(coordinates, samples(600, 1), samples(150, 2), Loss::TORQUE);
+        let found = found.unwrap().model;
+        let unseen = samples(300, 3);
+        let mut qdd = vec![0.0; unseen.qdd.len()];
+        let (q, qd, tau) = (&unseen.q, &unseen.qd, &unseen.tau);
+        assert!(
+            found
+                .evaluator()
+                .forward_dynamics(q, qd, tau, &mut qdd)
+                .is_supported()
+        );
+        let square = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
+        let errors: Vec<f64> = qdd.iter().zip(&unseen.qdd).map(|(a, b)| a - b).collect();
+        let nmse = square(&errors) / square(&unseen.qdd);
+        assert!(nmse < 1e-4, "{unit}: {nmse:e}");
+    }
+}
+
 fn learned(
     coordinates: Coordinates,
     train: Samples,

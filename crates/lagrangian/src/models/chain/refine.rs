@@ -14,11 +14,11 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
-use super::search::{BLOCKS, SPEEDS, blocks, relative, weights_of};
+use super::search::{BLOCKS, SMALLEST, SPEEDS, blocks, mean_logarithm};
 use lagrangian_mechanics::Evaluator;
 use lagrangian_mechanics::rigid::RigidBodies;
 use lagrangian_mechanics::rigid::consistent::{Minimum, Prior, minimise};
-use lagrangian_mechanics::rigid::joint_sums::{Friction, JointSums};
+use lagrangian_mechanics::rigid::joint_sums::{Friction, JointSums, TorqueScale, Weighting};
 use lagrangian_mechanics::rigid::placement::Tangents;
 use lagrangian_mechanics::rigid::regressor::PER_BODY;
 use lagrangian_mechanics::rigid::screws::Screw;
@@ -46,8 +46,7 @@ const DECREASE: f64 = 1e-4;
 pub(super) struct Refinement<'a> {
     pub(super) coordinates: &'a Coordinates,
     pub(super) samples: &'a Samples,
-    /// The deviations of the torques.
-    pub(super) scale: &'a [f64],
+    pub(super) scale: &'a TorqueScale,
 }
 
 /// Screws with the bodies that belong to them.
@@ -56,6 +55,7 @@ struct Point {
     /// The displacements s.
     displacements: Vec<f64>,
     robot: RigidBodies,
+    sums: JointSums,
     minimum: Minimum,
     cost: f64,
 }
@@ -65,7 +65,7 @@ impl Refinement<'_> {
     pub(super) fn refine(&self, screws: Vec<Screw>) -> Option<Vec<Screw>> {
         let n = screws.len();
         let sums = self.sums(&RigidBodies::of_screws(&screws, self.coordinates).ok()?);
-        let (weights, start) = self.reweighted(&sums)?;
+        let (mut weights, start) = self.reweighted(&sums)?;
         let mut point = self.point(screws, vec![0.0; 4 * n - 2], &weights, &start)?;
         let mut damping = 1e-2;
         for _ in 0..STEPS {
@@ -80,8 +80,11 @@ impl Refinement<'_> {
             let Some(next) = next else { break };
             let decrease = point.cost - next.cost;
             point = next;
-            if decrease < DECREASE * point.cost {
+            if decrease < DECREASE * point.cost.abs() {
                 break;
+            }
+            if self.scale.passive() {
+                (weights, point) = self.weighted_again(point)?;
             }
         }
         Some(point.screws)
@@ -96,24 +99,38 @@ impl Refinement<'_> {
             let others = blocks[..left].iter().chain(&blocks[left + 1..]);
             let others = others.fold(JointSums::zero(screws.len(), SPEEDS.len()), JointSums::plus);
             let (_, values) = self.reweighted(&others)?;
-            let own = own.mean_squares(&values, &Friction::Every);
+            let own = self.scale.relative(own, &values, &Friction::Every);
             let pairs = errors.iter_mut().zip(own);
             pairs.for_each(|(error, own)| *error += own / BLOCKS as f64);
         }
-        Some(relative(&errors, self.scale))
+        Some(mean_logarithm(&errors))
     }
 
     /// Weights of the joints by their residuals after a few rounds, and the parameters of the last.
-    fn reweighted(&self, sums: &JointSums) -> Option<(Vec<f64>, Vec<f64>)> {
-        let prior = Prior::generic(self.scale, sums.of_joint(&Friction::Every));
-        let mut weights: Vec<f64> = self.scale.iter().map(|s| 1.0 / s).collect();
+    fn reweighted(&self, sums: &JointSums) -> Option<(Weighting, Vec<f64>)> {
+        let prior = Prior::generic(&self.scale.torques, sums.of_joint(&Friction::Every));
+        let mut weights = self.scale.first();
         let mut values = prior.values();
         for _ in 0..ROUNDS {
-            let data = sums.quadratic(&weights, &Friction::Every);
+            let data = weights.quadratic(sums, &Friction::Every);
             values = minimise(&data, &prior, STRENGTH, &values)?.values;
-            weights = weights_of(&sums.mean_squares(&values, &Friction::Every), self.scale);
+            weights = self.weighting(sums, &values);
         }
         Some((weights, values))
+    }
+
+    /// A point with the weights that its own residuals give: those of a passive joint have no scale but its inertia.
+    fn weighted_again(&self, point: Point) -> Option<(Weighting, Point)> {
+        let values = &point.minimum.values;
+        let weights = self.weighting(&point.sums, values);
+        let again = self.point(point.screws, point.displacements, &weights, values)?;
+        Some((weights, again))
+    }
+
+    fn weighting(&self, sums: &JointSums, values: &[f64]) -> Weighting {
+        let errors = self.scale.relative(sums, values, &Friction::Every);
+        let squares = self.scale.squares(sums, values, &Friction::Every);
+        self.scale.weighting(&errors, &squares, SMALLEST)
     }
 
     fn sums(&self, robot: &RigidBodies) -> JointSums {
@@ -124,13 +141,13 @@ impl Refinement<'_> {
         &self,
         screws: Vec<Screw>,
         displacements: Vec<f64>,
-        weights: &[f64],
+        weights: &Weighting,
         start: &[f64],
     ) -> Option<Point> {
         let robot = RigidBodies::of_screws(&screws, self.coordinates).ok()?;
         let sums = self.sums(&robot);
-        let prior = Prior::generic(self.scale, sums.of_joint(&Friction::Every));
-        let data = sums.quadratic(weights, &Friction::Every);
+        let prior = Prior::generic(&self.scale.torques, sums.of_joint(&Friction::Every));
+        let data = weights.quadratic(&sums, &Friction::Every);
         let minimum = minimise(&data, &prior, STRENGTH, start)?;
         let robot = robot
             .with_inertial_parameters(minimum.values.get(..PER_BODY * screws.len())?)
@@ -145,12 +162,13 @@ impl Refinement<'_> {
             screws,
             displacements,
             robot,
+            sums,
             minimum,
             cost,
         })
     }
 
-    fn moved(&self, from: &Point, step: &[f64], weights: &[f64]) -> Option<Point> {
+    fn moved(&self, from: &Point, step: &[f64], weights: &Weighting) -> Option<Point> {
         let mut screws = from.screws.clone();
         for (k, s) in step.iter().enumerate() {
             displace(&mut screws, k, s.clamp(-LONGEST, LONGEST));
@@ -161,9 +179,9 @@ impl Refinement<'_> {
     }
 
     /// The system of a step, with the parameters of bodies and joints eliminated.
-    fn system(&self, point: &Point, weights: &[f64]) -> Option<System> {
+    fn system(&self, point: &Point, weights: &Weighting) -> Option<System> {
         let (n, size, unknowns) = (
-            weights.len(),
+            weights.weights.len(),
             point.minimum.values.len(),
             point.displacements.len(),
         );
@@ -176,7 +194,7 @@ impl Refinement<'_> {
         let mut rows = Rows::new(self, point, n);
         for s in 0..self.samples.len() {
             rows.evaluate(s);
-            for (j, weight) in weights.iter().enumerate() {
+            for (j, weight) in weights.weights.iter().enumerate() {
                 let factor = weight * weight / count;
                 let of_joint: Vec<f64> =
                     (0..unknowns).map(|k| rows.derivatives[k * n + j]).collect();
@@ -188,6 +206,21 @@ impl Refinement<'_> {
                     for &(column, y) in &rows.regressor[j] {
                         mixed[(column, k)] += factor * b * y;
                     }
+                }
+            }
+        }
+        for (j, inverse, factor) in weights.held() {
+            let slopes = self.inertia_slopes(point, j);
+            let row: Vec<_> = point.sums.inertia(j, &Friction::Every).collect();
+            let terms = row.iter().map(|(k, x)| point.minimum.values[*k] * x);
+            let excess = inverse * terms.sum::<f64>() - 2.0;
+            for (k, b) in slopes.iter().map(|slope| inverse * slope).enumerate() {
+                slope[k] += factor * excess * b;
+                for (l, c) in slopes.iter().enumerate() {
+                    own[(l, k)] += factor * b * inverse * c;
+                }
+                for &(column, y) in &row {
+                    mixed[(column, k)] += factor * b * inverse * y;
                 }
             }
         }
@@ -206,6 +239,30 @@ impl Refinement<'_> {
             matrix,
             right: slope.iter().map(|g| -g).collect(),
         })
+    }
+
+    /// ∂M̄ⱼⱼ/∂s, `[S]`.
+    fn inertia_slopes(&self, point: &Point, j: usize) -> Vec<f64> {
+        let n = point.screws.len();
+        let (mut dynamics, mut tangents) = (point.robot.dynamics(), Tangents::default());
+        let rest = vec![0.0; n];
+        let (mut unit, mut torques) = (rest.clone(), rest.clone());
+        unit[j] = 1.0 / self.samples.len() as f64;
+        let mut slopes = vec![0.0; point.displacements.len()];
+        for s in 0..self.samples.len() {
+            let q = self.samples.row(s).q;
+            // Gravity, which the acceleration comes on top of, is subtracted.
+            for (qdd, sign) in [(&unit, 1.0), (&rest, -1.0)] {
+                let _ = dynamics.inverse_dynamics(q, &rest, qdd, &mut torques);
+                for (k, slope) in slopes.iter_mut().enumerate() {
+                    let (joint, twist) = unknown(k);
+                    let at = (q, &rest[..]);
+                    dynamics.placement_derivative(at, joint, twist, &mut tangents, &mut torques);
+                    *slope += sign * torques[j];
+                }
+            }
+        }
+        slopes
     }
 }
 

@@ -11,8 +11,9 @@ use rayon::prelude::*;
 
 use super::refine::Refinement;
 use crate::dataset::{Dataset, shuffle};
+use crate::models::rigid::robot::torque_scale;
 use crate::train::{Observer, SharedObserver};
-use lagrangian_mechanics::rigid::joint_sums::{Friction, JointSums};
+use lagrangian_mechanics::rigid::joint_sums::{Friction, JointSums, TorqueScale};
 use lagrangian_mechanics::rigid::screws::Screw;
 use lagrangian_mechanics::rigid::{JointKind, RigidBodies};
 use lagrangian_motion::Samples;
@@ -36,8 +37,8 @@ const OFFSET: f64 = 0.3;
 pub(super) const SPEEDS: [f64; 2] = [0.02, 0.2];
 /// The largest number of sweeps over all joints.
 const SWEEPS: usize = 10;
-/// The lower bound of the error in a weight, in parts of the deviation of the torque.
-const SMALLEST: f64 = 1e-2;
+/// The lower bound of a mean square error in a weight, in parts of the square of its scale.
+pub(super) const SMALLEST: f64 = 1e-4;
 /// The smallest decrease of the score that counts.
 const GAIN: f64 = 1e-6;
 
@@ -87,11 +88,10 @@ pub(super) fn screws(
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
     found.dedup_by(|a, b| (a.0 - b.0).abs() < GAIN);
     let samples = evenly(&dataset.train, REFINED);
-    let scale = dataset.force_scale();
     let refinement = Refinement {
         coordinates: &dataset.coordinates,
         samples: &samples,
-        scale: &scale,
+        scale: &search.scale,
     };
     let refined = found.into_par_iter().take(BEST).filter_map(|(_, joints)| {
         let screws = screws_of(&joints);
@@ -134,12 +134,8 @@ fn screws_of(joints: &[Joint]) -> Vec<Screw> {
 struct Search<'a> {
     coordinates: &'a Coordinates,
     samples: Samples,
-    /// The deviations of the torques.
-    scale: Vec<f64>,
+    scale: TorqueScale,
 }
-
-/// Mean square errors on blocks that were omitted, `[n]`.
-type Errors = Vec<f64>;
 
 impl<'a> Search<'a> {
     fn new(dataset: &'a Dataset) -> Result<Self> {
@@ -150,7 +146,7 @@ impl<'a> Search<'a> {
         }
         Ok(Self {
             coordinates: &dataset.coordinates,
-            scale: dataset.force_scale(),
+            scale: torque_scale(dataset),
             samples,
         })
     }
@@ -174,11 +170,11 @@ impl<'a> Search<'a> {
         };
         let mut joints: Vec<Joint> = (0..n).map(&mut joint).collect();
         let mut order: Vec<usize> = (0..n).collect();
-        let mut weights: Vec<f64> = self.scale.iter().map(|s| 1.0 / s).collect();
+        let mut weights = self.scale.first().weights;
         let mut best = f64::INFINITY;
         for _ in 0..SWEEPS {
-            if let Some(errors) = self.errors(&joints, &weights) {
-                weights = weights_of(&errors, &self.scale);
+            if let Some((errors, squares)) = self.errors(&joints, &weights) {
+                weights = self.scale.weighting(&errors, &squares, SMALLEST).weights;
             }
             let before = self.score(&joints, &weights);
             best = before;
@@ -229,10 +225,11 @@ impl<'a> Search<'a> {
     /// The mean logarithm of the relative errors; infinite without a regression.
     fn score(&self, joints: &[Joint], weights: &[f64]) -> f64 {
         let errors = self.errors(joints, weights);
-        errors.map_or(f64::INFINITY, |errors| relative(&errors, &self.scale))
+        errors.map_or(f64::INFINITY, |(errors, _)| mean_logarithm(&errors))
     }
 
-    fn errors(&self, joints: &[Joint], weights: &[f64]) -> Option<Errors> {
+    /// Mean square errors on blocks that were omitted, in parts of the scale, and its squares, `[n]`.
+    fn errors(&self, joints: &[Joint], weights: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
         let robot = RigidBodies::of_screws(&screws_of(joints), self.coordinates).ok()?;
         let blocks = blocks(&self.samples, &robot);
         let parts = blocks
@@ -243,14 +240,20 @@ impl<'a> Search<'a> {
         let m = self.samples.len() as f64;
         let shares: Vec<f64> = blocks.iter().map(|b| b.samples as f64 / m).collect();
         let all = sum(&parts, &shares, None);
-        let mut errors = vec![0.0; joints.len()];
+        let (mut errors, mut squares) = (vec![0.0; joints.len()], vec![0.0; joints.len()]);
         for (left, own) in blocks.iter().enumerate() {
             let values = ridge(&sum(&parts, &shares, Some(left)), &all)?;
+            let scale = self.scale.squares(own, &values, &Friction::Every);
             let own = own.mean_squares(&values, &Friction::Every);
-            let pairs = errors.iter_mut().zip(own);
-            pairs.for_each(|(error, own)| *error += shares[left] * own);
+            for j in 0..joints.len() {
+                errors[j] += shares[left] * own[j];
+                squares[j] += shares[left] * scale[j];
+            }
         }
-        errors.iter().all(|e| e.is_finite()).then_some(errors)
+        let pairs = errors.iter().zip(&squares);
+        let errors: Vec<f64> = pairs.map(|(e, s)| e / s.max(f64::MIN_POSITIVE)).collect();
+        let known = errors.iter().chain(&squares).all(|e| e.is_finite());
+        known.then_some((errors, squares))
     }
 }
 
@@ -261,18 +264,10 @@ pub(super) fn blocks(samples: &Samples, robot: &RigidBodies) -> Vec<JointSums> {
     (0..BLOCKS).map(block).collect()
 }
 
-/// One over the roots of mean squares, which are bounded below by a part of those of `scale`.
-pub(super) fn weights_of(squares: &[f64], scale: &[f64]) -> Vec<f64> {
-    let pairs = squares.iter().zip(scale);
-    let floored = pairs.map(|(e, s)| e.max(SMALLEST * SMALLEST * s * s));
-    floored.map(|e| 1.0 / e.sqrt()).collect()
-}
-
-/// The mean logarithm of mean squares over those of `scale`.
-pub(super) fn relative(squares: &[f64], scale: &[f64]) -> f64 {
-    let pairs = squares.iter().zip(scale);
-    let logarithms = pairs.map(|(e, s)| (e / (s * s)).max(1e-12).ln());
-    logarithms.sum::<f64>() / squares.len().max(1) as f64
+/// The mean logarithm of relative mean squares.
+pub(super) fn mean_logarithm(errors: &[f64]) -> f64 {
+    let logarithms = errors.iter().map(|e| e.max(1e-12).ln());
+    logarithms.sum::<f64>() / errors.len().max(1) as f64
 }
 
 /// The sums of all blocks but one.

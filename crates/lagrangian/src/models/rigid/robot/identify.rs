@@ -18,7 +18,7 @@ use lagrangian_mechanics::dynamics::Mechanical;
 use lagrangian_mechanics::forces::Dissipation;
 use lagrangian_mechanics::rigid::changes::Certainty;
 use lagrangian_mechanics::rigid::consistent::{Prior, is_consistent, minimise, rank};
-use lagrangian_mechanics::rigid::joint_sums::{Friction, JointSums};
+use lagrangian_mechanics::rigid::joint_sums::{Friction, JointSums, TorqueScale, Weighting};
 use lagrangian_mechanics::rigid::regressor::PER_BODY;
 use lagrangian_mechanics::rigid::{RigidBodies, RobotConfig};
 use lagrangian_motion::Samples;
@@ -46,8 +46,8 @@ const NEARLY: f64 = 0.05;
 const NO_EFFECT: f64 = 1e-9;
 /// The largest part of its torque that a gear may lose.
 const LARGEST_SHARE: f64 = 0.7;
-/// The lower bound of the residual in a weight, in parts of the deviation of the torque.
-const SMALLEST: f64 = 1e-6;
+/// The lower bound of a mean square error in a weight, in parts of the square of its scale.
+const SMALLEST: f64 = 1e-12;
 
 /// The quantities that are identified beside inertial parameters, rotors and constant torques.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,6 +65,15 @@ impl Default for IdentifyOptions {
             friction: true,
             smoothing: None,
         }
+    }
+}
+
+/// What the residuals of a robot are compared with.
+pub(crate) fn torque_scale(dataset: &Dataset) -> TorqueScale {
+    TorqueScale {
+        torques: dataset.force_scale(),
+        accelerations: dataset.acceleration_scale(),
+        driven: dataset.driven(),
     }
 }
 
@@ -92,7 +101,7 @@ pub fn identify(
     let with = problem.loaded().map(|f| Frictions::new(&problem, f));
     let best = without.best(&problem);
     let best = best.ok_or_else(|| Error::not_finite("the sums of squares of the samples", 0))?;
-    let worth = best.score - NEARLY * problem.scale.len() as f64;
+    let worth = best.score - NEARLY * problem.robot.dof() as f64;
     let loaded = with.as_ref().and_then(|with| with.best(&problem));
     let best = loaded.filter(|own| own.score < worth).unwrap_or(best);
     problem.assemble(dataset, best)
@@ -166,7 +175,7 @@ impl Frictions {
     fn best<'a>(&'a self, problem: &Problem) -> Option<Candidate<'a>> {
         let all = self.priors.iter();
         let candidates = all.flat_map(|prior| problem.candidates(prior, &self.friction));
-        strongest(candidates.collect(), problem.scale.len())
+        strongest(candidates.collect(), problem.robot.dof())
     }
 }
 
@@ -175,8 +184,7 @@ struct Candidate<'a> {
     prior: &'a Prior,
     friction: &'a Friction,
     strength: f64,
-    /// The weight of each joint.
-    weights: Vec<f64>,
+    weights: Weighting,
     values: Vec<f64>,
     /// The sum over the joints of the logarithm of the mean square residual, on validation samples where they exist.
     score: f64,
@@ -187,8 +195,7 @@ struct Problem {
     robot: RigidBodies,
     train: JointSums,
     validation: JointSums,
-    /// The deviation of each joint's torque.
-    scale: Vec<f64>,
+    scale: TorqueScale,
     speeds: Vec<f64>,
     friction: Friction,
 }
@@ -207,7 +214,7 @@ impl Problem {
         };
         let (train, validation) = (sums(&dataset.train), sums(&dataset.validation));
         Self {
-            scale: dataset.force_scale(),
+            scale: torque_scale(dataset),
             robot,
             train,
             validation,
@@ -241,7 +248,7 @@ impl Problem {
 
     /// A prior for unknown bodies.
     fn generic(&self, friction: &Friction) -> Prior {
-        Prior::generic(&self.scale, self.train.of_joint(friction))
+        Prior::generic(&self.scale.torques, self.train.of_joint(friction))
     }
 
     /// The minima under `prior`, from the strongest to the weakest.
@@ -255,8 +262,7 @@ impl Problem {
         for strength in STRENGTHS.into_iter().filter(|s| *s >= last) {
             let before = found.last();
             let start = before.map_or_else(|| prior.values(), |b| b.values.clone());
-            let weights =
-                before.map_or_else(|| self.weights(&self.deviations()), |b| b.weights.clone());
+            let weights = before.map_or_else(|| self.scale.first(), |b| b.weights.clone());
             match self.solve((prior, friction), strength, weights, start) {
                 Some(candidate) => found.push(candidate),
                 None => break,
@@ -265,43 +271,30 @@ impl Problem {
         found
     }
 
-    /// Variances of the torques.
-    fn deviations(&self) -> Vec<f64> {
-        self.scale.iter().map(|s| s * s).collect()
-    }
-
-    /// One over the root of mean squares, which are bounded below where they are rounding.
-    fn weights(&self, squares: &[f64]) -> Vec<f64> {
-        let floors = self.scale.iter().map(|s| (SMALLEST * s).powi(2));
-        squares
-            .iter()
-            .zip(floors)
-            .map(|(s, floor)| 1.0 / s.max(floor).sqrt())
-            .collect()
+    fn weights(&self, values: &[f64], friction: &Friction) -> Weighting {
+        let errors = self.scale.relative(&self.train, values, friction);
+        let squares = self.scale.squares(&self.train, values, friction);
+        self.scale.weighting(&errors, &squares, SMALLEST)
     }
 
     fn solve<'a>(
         &self,
         (prior, friction): (&'a Prior, &'a Friction),
         strength: f64,
-        mut weights: Vec<f64>,
+        mut weights: Weighting,
         mut values: Vec<f64>,
     ) -> Option<Candidate<'a>> {
         for _ in 0..ROUNDS {
-            let data = self.train.quadratic(&weights, friction);
+            let data = weights.quadratic(&self.train, friction);
             values = minimise(&data, prior, strength, &values)?.values;
-            weights = self.weights(&self.train.mean_squares(&values, friction));
+            weights = self.weights(&values, friction);
         }
         let scored = match self.validation.samples {
             0 => &self.train,
             _ => &self.validation,
         };
-        let residuals = scored.mean_squares(&values, friction);
-        let relative = residuals
-            .iter()
-            .zip(&self.scale)
-            .map(|(r, s)| (r / (s * s)).max(1e-30).ln());
-        let score = relative.sum::<f64>();
+        let relative = self.scale.relative(scored, &values, friction);
+        let score = relative.iter().map(|r| r.max(1e-30).ln()).sum::<f64>();
         let known = score.is_finite() && self.moves(&values, friction);
         known.then_some(Candidate {
             prior,
@@ -315,7 +308,7 @@ impl Problem {
 
     /// Whether every gear passes enough of its torque on.
     fn moves(&self, values: &[f64], friction: &Friction) -> bool {
-        let n = self.scale.len();
+        let n = self.robot.dof();
         let shares = match friction {
             Friction::Loaded(_) => &values[values.len() - n..],
             _ => &[],
@@ -325,15 +318,14 @@ impl Problem {
 
     /// The mean square of the residuals in parts of the deviation of the torques.
     fn loss(&self, sums: &JointSums, of: &Candidate<'_>) -> f64 {
-        let squares = sums.mean_squares(&of.values, of.friction);
-        let relative = squares.iter().zip(&self.scale).map(|(r, s)| r / (s * s));
-        relative.sum::<f64>() / self.scale.len().max(1) as f64
+        let relative = self.scale.relative(sums, &of.values, of.friction);
+        relative.iter().sum::<f64>() / self.robot.dof().max(1) as f64
     }
 
     /// The model of the best candidate, solved once more with the validation samples.
     fn assemble(&self, dataset: &Dataset, best: Candidate<'_>) -> Result<Identification> {
         let all = self.train.clone().plus(&self.validation);
-        let data = all.quadratic(&best.weights, best.friction);
+        let data = best.weights.quadratic(&all, best.friction);
         let minimum = minimise(&data, best.prior, best.strength, &best.values)
             .filter(|minimum| self.moves(&minimum.values, best.friction));
         let values = minimum.map_or_else(|| best.values.clone(), |minimum| minimum.values);
@@ -388,7 +380,7 @@ impl Problem {
     ) -> Certainty {
         let torques = (all.samples * self.robot.dof()).max(1) as f64;
         let mean = correlations.iter().sum::<f64>() / correlations.len().max(1) as f64;
-        let weights = best.weights.iter().zip(correlations);
+        let weights = best.weights.weights.iter().zip(correlations);
         let weights: Vec<f64> = weights.map(|(w, c)| w / c.sqrt()).collect();
         let data = all.quadratic(&weights, best.friction);
         let strength = best.strength / mean.max(1.0);

@@ -7,6 +7,7 @@
 
 mod identify;
 
+pub(crate) use identify::torque_scale;
 pub use identify::{IdentifyOptions, identify};
 
 use serde_json::Value;
