@@ -190,7 +190,10 @@ impl PreparedFit {
             layout: data.layout,
             smooth: prepared.options.smooth,
             low_pass: prepared.options.low_pass,
-            delay: spec.prepare.delay.clone(),
+            delay: match prepared.delay.as_ref().and_then(|own| own.value.as_f64()) {
+                Some(chosen) => vec![chosen],
+                None => spec.prepare.delay.clone(),
+            },
         };
         Ok(Self {
             prepared,
@@ -289,7 +292,10 @@ impl PreparedFit {
 
     /// The settings that were chosen from the data before any fit.
     fn of_data(&self) -> Vec<AutoSetting> {
-        self.prepared.low_pass.iter().cloned().collect()
+        let Prepared {
+            delay, low_pass, ..
+        } = &self.prepared;
+        delay.iter().chain(low_pass).cloned().collect()
     }
 
     /// The record of a run that begins `begun` seconds after 1970, by this command, for which these settings were given.

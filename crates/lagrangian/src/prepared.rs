@@ -29,7 +29,40 @@ impl PrepareOptions {
         );
         Some(AutoSetting::new("low_pass", hertz, reason))
     }
+
+    /// Half a row, s, where the check finds the motion of every joint to follow its force so much later and the options name no delay: a
+    /// drive holds a force from one row to the next.
+    #[must_use]
+    pub fn chosen_delay(&self, check: &CheckReport) -> Option<AutoSetting> {
+        let items = check.items.iter().filter(|item| item.name == "delay");
+        let found = items.filter(|item| item.trajectory.is_none());
+        let value = |item: &Item, name: &str| item.values.get(name).copied().unwrap_or(f64::NAN);
+        let read = |item: &Item| {
+            let ratio = value(item, "delay_samples") / value(item, "delay_s");
+            let (rows, error) = (
+                value(item, "delay_samples"),
+                value(item, "error_s") * ratio.abs(),
+            );
+            (rows, error, 0.5 / ratio.abs())
+        };
+        let found: Vec<(f64, f64, f64)> = found.map(read).collect();
+        let best = found.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let held = |(rows, error, _): &(f64, f64, f64)| (rows - 0.5).abs() < HELD + 2.0 * error;
+        if !(self.delay.is_empty() && best.1 < HELD && found.iter().all(held)) {
+            return None;
+        }
+        let reason = format!(
+            "the motion is {:.2} ± {:.2} samples after the forces, as where a drive holds each force until the next row: they are shifted by half a row, {:.3} ms",
+            best.0,
+            best.1,
+            1e3 * best.2
+        );
+        Some(AutoSetting::new("delay", best.2, reason))
+    }
 }
+
+/// The largest difference from half a row, rows.
+const HELD: f64 = 0.15;
 
 /// Requirements of a fit on its data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -95,6 +128,8 @@ pub struct Prepared {
     pub check: CheckReport,
     /// The low-pass, where it was chosen from the data.
     pub low_pass: Option<AutoSetting>,
+    /// The delay of the forces, s, where it was chosen from the data.
+    pub delay: Option<AutoSetting>,
     /// The options of the estimates, with the low-pass that was chosen.
     pub options: EstimateOptions,
     /// The motions that a model is evaluated on.
@@ -134,6 +169,8 @@ impl Prepared {
             let doubts = own.items.into_iter().filter(|item| item.doubtful);
             check.items.extend(doubts);
         }
+        let (training, validation, delay) =
+            held(training, validation, options.chosen_delay(&check));
         let suggested = (options.chosen_low_pass(&check)).filter(|_| !estimates.raw);
         let clean = suggested.is_some() && are_clean(&check);
         let whole = clean.then(|| estimated(training.clone(), &estimates));
@@ -165,6 +202,7 @@ impl Prepared {
             estimates: how,
             check,
             low_pass,
+            delay,
             options: estimates,
             motions,
             held_out,
@@ -223,6 +261,25 @@ fn odd(check: &CheckReport, motions: &[Trajectory]) -> Vec<Trajectory> {
         items.any(|item| item.odd.contains(&motion.name))
     };
     motions.iter().filter(is_odd).cloned().collect()
+}
+
+/// The recordings with their forces shifted by a chosen delay, which is dropped where a recording is too short for it.
+fn held(
+    training: Vec<Recording>,
+    validation: Vec<Recording>,
+    choice: Option<AutoSetting>,
+) -> (Vec<Recording>, Vec<Recording>, Option<AutoSetting>) {
+    let Some(delay) = choice.as_ref().and_then(|choice| choice.value.as_f64()) else {
+        return (training, validation, None);
+    };
+    let shifted = |all: &[Recording]| -> Result<Vec<Recording>> {
+        let all = all.iter().cloned();
+        all.map(|recording| recording.delayed(&[delay])).collect()
+    };
+    match (shifted(&training), shifted(&validation)) {
+        (Ok(training), Ok(validation)) => (training, validation, choice),
+        _ => (training, validation, None),
+    }
 }
 
 /// Whether the forces have no noise to speak of.
@@ -378,6 +435,38 @@ mod tests {
         };
         assert_eq!(doubts(1.0), 0);
         assert_eq!(doubts(2.0), 1);
+    }
+
+    #[test]
+    fn half_a_row_is_shifted_where_every_joint_is_so_late_and_none_is_given() {
+        let system = by_name("pendulum", &[]).unwrap();
+        let (rate, held) = (0.02, |t: f64| (t / 0.02 + 1e-6).floor() * 0.02);
+        let recording = |hold: bool| {
+            let drive = move |t: f64| 3.0 * (2.0 * if hold { held(t) } else { t }).sin();
+            let force = move |t: f64, _: &[f64], _: &[f64], tau: &mut [f64]| tau[0] = drive(t);
+            let (t, options) = (times(12.0, rate).unwrap(), RolloutOptions::truth());
+            let made = rollout(&*system, &[0.4], &[0.0], &t, &force, &options).unwrap();
+            let mut signals = made.trajectory.signals;
+            signals.tau = t.iter().map(|t| drive(*t)).collect();
+            Recording {
+                name: "log".into(),
+                coordinates: system.coordinates().clone(),
+                t,
+                signals,
+                columns: Columns::default(),
+                unwrapped: vec![0],
+                sampled: None,
+            }
+        };
+        let chosen = |hold, given: &[f64]| {
+            let mut spec = FitSpec::default();
+            spec.prepare.delay = given.to_vec();
+            let prepared = Prepared::new(vec![recording(hold)], Vec::new(), &spec).unwrap();
+            prepared.delay.and_then(|delay| delay.value.as_f64())
+        };
+        assert!((chosen(true, &[]).unwrap() - 0.01).abs() < 1e-9);
+        assert_eq!(chosen(false, &[]), None);
+        assert_eq!(chosen(true, &[0.0]), None);
     }
 
     #[test]

@@ -235,6 +235,9 @@ fn read(args: &FitArgs) -> Result<Data> {
 /// Reports the chosen settings and the estimates; remedies name flags.
 fn note_prepared(prepared: &mut Prepared) {
     data::with_remedies(&mut prepared.check);
+    if let Some(delay) = &prepared.delay {
+        note!("note: {} (--delay overrides it, 0 for none)", delay.reason);
+    }
     note_low_pass(prepared.low_pass.as_ref());
     if prepared.options.low_pass.is_none() {
         data::note_estimates(&prepared.estimates);
