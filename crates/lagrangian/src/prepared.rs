@@ -171,11 +171,7 @@ impl Prepared {
         }
         let (training, validation, delay) =
             held(training, validation, options.chosen_delay(&check));
-        let suggested = (options.chosen_low_pass(&check)).filter(|_| !estimates.raw);
-        let clean = suggested.is_some() && are_clean(&check);
-        let whole = clean.then(|| estimated(training.clone(), &estimates));
-        let whole = whole.transpose()?.filter(|(_, how)| are_whole(how));
-        let low_pass = suggested.filter(|_| whole.is_none());
+        let (low_pass, whole) = low_pass(&training, options, (&check, &estimates))?;
         if let Some(hertz) = low_pass.as_ref().and_then(|choice| choice.value.as_f64()) {
             estimates.low_pass = Some(hertz);
         }
@@ -263,6 +259,22 @@ fn odd(check: &CheckReport, motions: &[Trajectory]) -> Vec<Trajectory> {
     motions.iter().filter(is_odd).cloned().collect()
 }
 
+/// Trajectories with the methods by which their signals were estimated.
+type Estimated = (Vec<Trajectory>, Vec<Estimate>);
+
+/// The low-pass that the check suggests, or what the training recordings are without one where they need none.
+fn low_pass(
+    training: &[Recording],
+    options: &PrepareOptions,
+    (check, estimates): (&CheckReport, &EstimateOptions),
+) -> Result<(Option<AutoSetting>, Option<Estimated>)> {
+    let suggested = (options.chosen_low_pass(check)).filter(|_| !estimates.raw);
+    let clean = suggested.is_some() && are_clean(check);
+    let whole = clean.then(|| estimated(training.to_vec(), estimates));
+    let whole = whole.transpose()?.filter(|(_, how)| are_whole(how));
+    Ok((suggested.filter(|_| whole.is_none()), whole))
+}
+
 /// The recordings with their forces shifted by a chosen delay, which is dropped where a recording is too short for it.
 fn held(
     training: Vec<Recording>,
@@ -337,10 +349,7 @@ fn same_coordinates(training: &[Recording], validation: &[Recording]) -> Result<
 ///
 /// # Errors
 /// As [`Recording::into_trajectories`].
-pub fn estimated(
-    recordings: Vec<Recording>,
-    options: &EstimateOptions,
-) -> Result<(Vec<Trajectory>, Vec<Estimate>)> {
+pub fn estimated(recordings: Vec<Recording>, options: &EstimateOptions) -> Result<Estimated> {
     let (mut trajectories, mut estimates) = (Vec::new(), Vec::new());
     let windowed = options.low_pass.is_some() || options.window.is_some();
     let options = EstimateOptions {

@@ -257,13 +257,7 @@ impl JointSums {
             false => vec![0.0; bodies + 3 + 2 * speeds.len()],
         };
         let sums = |(j, y): (usize, &Mat<f64>)| {
-            let size = y.ncols();
-            let mut gram = Mat::<f64>::zeros(size, size);
-            let (left, to) = (y.transpose(), gram.as_mut());
-            matmul(to, Accum::Replace, left, y.as_ref(), 1.0, Par::Seq);
-            let mut sums = Quadratic::zero(size);
-            let entries = sums.gram.iter_mut().enumerate();
-            entries.for_each(|(at, entry)| *entry = gram[(at / size, at % size)]);
+            let mut sums = of_rows(y);
             for (row, s) in range.clone().enumerate() {
                 let x = samples.row(s);
                 if x.qd[j].abs() < slowest[j] {
@@ -417,6 +411,18 @@ impl JointSums {
         }
         sums
     }
+}
+
+/// The sums Yᵀ Y of a regressor.
+fn of_rows(y: &Mat<f64>) -> Quadratic {
+    let size = y.ncols();
+    let mut gram = Mat::<f64>::zeros(size, size);
+    let (left, to) = (y.transpose(), gram.as_mut());
+    matmul(to, Accum::Replace, left, y.as_ref(), 1.0, Par::Seq);
+    let mut sums = Quadratic::zero(size);
+    let entries = sums.gram.iter_mut().enumerate();
+    entries.for_each(|(at, entry)| *entry = gram[(at / size, at % size)]);
+    sums
 }
 
 /// The sum of Mⱼⱼ over the samples as a function of the parameters.

@@ -180,64 +180,38 @@ impl Refinement<'_> {
 
     /// The system of a step, with the parameters of bodies and joints eliminated.
     fn system(&self, point: &Point, weights: &Weighting) -> Option<System> {
-        let (n, size, unknowns) = (
-            weights.weights.len(),
-            point.minimum.values.len(),
-            point.displacements.len(),
-        );
+        let (n, unknowns) = (weights.weights.len(), point.displacements.len());
         let count = (self.samples.len() * n) as f64;
-        let (mut own, mut mixed) = (
-            Mat::<f64>::zeros(unknowns, unknowns),
-            Mat::<f64>::zeros(size, unknowns),
-        );
-        let mut slope = vec![0.0; unknowns];
+        let mut sums = Squares::zero(unknowns, point.minimum.values.len());
         let mut rows = Rows::new(self, point, n);
         for s in 0..self.samples.len() {
             rows.evaluate(s);
             for (j, weight) in weights.weights.iter().enumerate() {
-                let factor = weight * weight / count;
                 let of_joint: Vec<f64> =
                     (0..unknowns).map(|k| rows.derivatives[k * n + j]).collect();
-                for (k, b) in of_joint.iter().enumerate().filter(|(_, b)| **b != 0.0) {
-                    slope[k] += factor * rows.residual[j] * b;
-                    for (l, c) in of_joint.iter().enumerate() {
-                        own[(l, k)] += factor * b * c;
-                    }
-                    for &(column, y) in &rows.regressor[j] {
-                        mixed[(column, k)] += factor * b * y;
-                    }
-                }
+                let factor = weight * weight / count;
+                sums.add(factor, &of_joint, &rows.regressor[j], rows.residual[j]);
             }
         }
         for (j, inverse, factor) in weights.held() {
             let slopes = self.inertia_slopes(point, j);
-            let row: Vec<_> = point.sums.inertia(j, &Friction::Every).collect();
+            let slopes: Vec<f64> = slopes.iter().map(|slope| inverse * slope).collect();
+            let row = point.sums.inertia(j, &Friction::Every);
+            let row: Vec<(usize, f64)> = row.map(|(k, x)| (k, inverse * x)).collect();
             let terms = row.iter().map(|(k, x)| point.minimum.values[*k] * x);
-            let excess = inverse * terms.sum::<f64>() - 2.0;
-            for (k, b) in slopes.iter().map(|slope| inverse * slope).enumerate() {
-                slope[k] += factor * excess * b;
-                for (l, c) in slopes.iter().enumerate() {
-                    own[(l, k)] += factor * b * inverse * c;
-                }
-                for &(column, y) in &row {
-                    mixed[(column, k)] += factor * b * inverse * y;
-                }
-            }
+            let excess = terms.sum::<f64>() - 2.0;
+            sums.add(factor, &slopes, &row, excess);
         }
         for k in 0..unknowns {
-            own[(k, k)] += stiffness(k);
-            slope[k] += stiffness(k) * point.displacements[k];
+            sums.own[(k, k)] += stiffness(k);
+            sums.slope[k] += stiffness(k) * point.displacements[k];
         }
-        let solved = point
-            .minimum
-            .information
-            .llt(Side::Lower)
-            .ok()?
-            .solve(&mixed);
-        let matrix = own - mixed.transpose() * solved;
+        let information = point.minimum.information.llt(Side::Lower).ok()?;
+        let solved = information.solve(&sums.mixed);
+        let matrix = sums.own - sums.mixed.transpose() * solved;
         Some(System {
             matrix,
-            right: slope.iter().map(|g| -g).collect(),
+            right: sums.slope.iter().map(|g| -g).collect(),
         })
     }
 
@@ -263,6 +237,39 @@ impl Refinement<'_> {
             }
         }
         slopes
+    }
+}
+
+/// Sums over weighted squares of residuals as functions of displacements and parameters.
+struct Squares {
+    /// Bᵀ W² B / N.
+    own: Mat<f64>,
+    /// C.
+    mixed: Mat<f64>,
+    /// Bᵀ W² r / N.
+    slope: Vec<f64>,
+}
+
+impl Squares {
+    fn zero(unknowns: usize, parameters: usize) -> Self {
+        Self {
+            own: Mat::zeros(unknowns, unknowns),
+            mixed: Mat::zeros(parameters, unknowns),
+            slope: vec![0.0; unknowns],
+        }
+    }
+
+    /// Adds `factor` times the square of a residual with these derivatives.
+    fn add(&mut self, factor: f64, of_place: &[f64], regressor: &[(usize, f64)], residual: f64) {
+        for (k, b) in of_place.iter().enumerate().filter(|(_, b)| **b != 0.0) {
+            self.slope[k] += factor * residual * b;
+            for (l, c) in of_place.iter().enumerate() {
+                self.own[(l, k)] += factor * b * c;
+            }
+            for &(column, y) in regressor {
+                self.mixed[(column, k)] += factor * b * y;
+            }
+        }
     }
 }
 
