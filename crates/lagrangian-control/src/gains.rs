@@ -57,6 +57,22 @@ impl Gains {
         }
     }
 
+    /// These gains with `kp` and `kd` in their place where they are given: each not at all, one for all coordinates, or one for each.
+    ///
+    /// # Errors
+    /// As [`Gains::validate`].
+    pub fn replaced(mut self, kp: &[f64], kd: &[f64]) -> Result<Self> {
+        let n = self.kp.len();
+        for (own, given) in [(&mut self.kp, kp), (&mut self.kd, kd)] {
+            match given {
+                [] => {}
+                [one] => own.fill(*one),
+                _ => *own = given.to_vec(),
+            }
+        }
+        self.validate(n).map(|()| self)
+    }
+
     /// Checks that there are `n` of each gain, finite and not negative.
     ///
     /// # Errors

@@ -89,20 +89,11 @@ fn gains(
     [kp, kd]: [Vec<f64>; 2],
     linear: bool,
 ) -> lagrangian::Result<Gains> {
-    let n = reference.dof();
-    let mut gains = match linear {
-        true => Gains::usual(&vec![1.0; n]),
-        false => Gains::usual(&inertia_along(robot, reference)?),
+    let inertia = match linear {
+        true => vec![1.0; reference.dof()],
+        false => inertia_along(robot, reference)?,
     };
-    for (own, given) in [(&mut gains.kp, kp), (&mut gains.kd, kd)] {
-        match given[..] {
-            [] => {}
-            [one] => *own = vec![one; n],
-            _ => *own = given,
-        }
-    }
-    gains.validate(n)?;
-    Ok(gains)
+    Gains::usual(&inertia).replaced(&kp, &kd)
 }
 
 /// Lets a robot follow a reference through a model that is learned in lock step with the motion.

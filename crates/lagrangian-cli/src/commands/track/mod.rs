@@ -217,14 +217,6 @@ fn without_gaps(trajectory: Trajectory) -> Trajectory {
     part
 }
 
-/// One value for all joints, or the given values.
-fn each(values: &[f64], n: usize) -> Vec<f64> {
-    match values {
-        [one] => vec![*one; n],
-        _ => values.to_vec(),
-    }
-}
-
 /// The loop of the flags; the torque limits are those of the drives where none are given.
 fn loop_config(args: &ControlArgs, n: usize, of_drives: Vec<f64>) -> Result<LoopConfig> {
     let (position_noise, velocity_noise) = match args.noise[..] {
@@ -240,9 +232,10 @@ fn loop_config(args: &ControlArgs, n: usize, of_drives: Vec<f64>) -> Result<Loop
     };
     let config = LoopConfig {
         rate: args.rate,
-        limit: match args.limit.is_empty() {
-            true => of_drives,
-            false => each(&args.limit, n),
+        limit: match args.limit[..] {
+            [] => of_drives,
+            [one] => vec![one; n],
+            _ => args.limit.clone(),
         },
         actuation_delay: args.delay,
         seed: args.seed,
@@ -268,20 +261,14 @@ struct AllGains {
 }
 
 fn all_gains(args: &ControlArgs, robot: &dyn Model, reference: &Reference) -> Result<AllGains> {
-    let n = reference.dof();
     let linear = args.controller == ControllerName::ComputedTorque;
     let inertia = inertia_along(robot, reference).context(
         "cannot control this robot",
         "give the robot that moves as --robot, or a model with inverse dynamics",
     )?;
-    let unit = vec![1.0; n];
-    let mut own = Gains::usual(if linear { &unit } else { &inertia });
-    for (gains, given) in [(&mut own.kp, &args.kp), (&mut own.kd, &args.kd)] {
-        if !given.is_empty() {
-            *gains = each(given, n);
-        }
-    }
-    own.validate(n).context(
+    let unit = vec![1.0; reference.dof()];
+    let usual = Gains::usual(if linear { &unit } else { &inertia });
+    let own = usual.replaced(&args.kp, &args.kd).context(
         "cannot use these gains",
         "give --kp and --kd, each one value or one for each joint",
     )?;
