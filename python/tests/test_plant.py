@@ -78,6 +78,26 @@ def test_a_policy_drives_and_a_joint_without_a_drive_swings(tmp_path: Path) -> N
     assert swing.tau is not None and not swing.tau[:, 0].any() and swing.tau[:, 1].any()
 
 
+CART = """<mujoco><option timestep="0.001"/><worldbody><body><joint name="cart" type="slide" axis="1 0 0" damping="0.2"/>
+  <geom type="box" size="0.1 0.1 0.1" mass="1.5" contype="0"/><body><joint name="pole" axis="0 1 0" damping="0.002"/>
+  <geom type="capsule" fromto="0 0 0 0 0 -0.8" size="0.03" mass="0.4" contype="0"/></body></body></worldbody>
+  <actuator><motor joint="cart" ctrlrange="-8 8"/></actuator></mujoco>"""
+
+
+def test_a_cart_and_a_pole_without_a_drive_are_found_from_their_log(tmp_path: Path) -> None:
+    file = tmp_path / "cart.xml"
+    file.write_text(CART)
+    machine = plant.load(file)
+    fitted = lg.Chain().fit(plant.record(machine, trajectories=3, seed=3))
+    [choice] = [own for own in fitted.choices_ if own["setting"] == "delay"]
+    assert abs(choice["value"] - 0.0025) < 1e-9  # the torque acts from one row to the next
+    [new] = plant.record(machine, seed=9)
+    assert new.tau is not None
+    truth = machine.forward_dynamics(new.q, new.qd, new.tau)
+    error = fitted.model_.forward_dynamics(new.q, new.qd, new.tau) - truth
+    assert ((error**2).mean(axis=0) < 1e-4 * truth.var(axis=0)).all()
+
+
 def test_a_model_is_followed_by_the_arm_of_another_program() -> None:
     arm, model = plant.load("ur5"), lg.robot("ur5")
     letter = plant.excitation(arm, duration=4.0, seed=1)
@@ -156,7 +176,7 @@ def test_wrong_arguments_are_refused(tmp_path: Path) -> None:
         arm.__reduce__()
 
 
-def test_a_model_is_learned_while_a_plant_moves(tmp_path: Path) -> None:
+def test_a_model_is_learned_while_a_plant_moves() -> None:
     arm = plant.load("two_link_arm")
     letter = plant.excitation(arm, duration=12.0, seed=2)
     learner = lg.OnlineLearner(lg.Delan(width=16), n=2, angles="all", seed=1)

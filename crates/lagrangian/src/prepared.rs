@@ -48,7 +48,7 @@ impl PrepareOptions {
         let found: Vec<(f64, f64, f64)> = found.map(read).collect();
         let best = found.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
         let held = |(rows, error, _): &(f64, f64, f64)| (rows - 0.5).abs() < HELD + 2.0 * error;
-        if !(self.delay.is_empty() && best.1 < HELD && found.iter().all(held)) {
+        if !(self.delay.is_empty() && best.1 < CERTAIN && found.iter().all(held)) {
             return None;
         }
         let reason = format!(
@@ -61,8 +61,10 @@ impl PrepareOptions {
     }
 }
 
-/// The largest difference from half a row, rows.
-const HELD: f64 = 0.15;
+/// The largest difference from half a row, rows: half a row is then nearer than none.
+const HELD: f64 = 0.25;
+/// The largest standard error of the best known joint, rows.
+const CERTAIN: f64 = 0.1;
 
 /// Requirements of a fit on its data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
