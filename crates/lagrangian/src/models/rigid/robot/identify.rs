@@ -143,7 +143,10 @@ fn signs(dataset: &Dataset, robot: &RigidBodies, smoothings: &[f64]) -> (Vec<f64
             }
         };
         let sharpest = errors.iter().position(|own| *own <= near * least(&errors));
-        (STILL[best] * speeds[j], sharpest.unwrap_or(0))
+        // The torque of a passive joint, 0, is predicted with every smoothing.
+        let told = sharpest.filter(|_| least(&errors) > 0.0);
+        let middle = smoothings.len() / 2;
+        (STILL[best] * speeds[j], told.unwrap_or(middle))
     };
     let (slowest, friction) = (0..n).map(of_joint).unzip();
     (slowest, Friction::Coulomb(friction))
