@@ -97,6 +97,7 @@ sed '1s/,q1,q2,/,x,y,/' m.csv > planet.csv; printf '[columns]\\nq = [\"x\", \"y\
     fixture("letter.csv", "iiwa7", "lagrangian simulate --urdf iiwa7 --friction 10 --duration 1 --out letter.csv"),
     fixture("letter.csv", "", "lagrangian simulate two-link-arm --friction 1 --duration 2 --out letter.csv"),
     fixture("robot.urdf", "", description!("robot.urdf")),
+    fixture("robot.xml", "", "python -c 'import mujoco; from lagrangian import plant; mujoco.mj_saveLastXML(\"robot.xml\", plant.compiled(\"two_link_arm\"))'"),
     fixture("arm.urdf", "", description!("arm.urdf")),
     fixture("bag.db3", "", concat!(arm!("log.csv"), "\npython $REPO/python/tests/bags.py log.csv bag.db3; rm log.*")),
     fixture("bag1.mcap", "", concat!(arm!("log.csv"), "\nfor k in 1 2; do python $REPO/python/tests/bags.py log.csv bag$k.mcap; done; rm log.*")),

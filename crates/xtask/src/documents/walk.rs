@@ -14,7 +14,7 @@ use crate::root;
 /// How commands begin that the Python package runs.
 const PROGRAM: &str = "python -m lagrangian";
 
-/// Runs the command by the Python package, which reads bags and Parquet.
+/// Runs the command by the Python package, which reads bags and Parquet and opens plants.
 const BY_PACKAGE: &str = "lagrangian() { python -m lagrangian \"$@\"; }";
 
 /// Why such commands and code in Python are skipped.
@@ -156,10 +156,11 @@ impl<'a> Walk<'a> {
         self.hints(own.line, &ended.output)
     }
 
-    /// Whether commands of the page read or write what only the package does: bags and Parquet.
+    /// Whether commands of the page read, write or move what only the package does: bags, Parquet, plants.
     fn is_of_package(&self) -> bool {
-        let reads = |own: &Printed| own.text.contains(" bag") || own.text.contains(".parquet");
-        self.page.commands.iter().any(reads)
+        let own = [" bag", ".parquet", " --plant "];
+        let is_own = |printed: &Printed| own.iter().any(|word| printed.text.contains(word));
+        self.page.commands.iter().any(is_own)
     }
 
     fn bash(&self, folder: &Path, text: &str) -> Result<Ended, String> {
