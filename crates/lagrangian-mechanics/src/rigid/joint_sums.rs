@@ -94,6 +94,19 @@ impl TorqueScale {
         first
     }
 
+    /// The weights after the residuals at π; a mean square error counts as `least` of its scale or more.
+    pub fn weighting_at(
+        &self,
+        sums: &JointSums,
+        (values, friction): (&[f64], &Friction),
+        least: f64,
+    ) -> Weighting {
+        let squares = self.squares(sums, values, friction);
+        let residuals = sums.mean_squares(values, friction);
+        let errors: Vec<f64> = residuals.iter().zip(&squares).map(|(r, s)| r / s).collect();
+        self.weighting(&errors, &squares, least)
+    }
+
     /// The weights after mean square errors in parts of the scale, which count as `least` or more, and its squares, `[n]`.
     pub fn weighting(&self, errors: &[f64], squares: &[f64], least: f64) -> Weighting {
         let weight = |(error, square): (&f64, &f64)| 1.0 / (error.max(least) * square).sqrt();

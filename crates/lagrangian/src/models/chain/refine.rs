@@ -128,9 +128,8 @@ impl Refinement<'_> {
     }
 
     fn weighting(&self, sums: &JointSums, values: &[f64]) -> Weighting {
-        let errors = self.scale.relative(sums, values, &Friction::Every);
-        let squares = self.scale.squares(sums, values, &Friction::Every);
-        self.scale.weighting(&errors, &squares, SMALLEST)
+        let at = (values, &Friction::Every);
+        self.scale.weighting_at(sums, at, SMALLEST)
     }
 
     fn sums(&self, robot: &RigidBodies) -> JointSums {

@@ -274,12 +274,6 @@ impl Problem {
         found
     }
 
-    fn weights(&self, values: &[f64], friction: &Friction) -> Weighting {
-        let errors = self.scale.relative(&self.train, values, friction);
-        let squares = self.scale.squares(&self.train, values, friction);
-        self.scale.weighting(&errors, &squares, SMALLEST)
-    }
-
     fn solve<'a>(
         &self,
         (prior, friction): (&'a Prior, &'a Friction),
@@ -290,7 +284,8 @@ impl Problem {
         for _ in 0..ROUNDS {
             let data = weights.quadratic(&self.train, friction);
             values = minimise(&data, prior, strength, &values)?.values;
-            weights = self.weights(&values, friction);
+            let at = (&values[..], friction);
+            weights = self.scale.weighting_at(&self.train, at, SMALLEST);
         }
         let scored = match self.validation.samples {
             0 => &self.train,
