@@ -291,13 +291,15 @@ impl<'a> Walk<'a> {
     }
 }
 
-/// Whether a fit that was cut short ended with the verdict that its model is poor, for which its exit code is 1.
+/// Whether a fit that was cut short ended with the verdict that its model is poor, or a command finds its model unfit to drive, for which
+/// the exit code is 1.
 fn is_poor(ended: &Ended) -> bool {
     let said = [
         "verdict: poor",
         "\"verdict\":\"poor\"",
         "\"verdict\": \"poor\"",
         "the fit did not improve",
+        "the drives would give up to",
     ];
     ended.code == Some(1) && said.iter().any(|own| ended.output.contains(own))
 }
