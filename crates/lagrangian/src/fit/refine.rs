@@ -20,7 +20,7 @@ use lagrangian_recordings::{Estimate, Source};
 
 /// Refines the `parameters` of a fit of `config` by rollouts over long segments whose starts are free, see [`Shooting`]. `noise` is
 /// the standard deviation of each recorded position, `[n]`, and of each velocity too where they were recorded, `[2n]`, in
-/// the units of the data. At most 10 000 training samples serve at each step, evenly spread; validation samples are not used. The best
+/// the units of the data. At most 10 000 training samples serve at each step, fewer for many parameters, evenly spread; validation samples are not used. The best
 /// loss of the fit is χ² over its expectation N − starts − γ, with N residuals and the number γ of parameters that the data determine: 1
 /// where the model errs by that noise alone. Bits do not depend on the number of threads. A step costs rows × P², of P parameters: for networks of up to some thousands. The observer is told each step
 /// as a [stage](Observer::stage), and may end the refinement there with the present parameters.

@@ -17,8 +17,10 @@ pub(super) const BLOCK: usize = 4;
 /// Steps of the starts of new segments.
 const IMPROVEMENTS: usize = 4;
 
-/// The largest number of samples: of longer recordings segments are left out, evenly.
+/// The largest number of samples, and of products of a step, rows × P² of P parameters, while there are two rows for each parameter: of
+/// longer recordings segments are left out, evenly.
 const MOST: usize = 10_000;
+const PRODUCTS: usize = 10_000_000_000;
 
 /// The lengths of a step that are tried, each half of the last.
 const TRIES: usize = 4;
@@ -131,6 +133,13 @@ impl<'a> Problem<'a> {
             .collect()
     }
 
+    /// The largest number of samples for so many parameters.
+    fn most(&self, parameters: usize) -> usize {
+        let p = parameters.max(1);
+        let rows = (PRODUCTS / (p * p)).max(2 * p);
+        (rows / self.noise.len()).clamp(1, MOST)
+    }
+
     /// Segments of about `horizon` samples that start at these states, halved while a state depends too much on the start.
     pub(super) fn segments(&self, theta: &[f64], horizon: usize, states: &[f64]) -> Vec<Segment> {
         let (d, at) = (self.state(), self.at(theta));
@@ -140,7 +149,8 @@ impl<'a> Problem<'a> {
             start: states[begin * d..][..d].to_vec(),
         };
         let runs = self.recorded.times.runs().filter(|run| run.len() > 1);
-        let every = self.recorded.samples.len().div_ceil(MOST).max(1);
+        let (samples, most) = (self.recorded.samples.len(), self.most(theta.len()));
+        let every = samples.div_ceil(most).max(1);
         let mut segments: Vec<Segment> = runs
             .flat_map(|run| {
                 let parts = ((run.len() + horizon / 2) / horizon).max(1);
