@@ -5,7 +5,7 @@ use lagrangian_report::{Animation, Panel, Report, Role, draw};
 use lagrangian_run::{Links, MOST_LINKS, as_chain};
 use pyo3::prelude::*;
 
-use crate::error::invalid;
+use crate::error::{invalid, of_json};
 use crate::recording::recordings;
 
 /// The largest number of motions that are shown side by side.
@@ -72,4 +72,12 @@ pub(crate) fn animation(
         ..Report::default()
     };
     Ok(draw::html(&report))
+}
+
+/// The page of a report in JSON.
+#[pyfunction]
+pub(crate) fn page(report: &str) -> PyResult<String> {
+    Ok(draw::html(&of_json(serde_json::from_str::<Report>(
+        report,
+    ))?))
 }

@@ -35,7 +35,7 @@ mod _lagrangian {
     use pyo3::prelude::*;
 
     #[pymodule_export]
-    use super::animation::animation;
+    use super::animation::{animation, page};
     #[pymodule_export]
     use super::check::check;
     #[pymodule_export]

@@ -9,6 +9,7 @@ pub(crate) mod coordinate;
 mod curves;
 mod decimate;
 mod figure;
+mod film;
 mod gaps;
 mod heat_map;
 mod motions;
@@ -30,6 +31,7 @@ pub use coordinate::force_unit;
 pub use curves::{energy_error_over_time, loss_curves};
 pub use decimate::decimate;
 pub use figure::{Axis, Figure, Kind, Role, Scale, Series};
+pub use film::Film;
 pub use heat_map::HeatMap;
 pub use motions::{Motion, phase_portrait, trajectories};
 pub use parity::parity;
@@ -56,6 +58,9 @@ pub struct Report {
     pub summary: Vec<String>,
     /// Moving pictures.
     pub animations: Vec<Animation>,
+    /// Films.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub films: Vec<Film>,
     /// Figures.
     pub figures: Vec<Figure>,
     /// Headings of consecutive figures; figures beyond them have the heading "Figures".

@@ -2,6 +2,7 @@
 
 mod arrays;
 mod figures;
+mod film;
 mod player;
 mod plots;
 mod tables;
@@ -21,6 +22,7 @@ const STYLE: &str = include_str!("page/style.css");
 const PLOT_STYLE: &str = include_str!("page/plot/style.css");
 const THEME: &str = include_str!("page/theme.js");
 const PLAYER: &str = include_str!("page/player.js");
+const FILM: &str = include_str!("page/film.js");
 /// The library that draws plots, and its style.
 const LIBRARY: &str = include_str!("page/uplot/uPlot.iife.min.js");
 const LIBRARY_STYLE: &str = include_str!("page/uplot/uPlot.min.css");
@@ -73,6 +75,9 @@ fn scripts(report: &Report, plots: &Plots) -> String {
     if !report.animations.is_empty() {
         put!(&mut scripts, "<script>{PLAYER}</script>\n");
     }
+    if !report.films.is_empty() {
+        put!(&mut scripts, "<script>{FILM}</script>\n");
+    }
     if let Some(data) = plots.json() {
         // One script has all parts: what they import from each other is in it.
         let lines = PLOT.iter().flat_map(|part| part.lines());
@@ -106,6 +111,9 @@ fn sections(report: &Report, energies: &[Option<Figure>], plots: &mut Plots) -> 
         for (one, energy) in all.iter().zip(energies) {
             player::player(body, one, energy.as_slice(), plots);
         }
+    }));
+    all.extend(section("Films", &report.films, |body, all| {
+        all.iter().for_each(|one| film::film(body, one));
     }));
     let (mut rest, first) = (&report.figures[..], all.len());
     let headings = report
