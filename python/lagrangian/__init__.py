@@ -13,7 +13,7 @@ velocities and accelerations, ``tau`` are forces. Angles are in radians and unwr
 
 from __future__ import annotations
 
-from . import callbacks, errors
+from . import callbacks, errors, pixels
 from ._data import CheckReport, Item, check, read, simulate, write
 from ._ensemble import Coverage, Ensemble, Prediction
 from ._estimators import Estimator, fit
@@ -76,6 +76,7 @@ __all__ = [
     "integrators",
     "load",
     "own_system",
+    "pixels",
     "read",
     "report",
     "robot",

@@ -8,6 +8,7 @@ import sys
 from typing import NoReturn
 
 from . import _lagrangian
+from .pixels import _command
 
 
 def main() -> NoReturn:
@@ -16,8 +17,11 @@ def main() -> NoReturn:
     while (place := os.open(os.devnull, os.O_RDWR)) <= 2:
         pass
     os.close(place)
+    arguments = sys.argv[1:]
+    if _command.takes(arguments):
+        sys.exit(_command.main(arguments))
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    sys.exit(_lagrangian.command(sys.argv[1:]))
+    sys.exit(_lagrangian.command(arguments))
 
 
 if __name__ == "__main__":

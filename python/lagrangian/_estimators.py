@@ -52,6 +52,8 @@ class Estimator:
     _tables: ClassVar[tuple[frozenset[str], frozenset[str], frozenset[str]]]
     _defaults: ClassVar[dict[str, Any]]
     _takes_robot: ClassVar[bool] = False
+    # Whether the fit of free motions is refined by long rollouts, and drops friction that it does not need.
+    _refine: bool = False
 
     def __init__(self, **settings: Any) -> None:
         for name in settings:
@@ -288,6 +290,7 @@ class Estimator:
             "urdf": None if own is None else urdf_text(own),
             "nominal": None if self.nominal is None else urdf_text(self.nominal),
             "joints": list(self.joints),
+            "refine": self._refine,
         }
         return _json(spec)
 

@@ -29,6 +29,7 @@ impl FitArgs {
             urdf: self.robot.urdf.as_ref().and(text.clone()),
             nominal: self.robot.nominal.as_ref().and(text),
             joints: self.robot.joints.clone(),
+            refine: false,
         })
     }
 }

@@ -139,6 +139,7 @@ fn instead_of(extension: &str) -> String {
         "zip" => "it is an archive: unpack it, and give the CSV files in it".into(),
         "gz" => "it is compressed: unpack it with `gunzip`".into(),
         "xlsx" | "xls" | "ods" => "it is a spreadsheet: save it as CSV (also read: csv, npz)".into(),
+        "gif" | "mp4" | "mov" | "avi" | "mkv" | "webm" | "m4v" => "it is a film: `lagrangian fit` of the Python package learns from it, `pip install 'lagrangian[pixels]'`".into(),
         "zstd" | "zst" => "it is compressed: unpack it with `zstd -d`".into(),
         _ => match PackageFormat::from_extension(extension) {
             Some(PackageFormat { name, extra, .. }) => format!(

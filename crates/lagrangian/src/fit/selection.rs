@@ -131,6 +131,7 @@ impl FitSpec {
                 ..self.clone()
             };
             return Ok(vec![Request {
+                by_motion: spec.refine,
                 spec,
                 ..Request::default()
             }]);

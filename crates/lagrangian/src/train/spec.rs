@@ -62,6 +62,10 @@ pub struct FitSpec {
     /// The joints of the robot in the order of the data; empty for all.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub joints: Vec<String>,
+    /// Whether a named family is fitted as one of several that are tried for a free motion: without friction where it needs none, and
+    /// refined by long rollouts where noise limits the accelerations.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub refine: bool,
 }
 
 impl FitSpec {

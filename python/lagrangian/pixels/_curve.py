@@ -1,0 +1,235 @@
+"""A curve through pictures: the coordinate of a thing that moves along one.
+
+Pictures of a system with one coordinate lie on a curve in the space of pictures, whatever they show. A graph of neighbours tells
+its order (Laplacian eigenmaps, Belkin and Niyogi 2003, made independent of the density of the samples as by Coifman and Lafon 2006);
+harmonics or polynomials are fitted through it and pictures are projected on it (principal curves, Hastie and Stuetzle 1989).
+The coordinate is the length along the curve. Nothing of it knows of time or of mechanics.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.floating[Any]]
+
+#: Components that are kept at most, and pictures from which they are computed.
+_COMPONENTS, _SEEN = 64, 1500
+#: Pictures of the graph of neighbours, and the neighbour whose distance is the width of a kernel.
+_LANDMARKS, _NEIGHBOUR = 1000, 10
+#: Orders of curves that are tried, and how often each is fitted and projected on.
+_ORDERS, _ROUNDS = (4, 8, 12, 16, 24, 32, 48, 64), 3
+#: Points of a curve on which pictures are projected before the place is refined.
+_POINTS = 1024
+#: A curve of higher order must err by this factor less.
+_SIMPLER = 0.98
+
+
+@dataclass
+class Components:
+    """Principal components of pictures: ``mean`` ``(p,)`` and an orthonormal ``basis`` ``(p, k)``."""
+
+    mean: NDArray[np.float32]
+    basis: NDArray[np.float32]
+
+    @classmethod
+    def of(cls, pictures: NDArray[np.float32], rng: np.random.Generator) -> Components:
+        """Those of pictures ``(m, p)``."""
+        mean = pictures.mean(0)
+        seen = (pictures[rng.permutation(len(pictures))[:_SEEN]] - mean).astype(np.float64)
+        tall = len(seen) >= seen.shape[1]
+        values, vectors = np.linalg.eigh(seen.T @ seen if tall else seen @ seen.T)
+        values, vectors = values[::-1], vectors[:, ::-1]
+        kept = max(2, min(_COMPONENTS, int((values > 1e-8 * values[0]).sum())))
+        basis = vectors[:, :kept] if tall else seen.T @ (vectors[:, :kept] / np.sqrt(np.maximum(values[:kept], 1e-300)))
+        return cls(mean, basis.astype(np.float32))
+
+    def project(self, pictures: NDArray[np.float32]) -> Array:
+        """The components of pictures ``(m, p)``: ``(m, k)``."""
+        return ((pictures - self.mean) @ self.basis).astype(np.float64)
+
+    def pictures(self, components: Array) -> NDArray[np.float32]:
+        """The pictures of components ``(m, k)``: ``(m, p)``."""
+        return (components.astype(np.float32) @ self.basis.T + self.mean).astype(np.float32)
+
+
+@dataclass
+class Curve:
+    """A curve in the space of components.
+
+    Attributes:
+        kind: ``circle``, for q from −π to π, closed, in harmonics; or ``line``, for q from −1 to 1, in Chebyshev polynomials.
+        coefficients: Shape ``(2 order + 1, k)``.
+    """
+
+    kind: str
+    coefficients: Array
+
+    @property
+    def closed(self) -> bool:
+        """Whether the coordinate is an angle."""
+        return self.kind == "circle"
+
+    @property
+    def order(self) -> int:
+        return len(self.coefficients) // 2
+
+    def at(self, q: Array) -> Array:
+        """The components at places ``(m,)``: ``(m, k)``; beyond the end of a line those of its end."""
+        return basis(self.kind, q, self.order) @ self.coefficients
+
+    @cached_property
+    def grid(self) -> Array:
+        """Places from end to end."""
+        half = np.pi if self.closed else 1.0
+        return np.linspace(-half, half, _POINTS + 1)
+
+    @cached_property
+    def points(self) -> Array:
+        """The components at the grid."""
+        return self.at(self.grid)
+
+    def place(self, components: Array) -> Array:
+        """The places of the nearest points of the curve, ``(m,)``."""
+        grid, points = self.grid, self.points
+        inner = slice(0, _POINTS) if self.closed else slice(1, _POINTS)
+        sizes = np.square(points).sum(1)
+        found = []
+        for part in np.array_split(components, max(1, len(components) // 4096)):
+            squares = sizes - 2.0 * part @ points.T
+            nearest = squares[:, inner].argmin(1) + inner.start
+            rows = np.arange(len(part))
+            before, here, after = (squares[rows, (nearest + k) % _POINTS if self.closed else nearest + k] for k in (-1, 0, 1))
+            bend = np.maximum(before - 2.0 * here + after, 1e-300)
+            found.append(grid[nearest] + (grid[1] - grid[0]) * np.clip(0.5 * (before - after) / bend, -1.0, 1.0))
+        return np.concatenate(found)
+
+    def lengths(self) -> tuple[Array, Array]:
+        """Places, and the length along the curve there, from −π to π or −1 to 1."""
+        grid = self.grid
+        steps = np.sqrt(np.square(np.diff(self.points, axis=0)).sum(1))
+        along = np.concatenate([[0.0], np.cumsum(steps)])
+        return grid, grid[0] + (grid[-1] - grid[0]) * along / max(along[-1], 1e-300)
+
+    def error(self, components: Array) -> float:
+        """The mean square distance of components from the curve."""
+        return float(np.square(self.at(self.place(components)) - components).sum(1).mean())
+
+
+def basis(kind: str, q: Array, order: int) -> Array:
+    """The functions of a curve, ``(m, 2 order + 1)``."""
+    if kind == "line":
+        return np.polynomial.chebyshev.chebvander(np.clip(q, -1.0, 1.0), 2 * order)
+    angles = q[:, None] * np.arange(1, order + 1)
+    return np.concatenate([np.ones((len(q), 1)), np.cos(angles), np.sin(angles)], 1)
+
+
+def through(kind: str, q: Array, components: Array, order: int) -> Curve:
+    """The curve of an order nearest to components ``(m, k)`` at places ``(m,)``; its higher terms are held back a little."""
+    functions = basis(kind, q, order)
+    powers = np.arange(2 * order + 1) / 2.0
+    if kind == "circle":
+        powers = np.concatenate([[0.0], np.arange(1, order + 1), np.arange(1, order + 1)])
+    held = 1e-8 * len(q) * np.diag(powers**4)
+    return Curve(kind, np.linalg.solve(functions.T @ functions + held, functions.T @ components))
+
+
+def embedding(components: Array, rng: np.random.Generator) -> tuple[NDArray[np.intp], Array]:
+    """The rows of pictures that are spread over all, ``(l,)``, and the first two eigenfunctions of the Laplacian at them, ``(l, 2)``."""
+    chosen = [int(rng.integers(len(components)))]
+    distance = np.square(components - components[chosen[0]]).sum(1)
+    least = 1e-9 * distance.max()
+    while len(chosen) < _LANDMARKS and distance.max() > least:
+        chosen.append(int(distance.argmax()))
+        distance = np.minimum(distance, np.square(components - components[chosen[-1]]).sum(1))
+    marks = components[chosen]
+    squares = np.square(marks).sum(1)
+    apart = np.sqrt(np.maximum(squares[:, None] + squares - 2.0 * marks @ marks.T, 0.0))
+    near = np.sort(apart, 1)[:, min(_NEIGHBOUR, len(marks) - 1)]
+    near = np.maximum(near, 1e-3 * np.median(near) + 1e-300)
+    kernel = np.exp(-np.square(apart) / (near[:, None] * near))
+    density = kernel.sum(1)
+    kernel /= density[:, None] * density
+    root = np.sqrt(kernel.sum(1))
+    _, vectors = np.linalg.eigh(kernel / (root[:, None] * root))
+    return np.array(chosen), vectors[:, [-2, -3]] / vectors[:, -1:]
+
+
+def first_places(kind: str, functions: Array) -> Array:
+    """Places by eigenfunctions: sine and cosine of a circle, half a cosine of a line."""
+    if kind == "circle":
+        angle: Array = np.arctan2(functions[:, 1] / functions[:, 1].std(), functions[:, 0] / functions[:, 0].std())
+        return angle
+    low, high = functions[:, 0].min(), functions[:, 0].max()
+    half: Array = np.arccos(np.clip((high + low - 2.0 * functions[:, 0]) / (high - low), -1.0, 1.0))
+    return 2.0 * half / np.pi - 1.0
+
+
+def curve(kind: str, train: Array, held: Array, first: tuple[Array, Array]) -> tuple[Curve, float]:
+    """The curve whose distance from held-out components is least, and the mean square of that distance. ``first`` are components of
+    some pictures and their places to begin with."""
+    marks, places = first
+    best = None
+    for order in _ORDERS:
+        if 4 * order + 2 > len(marks):
+            break
+        own = through(kind, places, marks, order)
+        for _ in range(_ROUNDS):
+            q = np.interp(own.place(train), *own.lengths())
+            if kind == "line":
+                q = 2.0 * (q - q.min()) / max(np.ptp(q), 1e-300) - 1.0
+            own = through(kind, q, train, order)
+        error = own.error(held)
+        if best is None or error < _SIMPLER * best[1]:
+            best = (own, error)
+    assert best is not None
+    return best
+
+
+def jumps(places: list[Array]) -> float:
+    """The mean square of second differences of places over that of first ones: 4 without any order, 0 for slow motion."""
+    first = sum(float(np.square(np.diff(q)).sum()) for q in places)
+    second = sum(float(np.square(np.diff(q, 2)).sum()) for q in places)
+    return second / max(first, 1e-300)
+
+
+def smoothed(q: Array) -> Array:
+    """Places of a motion by cubics over seven of them (Savitzky and Golay 1964); the first and the last three as they are."""
+    if len(q) < 7:
+        return q
+    inner = np.convolve(q, np.array([-2.0, 3.0, 6.0, 7.0, 6.0, 3.0, -2.0]) / 21.0, "valid")
+    return np.concatenate([q[:3], inner, q[-3:]])
+
+
+def unwrapped(own: Curve, q: Array) -> Array:
+    """Angles without jumps of 2π."""
+    return np.unwrap(q) if own.closed else q
+
+
+def continuous(own: Curve, components: Array, q: Array) -> Array:
+    """Places of a motion ``(m,)``, of which those far from where their neighbours expect them are sought there again: pictures of
+    other places may look alike."""
+    q = unwrapped(own, q)
+    if len(q) < 5:
+        return q
+    half = np.pi if own.closed else 1.0
+    expected = q.copy()
+    expected[2:-2] = (4.0 * (q[1:-3] + q[3:-1]) - (q[:-4] + q[4:])) / 6.0
+    away = np.abs(q - expected)
+    limit = max(8.0 * float(np.median(away)), 0.02 * half)
+    grid, points = own.grid, own.points
+    for k in np.flatnonzero(away > limit):
+        around = slice(max(0, int(k) - 2), int(k) + 3)
+        near = q[around][away[around] <= limit]
+        if len(near) == 0:
+            continue
+        middle = float(np.median(near))
+        apart = np.abs(np.angle(np.exp(1j * (grid - middle)))) if own.closed else np.abs(grid - middle)
+        reach = apart <= max(2.0 * float(np.ptp(near)), 0.1 * half)
+        best = grid[reach][np.square(points[reach] - components[k]).sum(1).argmin()]
+        q[k] = middle + float(np.angle(np.exp(1j * (best - middle)))) if own.closed else best
+    return unwrapped(own, q)
