@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import subprocess
 import sys
@@ -136,6 +137,29 @@ def test_the_example_learns_a_panda_and_follows_through_its_c(tmp_path: Path) ->
     through_c = float(done.stdout.split("through C: ")[1].split()[0])
     assert models[0] < 0.02 * feedback[0] and models[1] < 0.02 * feedback[1]
     assert through_c < 2.0 * models[1]
+
+
+UPRIGHT = """<mujoco><option timestep="0.002"/><worldbody><body><joint name="cart" type="slide" axis="1 0 0" range="-1.8 1.8" limited="true"/>
+  <geom type="box" size="0.1 0.05 0.05" mass="1"/><body><joint name="pole" axis="0 1 0"/>
+  <geom type="capsule" fromto="0 0 0 0 0 1" size="0.045" mass="0.1" contype="0" conaffinity="0"/></body></body></worldbody>
+  <actuator><motor joint="cart" ctrlrange="-10 10"/></actuator></mujoco>"""
+
+
+def test_the_example_swings_a_cart_pole_up_by_what_was_learned(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    folder = Path(__file__).parents[2] / "examples" / "mujoco_swing_up"
+    monkeypatch.syspath_prepend(folder)
+    run = importlib.import_module("run")
+    file = tmp_path / "cart.xml"
+    file.write_text(UPRIGHT)
+    machine = plant.load(file)
+    model = lg.Chain().fit(plant.record(machine, trajectories=3, seed=3)).model_
+    swing = run.SwingUp(model, machine)
+    next(swing.plans(seed=0, guesses=300))
+    times = run.attempts(machine, swing, 3, seed=0)
+    assert (times < 12.0).all(), times  # upright from then on to 20 s
+    # Without the swing-up, the regulator of the top alone fails.
+    swing.u = swing.u[:0]
+    assert np.isinf(run.attempts(machine, swing, 1, seed=0)).all()
 
 
 @pytest.mark.parametrize(
