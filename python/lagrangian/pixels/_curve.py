@@ -20,7 +20,7 @@ Array = NDArray[np.floating[Any]]
 #: Components that are kept at most, and pictures from which they are computed.
 _COMPONENTS, _SEEN = 64, 1500
 #: Pictures of the graph of neighbours, and the neighbour whose distance is the width of a kernel.
-_LANDMARKS, _NEIGHBOUR = 1000, 10
+_LANDMARKS, _NEIGHBOUR = 600, 10
 #: Orders of curves that are tried, and how often each is fitted and projected on.
 _ORDERS, _ROUNDS = (4, 8, 12, 16, 24, 32, 48, 64), 3
 #: Points of a curve on which pictures are projected before the place is refined.
