@@ -74,6 +74,7 @@ fn pendulum() -> Animation {
         title: "A pendulum".into(),
         caption: "The pale one is the truth.".into(),
         panels: vec![panel(truth, 0.0), panel(lnn, 0.01)],
+        ..Animation::default()
     }
 }
 
@@ -100,6 +101,7 @@ fn robot() -> Animation {
         title: "A robot".into(),
         caption: "Its base stands away from the middle; the pale one is the truth.".into(),
         panels: vec![panel(truth, 0.0), panel(plain, 0.5)],
+        ..Animation::default()
     }
 }
 

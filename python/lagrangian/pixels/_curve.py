@@ -2,7 +2,7 @@
 
 Pictures of a system with one coordinate lie on a curve in the space of pictures, whatever they show. A graph of neighbours tells
 its order (Laplacian eigenmaps, Belkin and Niyogi 2003, made independent of the density of the samples as by Coifman and Lafon 2006);
-harmonics or polynomials are fitted through it and pictures are projected on it (principal curves, Hastie and Stuetzle 1989).
+harmonics or cosines are fitted through it and pictures are projected on it (principal curves, Hastie and Stuetzle 1989).
 The coordinate is the length along the curve. Nothing of it knows of time or of mechanics.
 """
 
@@ -62,7 +62,7 @@ class Curve:
     """A curve in the space of components.
 
     Attributes:
-        kind: ``circle``, for q from −π to π, closed, in harmonics; or ``line``, for q from −1 to 1, in Chebyshev polynomials.
+        kind: ``circle``, for q from −π to π, closed, in harmonics; or ``line``, for q from −1 to 1, in a cubic and cosines.
         coefficients: Shape ``(2 order + 1, k)``.
     """
 
@@ -121,9 +121,11 @@ class Curve:
 
 
 def basis(kind: str, q: Array, order: int) -> Array:
-    """The functions of a curve, ``(m, 2 order + 1)``."""
+    """The functions of a curve, ``(m, 2 order + 1)``: of a line a cubic, which takes what does not fit at its ends, and cosines."""
     if kind == "line":
-        return np.polynomial.chebyshev.chebvander(np.clip(q, -1.0, 1.0), 2 * order)
+        q = np.clip(q, -1.0, 1.0)
+        waves = 0.5 * np.pi * (q[:, None] + 1.0) * np.arange(1, 2 * order - 2)
+        return np.concatenate([q[:, None] ** np.arange(4), np.cos(waves)], 1)
     angles = q[:, None] * np.arange(1, order + 1)
     return np.concatenate([np.ones((len(q), 1)), np.cos(angles), np.sin(angles)], 1)
 
@@ -131,9 +133,8 @@ def basis(kind: str, q: Array, order: int) -> Array:
 def through(kind: str, q: Array, components: Array, order: int) -> Curve:
     """The curve of an order nearest to components ``(m, k)`` at places ``(m,)``; its higher terms are held back a little."""
     functions = basis(kind, q, order)
-    powers = np.arange(2 * order + 1) / 2.0
-    if kind == "circle":
-        powers = np.concatenate([[0.0], np.arange(1, order + 1), np.arange(1, order + 1)])
+    waves = np.arange(1, order + 1)
+    powers = np.concatenate([np.zeros(4), np.arange(1, 2 * order - 2) / 2.0]) if kind == "line" else np.concatenate([[0.0], waves, waves])
     held = 1e-8 * len(q) * np.diag(powers**4)
     return Curve(kind, np.linalg.solve(functions.T @ functions + held, functions.T @ components))
 
@@ -173,17 +174,22 @@ def curve(kind: str, train: Array, held: Array, first: tuple[Array, Array]) -> t
     """The curve whose distance from held-out components is least, and the mean square of that distance. ``first`` are components of
     some pictures and their places to begin with."""
     marks, places = first
-    best = None
+    best: tuple[Curve, float] | None = None
     for order in _ORDERS:
         if 4 * order + 2 > len(marks):
             break
         own = through(kind, places, marks, order)
+        error = own.error(held)
         for _ in range(_ROUNDS):
             q = np.interp(own.place(train), *own.lengths())
             if kind == "line":
                 q = 2.0 * (q - q.min()) / max(np.ptp(q), 1e-300) - 1.0
-            own = through(kind, q, train, order)
-        error = own.error(held)
+            other = through(kind, q, train, order)
+            after = other.error(held)
+            # A curve that is worse has lost the order of the pictures.
+            if after > error / _SIMPLER:
+                break
+            own, error = other, after
         if best is None or error < _SIMPLER * best[1]:
             best = (own, error)
     assert best is not None

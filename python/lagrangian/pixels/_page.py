@@ -53,7 +53,7 @@ def _content(model: PixelModel) -> dict[str, Any]:
             {"label": f"Change of energy over {_LONG} pictures", "value": f"{100 * drift:.2g}", "unit": "%", "note": "of the potential's range"},
         ],
         "summary": [f"{note[0].upper()}{note[1:]}." for note in model.notes],
-        "films": [_film(model, seen[context : context + count], predicted)],
+        "animations": [_film(model, seen[context : context + count], predicted)],
         "figures": [_errors(model), *_physics(model), _track(model, seen, motion), _energies(model, energy)],
         "maps": [_phases(model)],
         "commands": [{"makes": "The model in C", "line": "lagrangian export model.safetensors --format c --out model.c"}],
@@ -67,15 +67,15 @@ def _film(model: PixelModel, truth: Frames, predicted: Frames) -> dict[str, Any]
     height, width, colours = model.view.shape
     kept = colours if colours == 3 else 1
     films = [own.reshape(len(truth), height, width, colours)[..., :kept] for own in (truth, predicted)]
-    return {
-        "title": "What comes next",
-        "caption": "Held-out pictures, those predicted from the five before, and their difference, grey where they agree.",
+    shown = {
         "shape": [height, width, kept],
         "step": model.dt,
         "names": ["film", "prediction"],
         "pictures": [text(own) for own in films],
         "difference": "difference",
     }
+    caption = "Held-out pictures, those predicted from the five before, and their difference, grey where they agree."
+    return {"id": "film", "title": "What comes next", "caption": caption, "film": shown}
 
 
 def _axis(label: str, unit: str = "", log: bool = False, span: tuple[float, float] | None = None) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 use lagrangian::Trajectory;
 use serde::{Deserialize, Serialize};
 
-use super::Role;
+use super::{Film, Role};
 
 /// Several motions of one machine, played together.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -17,6 +17,9 @@ pub struct Animation {
     pub caption: String,
     /// The motions, from left to right.
     pub panels: Vec<Panel>,
+    /// Pictures in place of motions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub film: Option<Film>,
 }
 
 /// One motion of a machine.

@@ -2,14 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Films of equal size that play together, the last of which may be the difference of the first two.
+/// Films of equal size that play together.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Film {
-    /// Title, in a few words.
-    pub title: String,
-    /// Description, in one or two sentences.
-    pub caption: String,
     /// Height, width and colours (1 or 3) of a picture.
     pub shape: [usize; 3],
     /// The time between two pictures, s.

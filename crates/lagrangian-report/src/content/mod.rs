@@ -58,9 +58,6 @@ pub struct Report {
     pub summary: Vec<String>,
     /// Moving pictures.
     pub animations: Vec<Animation>,
-    /// Films.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub films: Vec<Film>,
     /// Figures.
     pub figures: Vec<Figure>,
     /// Headings of consecutive figures; figures beyond them have the heading "Figures".

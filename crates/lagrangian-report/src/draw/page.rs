@@ -75,7 +75,7 @@ fn scripts(report: &Report, plots: &Plots) -> String {
     if !report.animations.is_empty() {
         put!(&mut scripts, "<script>{PLAYER}</script>\n");
     }
-    if !report.films.is_empty() {
+    if report.animations.iter().any(|one| one.film.is_some()) {
         put!(&mut scripts, "<script>{FILM}</script>\n");
     }
     if let Some(data) = plots.json() {
@@ -109,11 +109,11 @@ fn sections(report: &Report, energies: &[Option<Figure>], plots: &mut Plots) -> 
     let mut all = Vec::new();
     all.extend(section("In motion", &report.animations, |body, all| {
         for (one, energy) in all.iter().zip(energies) {
-            player::player(body, one, energy.as_slice(), plots);
+            match &one.film {
+                Some(film) => film::film(body, one, film),
+                None => player::player(body, one, energy.as_slice(), plots),
+            }
         }
-    }));
-    all.extend(section("Films", &report.films, |body, all| {
-        all.iter().for_each(|one| film::film(body, one));
     }));
     let (mut rest, first) = (&report.figures[..], all.len());
     let headings = report

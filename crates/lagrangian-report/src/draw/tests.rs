@@ -144,6 +144,7 @@ fn every_text_of_a_report_is_escaped() {
                 &swing(0.0, 1),
                 None,
             )],
+            ..Animation::default()
         }],
         figures: vec![Figure {
             id: words(),

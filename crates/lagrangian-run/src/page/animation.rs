@@ -33,6 +33,7 @@ pub(super) fn of(page: &Page, followed: &Followed, links: Option<Links>) -> Opti
             "Predicted from the first state alone; the pale one is the recording. {what}"
         )),
         panels,
+        ..Animation::default()
     })
 }
 

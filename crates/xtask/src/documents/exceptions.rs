@@ -105,9 +105,15 @@ pub(super) const EXCEPTIONS: &[Exception] = &[
     ),
     on(
         "examples/pixels/README.md",
+        "compare.py",
+        Instead::Omit,
+        "takes minutes; the tests of films cover what it calls",
+    ),
+    on(
+        "examples/mujoco_swing_up/README.md",
         "run.py",
         Instead::Omit,
-        "takes minutes; the tests of the layer cover what it calls",
+        "takes minutes; the tests of plants run it on a cart and a pole",
     ),
     on(
         "tests/browser/README.md",

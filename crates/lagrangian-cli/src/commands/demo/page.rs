@@ -210,7 +210,7 @@ fn animation(system: &dyn AnalyticModel, motions: &[Motion]) -> Animation {
                   which still obeys mechanics."
             .into(),
         panels: motions.iter().map(panel).collect(),
-    }
+ ..Animation::default() }
 }
 
 /// Median and spread of the energy error over all starts.

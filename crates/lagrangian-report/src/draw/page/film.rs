@@ -2,13 +2,13 @@
 
 use serde_json::json;
 
-use crate::Film;
 use crate::draw::escaped;
+use crate::{Animation, Film};
 
 /// One film with its controls.
-pub(super) fn film(body: &mut String, film: &Film) {
+pub(super) fn film(body: &mut String, animation: &Animation, film: &Film) {
     let [height, width, colours] = film.shape;
-    let (title, caption) = (escaped(&film.title), escaped(&film.caption));
+    let (title, caption) = (escaped(&animation.title), escaped(&animation.caption));
     put!(
         body,
         "<div class=\"card film\">\n<h3>{title}</h3>\n<p class=\"caption\">{caption}</p>\n\
