@@ -92,23 +92,27 @@ def fit(
     _check(best, motions, places)
     how = _How(_STEPS if steps is None else _whole(steps, "steps"), seed, progress)
 
-    def tried(own: Curve, places: list[Array], friction: bool) -> PixelModel:
-        model = PixelModel(_learned(_trajectories(own, places, film.dt), how, friction), own, components, view, film.dt)
+    def tried(own: Curve, places: list[Array], friction: bool) -> tuple[PixelModel, bool]:
+        dynamics, ended = _learned(_trajectories(own, places, film.dt), how, friction)
+        model = PixelModel(dynamics, own, components, view, film.dt)
         model.score = scored(model, held or seen)
-        return model
+        return model, ended
 
-    first = tried(best, places, friction)
-    even, evened = _even(first.dynamics, best, motions, places)
-    model = tried(even, evened, friction)
-    if model.score.worse(first.score):
-        # The first fit could not tell the inertia.
-        even, evened = best, places
-    if friction:
-        with_friction, model = model, tried(even, evened, False)
-        if model.score.worse(with_friction.score):
-            model = with_friction
+    model, ended = tried(best, places, friction)
+    if not ended:
+        even, evened = _even(model.dynamics, best, motions, places)
+        other, ended = tried(even, evened, friction)
+        # Where the first fit could not tell the inertia, its coordinate stays.
+        if not other.score.worse(model.score):
+            model, best, places = other, even, evened
+    if friction and not ended:
+        other, ended = tried(best, places, False)
+        if not other.score.worse(model.score):
+            model = other
+    if ended:
+        warnings.warn("the fit was interrupted: the best model until then is kept", FitInterrupted, stacklevel=2)
     model.notes = [*film.notes, *_notes(model)]
-    model.trajectories, model.held = _trajectories(even, evened, film.dt), held
+    model.trajectories, model.held = _trajectories(best, places, film.dt), held
     if run is not None:
         model.save(run)
     return model
@@ -223,14 +227,15 @@ def _trajectories(own: Curve, places: list[Array], dt: float) -> Trajectories:
     return Trajectories(Trajectory(dt * np.arange(len(q)), q, angles=angles, name=f"motion {k + 1}") for k, q in enumerate(places))
 
 
-def _learned(latents: Trajectories, how: _How, friction: bool) -> Model:
+def _learned(latents: Trajectories, how: _How, friction: bool) -> tuple[Model, bool]:
+    """The model of motions along the curve, and whether its fit was interrupted."""
     estimator = Delan(width=_WIDTH, steps=how.steps, seed=how.seed, forces=("viscous", "coulomb") if friction else None)
     estimator._refine = True
     with warnings.catch_warnings():
         # The verdict is that of the pictures.
         warnings.simplefilter("ignore", FitWarning)
-        warnings.simplefilter("always", FitInterrupted)
-        return estimator.fit(latents, progress=how.progress).model_
+        fitted = estimator.fit(latents, progress=how.progress)
+    return fitted.model_, fitted.summary_["ending"] == "interrupted"
 
 
 def _even(fitted: Model, own: Curve, motions: list[Array], places: list[Array]) -> tuple[Curve, list[Array]]:

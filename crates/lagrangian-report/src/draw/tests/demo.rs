@@ -94,6 +94,7 @@ pub(super) fn demo() -> Report {
                       tells who still obeys mechanics."
                 .into(),
             panels: (0..3).map(panel).collect(),
+            ..Animation::default()
         }],
         figures: demo_figures(&motions, &errors, &coordinates),
         tables: vec![demo_table()],
