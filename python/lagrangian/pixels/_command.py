@@ -17,8 +17,6 @@ from ._fit import fit
 
 #: Exit codes, those of the program: a model that must not be used, wrong arguments, and Ctrl-C before there is one.
 _POOR, _WRONG, _INTERRUPTED = 1, 2, 130
-#: The part of the pictures, predicted from five, below which a model is poor.
-_PREDICTED = 0.2
 
 
 def takes(arguments: Sequence[str]) -> bool:
@@ -72,8 +70,7 @@ def main(arguments: Sequence[str]) -> int:
         print("interrupted before there was a model", file=sys.stderr)
         return _INTERRUPTED
     score = model.score
-    verdict = "good" if score.valid >= 0.5 * score.longest else "fair" if score.valid >= _PREDICTED * score.longest else "poor"
-    verdict = verdict if model.held else "fair"
+    verdict = score.verdict
     notes = [*model.notes, *said]
     if given.json:
         found = {"verdict": verdict, "valid": score.valid, "of": score.longest, "notes": notes, "folder": str(folder)}

@@ -31,6 +31,8 @@ _HELD = 0.2
 _FAST = 1.0
 #: The change from picture to picture, in parts of that between any two, below which pictures change little by little.
 _GRADUAL = 0.4
+#: The deviation of energies, in parts of the largest, below which a film shows one amplitude.
+_ONE_AMPLITUDE = 0.03
 #: The part of the motion in the pictures that one coordinate must explain.
 _EXPLAINED = 0.8
 
@@ -111,8 +113,11 @@ def fit(
             model = other
     if ended:
         warnings.warn("the fit was interrupted: the best model until then is kept", FitInterrupted, stacklevel=2)
-    model.notes = [*film.notes, *_notes(model)]
     model.trajectories, model.held = _trajectories(best, places, film.dt), held
+    model.notes = [*film.notes, *_notes(model)]
+    if model.score.verdict == "poor":
+        message = f"the model is poor: it predicts {model.score.valid:.0f} of {model.score.longest} pictures; film longer, or with more pictures a second"
+        warnings.warn(message, FitWarning, stacklevel=2)
     if run is not None:
         model.save(run)
     return model
@@ -263,8 +268,21 @@ def _even(fitted: Model, own: Curve, motions: list[Array], places: list[Array]) 
 def _notes(model: PixelModel) -> list[str]:
     loses = any(own["name"].startswith("viscous") for own in model.dynamics.parameters)
     top, bottom, left, right = model.view.box
-    return [
+    notes = [
         f"rows {top} … {bottom} and columns {left} … {right} of the pictures are seen, at {model.view.height} × {model.view.width} pixels",
         "the coordinate is an angle" if model.curve.closed else "the coordinate lies on a line, from −1 to 1 where the film shows it",
         "the motion loses energy: friction is learned" if loses else "the motion keeps its energy",
     ]
+    if not loses and _energies_spread(model) < _ONE_AMPLITUDE:
+        notes.append("the film shows one amplitude: inertia and potential cannot be told apart; start it with different swings")
+    return notes
+
+
+def _energies_spread(model: PixelModel) -> float:
+    """The deviation of the energies of the motions, in parts of the largest above the least potential."""
+    levels, least = [], np.inf
+    for own in model.trajectories:
+        speed = np.gradient(own.q[:, 0], model.dt)[:, None]
+        levels.append(float(np.median(np.asarray(model.energy(own.q, speed)))))
+        least = min(least, float(np.min(np.asarray(model.energy(own.q, np.zeros_like(speed))))))
+    return float(np.std(levels)) / max(max(levels) - least, 1e-300)

@@ -44,10 +44,16 @@ class Score:
     longest: int = 0
     error: Array = field(default_factory=lambda: np.empty(0))
 
+    @property
+    def verdict(self) -> str:
+        """``good`` where half of the pictures are predicted, ``poor`` below a fifth, else ``fair``, as where none could be compared."""
+        part = self.valid / self.longest if self.longest else 0.3
+        return "good" if part >= 0.5 else "fair" if part >= 0.2 else "poor"
+
     def worse(self, other: Score) -> bool:
-        """Whether predictions err by more than half more than others."""
+        """Whether predictions err by more than half more than others, and by more than a hundredth of the mean picture's error."""
         mine, its = (float(np.mean(np.minimum(own.error, 1.0))) if len(own.error) else 0.0 for own in (self, other))
-        return mine > 1.5 * its + 1e-6
+        return mine > 1.5 * its + 0.01
 
 
 class PixelModel:
