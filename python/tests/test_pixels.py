@@ -1,6 +1,7 @@
 """Mechanics from pictures: what is learned, what is read, and what is refused in words."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -139,6 +140,17 @@ def test_a_film_is_read_from_what_users_have(tmp_path, capsys):
     assert "--force" in capsys.readouterr().err
     assert _command.main(["fit", str(folder), "--out", str(tmp_path / "other")]) == 2
     assert "dt" in capsys.readouterr().err
+
+
+def test_films_of_another_program_are_read_and_learned():
+    """A rendering with shadow, perspective and texture, encoded by ffmpeg."""
+    folder = Path(__file__).parent / "films"
+    film = lg.pixels.read(folder / "pendulum.mp4")
+    assert film.dt == pytest.approx(1 / 30) and film.shape == (128, 128, 3) and len(film) == 600
+    clip = lg.pixels.read(folder / "pendulum.gif")
+    assert clip.dt == pytest.approx(0.04) and clip.shape == (48, 48, 3) and len(clip) == 60
+    model = lg.pixels.fit(film)
+    assert model.score.valid >= 60 and any("friction" in note for note in model.notes)
 
 
 STILL = np.full((60, 16, 16), 0.5)

@@ -25,6 +25,8 @@ _LANDMARKS, _NEIGHBOUR = 600, 10
 _ORDERS, _ROUNDS = (4, 8, 12, 16, 24, 32, 48, 64), 3
 #: Points of a curve on which pictures are projected before the place is refined.
 _POINTS = 1024
+#: How far a picture may move along the curve in a round, in parts of half of it: neighbours tell the order, not the curve.
+_REACH = 0.15
 #: A curve of higher order must err by this factor less.
 _SIMPLER = 0.98
 
@@ -93,20 +95,30 @@ class Curve:
         """The components at the grid."""
         return self.at(self.grid)
 
-    def place(self, components: Array) -> Array:
-        """The places of the nearest points of the curve, ``(m,)``."""
+    def place(self, components: Array, near: Array | None = None) -> Array:
+        """The places of the nearest points of the curve, ``(m,)``; with ``near``, of those not far from these places."""
         grid, points = self.grid, self.points
         inner = slice(0, _POINTS) if self.closed else slice(1, _POINTS)
         sizes = np.square(points).sum(1)
         found = []
-        for part in np.array_split(components, max(1, len(components) // 4096)):
+        for rows in np.array_split(np.arange(len(components)), max(1, len(components) // 4096)):
+            part = components[rows]
             squares = sizes - 2.0 * part @ points.T
+            if near is not None:
+                squares[self.apart(grid, near[rows, None]) > _REACH * grid[-1]] = np.inf
             nearest = squares[:, inner].argmin(1) + inner.start
-            rows = np.arange(len(part))
-            before, here, after = (squares[rows, (nearest + k) % _POINTS if self.closed else nearest + k] for k in (-1, 0, 1))
+            each = np.arange(len(part))
+            before, here, after = (squares[each, (nearest + k) % _POINTS if self.closed else nearest + k] for k in (-1, 0, 1))
+            ends = ~np.isfinite(before + after)
+            before[ends] = after[ends] = here[ends] + 1.0
             bend = np.maximum(before - 2.0 * here + after, 1e-300)
             found.append(grid[nearest] + (grid[1] - grid[0]) * np.clip(0.5 * (before - after) / bend, -1.0, 1.0))
         return np.concatenate(found)
+
+    def apart(self, q: Array, other: Array) -> Array:
+        """The distance of places."""
+        own: Array = np.abs(np.angle(np.exp(1j * (q - other)))) if self.closed else np.abs(q - other)
+        return own
 
     def lengths(self) -> tuple[Array, Array]:
         """Places, and the length along the curve there, from −π to π or −1 to 1."""
@@ -139,14 +151,18 @@ def through(kind: str, q: Array, components: Array, order: int) -> Curve:
     return Curve(kind, np.linalg.solve(functions.T @ functions + held, functions.T @ components))
 
 
-def embedding(components: Array, rng: np.random.Generator) -> tuple[NDArray[np.intp], Array]:
-    """The rows of pictures that are spread over all, ``(l,)``, and the first two eigenfunctions of the Laplacian at them, ``(l, 2)``."""
+def embedding(components: Array, rng: np.random.Generator) -> Array:
+    """The first two eigenfunctions of the Laplacian at pictures, ``(m, 2)``: at such as are spread over all, and at the others those of the
+    nearest."""
     chosen = [int(rng.integers(len(components)))]
     distance = np.square(components - components[chosen[0]]).sum(1)
+    nearest = np.zeros(len(components), np.intp)
     least = 1e-9 * distance.max()
     while len(chosen) < _LANDMARKS and distance.max() > least:
         chosen.append(int(distance.argmax()))
-        distance = np.minimum(distance, np.square(components - components[chosen[-1]]).sum(1))
+        other = np.square(components - components[chosen[-1]]).sum(1)
+        nearest[other < distance] = len(chosen) - 1
+        distance = np.minimum(distance, other)
     marks = components[chosen]
     squares = np.square(marks).sum(1)
     apart = np.sqrt(np.maximum(squares[:, None] + squares - 2.0 * marks @ marks.T, 0.0))
@@ -157,7 +173,8 @@ def embedding(components: Array, rng: np.random.Generator) -> tuple[NDArray[np.i
     kernel /= density[:, None] * density
     root = np.sqrt(kernel.sum(1))
     _, vectors = np.linalg.eigh(kernel / (root[:, None] * root))
-    return np.array(chosen), vectors[:, [-2, -3]] / vectors[:, -1:]
+    functions: Array = vectors[:, [-2, -3]] / vectors[:, -1:]
+    return functions[nearest]
 
 
 def first_places(kind: str, functions: Array) -> Array:
@@ -170,28 +187,29 @@ def first_places(kind: str, functions: Array) -> Array:
     return 2.0 * half / np.pi - 1.0
 
 
-def curve(kind: str, train: Array, held: Array, first: tuple[Array, Array]) -> tuple[Curve, float]:
-    """The curve whose distance from held-out components is least, and the mean square of that distance. ``first`` are components of
-    some pictures and their places to begin with."""
-    marks, places = first
-    best: tuple[Curve, float] | None = None
+def curve(kind: str, train: Array, held: Array, first: Array) -> tuple[Curve, Array]:
+    """The curve whose distance from held-out components is least, and the places of the others on it; ``first`` are their places to
+    begin with."""
+    best: tuple[Curve, Array] | None = None
+    least = np.inf
     for order in _ORDERS:
-        if 4 * order + 2 > len(marks):
+        if 4 * order + 2 > len(train):
             break
-        own = through(kind, places, marks, order)
+        q = first
+        own = through(kind, q, train, order)
         error = own.error(held)
         for _ in range(_ROUNDS):
-            q = np.interp(own.place(train), *own.lengths())
+            moved = np.interp(own.place(train, q), *own.lengths())
             if kind == "line":
-                q = 2.0 * (q - q.min()) / max(np.ptp(q), 1e-300) - 1.0
-            other = through(kind, q, train, order)
+                moved = 2.0 * (moved - moved.min()) / max(np.ptp(moved), 1e-300) - 1.0
+            other = through(kind, moved, train, order)
             after = other.error(held)
             # A curve that is worse has lost the order of the pictures.
             if after > error / _SIMPLER:
                 break
-            own, error = other, after
-        if best is None or error < _SIMPLER * best[1]:
-            best = (own, error)
+            own, q, error = other, moved, after
+        if best is None or error < _SIMPLER * least:
+            best, least = (own, q), error
     assert best is not None
     return best
 
@@ -234,8 +252,7 @@ def continuous(own: Curve, components: Array, q: Array) -> Array:
         if len(near) == 0:
             continue
         middle = float(np.median(near))
-        apart = np.abs(np.angle(np.exp(1j * (grid - middle)))) if own.closed else np.abs(grid - middle)
-        reach = apart <= max(2.0 * float(np.ptp(near)), 0.1 * half)
+        reach = own.apart(grid, np.array(middle)) <= max(2.0 * float(np.ptp(near)), 0.1 * half)
         best = grid[reach][np.square(points[reach] - components[k]).sum(1).argmin()]
         q[k] = middle + float(np.angle(np.exp(1j * (best - middle)))) if own.closed else best
     return unwrapped(own, q)

@@ -23,6 +23,8 @@ _STEPS = 400
 _WIDTH = 16
 #: Pictures through which a curve is laid.
 _OF_CURVE = 4000
+#: The least number of different pictures.
+_DIFFERENT = 18
 #: How often a curve is laid anew through places that are smoothed in time, and how much less the next picture must err each time.
 _SMOOTHED, _SMOOTHER = 6, 0.95
 #: The part of the motions, or of the last one, that is held back to measure predictions.
@@ -160,18 +162,17 @@ def _curve(trained: list[Frames], motions: list[Array], coordinate: str, seed: i
     # The order of the pictures is that of blurred ones, in which what moves changes more pixels; places are those of sharp ones.
     soft = blurred(np.concatenate(trained)[train]).reshape(len(train), -1)
     softened = Components.of(soft, rng).project(soft)
-    marks, functions = embedding(softened, rng)
-    if len(marks) < 18:
+    if len(np.unique(softened, axis=0)) < _DIFFERENT:
         raise DataError("the pictures are nearly all the same: film a motion that is seen, in different places")
+    functions = embedding(softened, rng)
     curves = []
     for kind in ("line", "circle") if coordinate == "auto" else (coordinate,):
-        rough, _ = curve(kind, softened, softened, (softened[marks], first_places(kind, functions)))
-        own, _ = curve(kind, every[train], every[others], (every[train], rough.place(softened)))
-        curves.append(own)
+        _, places = curve(kind, softened, softened, first_places(kind, functions))
+        curves.append(curve(kind, every[train], every[others], places)[0])
     found = [_in_time(own, motions) for own in curves]
     # What cannot turn round is a line: the circle must predict better.
-    best, places, _ = found[-1 if found[-1][2] < 0.9 * found[0][2] else 0]
-    return best, places
+    best, found_places, _ = found[-1 if found[-1][2] < 0.9 * found[0][2] else 0]
+    return best, found_places
 
 
 def _in_time(own: Curve, motions: list[Array]) -> tuple[Curve, list[Array], float]:
