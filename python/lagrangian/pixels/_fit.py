@@ -116,6 +116,8 @@ def fit(
     if ended:
         warnings.warn("the fit was interrupted: the best model until then is kept", FitInterrupted, stacklevel=2)
     model.trajectories, model.held = _trajectories(best, places, film.dt), held
+    if not held:
+        model.score = Score()  # what was learned from does not tell
     model.notes = [*film.notes, *_notes(model)]
     if model.score.verdict == "poor":
         message = f"the model is poor: it predicts {model.score.valid:.0f} of {model.score.longest} pictures; film longer, or with more pictures a second"
@@ -126,7 +128,7 @@ def fit(
 
 
 class _How(NamedTuple):
-    """How a fit of the Lagrangian is made."""
+    """How a Lagrangian is fitted."""
 
     steps: int
     seed: int
