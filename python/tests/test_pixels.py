@@ -134,6 +134,9 @@ def test_a_film_is_read_from_what_users_have(tmp_path, capsys):
     assert _command.main(arguments) == 0
     said = json.loads(capsys.readouterr().out)
     assert said["verdict"] in ("good", "fair") and said["valid"] > 20
+    damaged = tmp_path / "damaged.npz"
+    damaged.write_bytes(whole.read_bytes()[:1000])
+    assert not _command.takes(["fit", str(damaged)]) and _command.takes(["fit", "film.npy"])
     page = (out / "report.html").read_text()
     assert 'class="card film"' in page and "Potential" in page
     assert _command.main(arguments) == 2

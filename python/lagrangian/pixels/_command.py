@@ -8,8 +8,7 @@ import sys
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
-
-import numpy as np
+from zipfile import BadZipFile, ZipFile
 
 from ..errors import LagrangianError, LagrangianWarning
 from ._film import FILMS, PICTURES
@@ -30,12 +29,12 @@ def _is_film(path: Path) -> bool:
             inner = list(path.iterdir())
             inner += [own for folder in inner[:3] if folder.is_dir() for own in folder.iterdir()]
             return any(own.suffix.lower() in PICTURES for own in inner)
-        if path.suffix.lower() in (".npz", ".npy") and path.is_file():
-            with np.load(path, allow_pickle=False) as held:
-                return "frames" in getattr(held, "files", [])
-    except (OSError, ValueError):
+        if path.suffix.lower() == ".npz":
+            with ZipFile(path) as held:
+                return "frames.npy" in held.namelist()
+    except (OSError, ValueError, BadZipFile):
         return False
-    return path.suffix.lower() in FILMS
+    return path.suffix.lower() in (".npy", *FILMS)
 
 
 def main(arguments: Sequence[str]) -> int:
