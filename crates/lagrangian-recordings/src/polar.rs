@@ -26,10 +26,6 @@ pub struct Polar {
 
 impl Polar {
     /// Whether a column of this name belongs to one of its points.
-    #[cfg_attr(
-        target_family = "wasm",
-        expect(dead_code, reason = "serves formats that a browser does not read")
-    )]
     pub(super) fn reads(&self, name: &str) -> bool {
         self.point.iter().chain(&self.about).any(|own| own == name)
     }

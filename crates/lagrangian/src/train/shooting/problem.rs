@@ -20,7 +20,7 @@ const IMPROVEMENTS: usize = 4;
 /// The largest number of samples, and of products of a step, rows × P² of P parameters, while there are two rows for each parameter: of
 /// longer recordings segments are left out, evenly.
 const MOST: usize = 10_000;
-const PRODUCTS: usize = 10_000_000_000;
+const PRODUCTS: f64 = 1e10;
 
 /// The lengths of a step that are tried, each half of the last.
 const TRIES: usize = 4;
@@ -136,7 +136,7 @@ impl<'a> Problem<'a> {
     /// The largest number of samples for so many parameters.
     fn most(&self, parameters: usize) -> usize {
         let p = parameters.max(1);
-        let rows = (PRODUCTS / (p * p)).max(2 * p);
+        let rows = ((PRODUCTS / (p as f64).powi(2)) as usize).max(2 * p);
         (rows / self.noise.len()).clamp(1, MOST)
     }
 
