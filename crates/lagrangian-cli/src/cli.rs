@@ -19,7 +19,7 @@ use crate::excite_args::ExciteArgs;
 use crate::export_args::ExportArgs;
 use crate::fit_args::FitArgs;
 use crate::identify_args::IdentifyArgs;
-use crate::law_args::{ActionArgs, ConservedArgs};
+use crate::law_args::{ActionArgs, ConservedArgs, FormulaArgs};
 use crate::out_args::{OutArgs, PlotArgs};
 use crate::output;
 use crate::track_args::TrackArgs;
@@ -66,6 +66,8 @@ pub(crate) enum Command {
     Check(CheckArgs),
     /// Learn a model from recordings, and write a run folder with model, metrics and report
     Fit(Box<FitArgs>),
+    /// Find the law of a motion as a formula, with standard errors, or print that of a saved model
+    Formula(Box<FormulaArgs>),
     /// Plan a motion from which a robot can be identified
     Excite(Box<ExciteArgs>),
     /// Identify a robot from its logs, and write its parameters to its URDF

@@ -62,6 +62,35 @@ pub(crate) struct ActionArgs {
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
+The terms are powers of lines and harmonics of angles, alone and times one or two velocities, and friction that is viscous, dry or a
+drag. Without recorded forces a motion leaves the unit open: the largest kinetic term has the coefficient 0.5. Digits in brackets are
+the standard error of the last digits. A formula is the law where it explains the data to their noise and no term can go or come; else it
+is called an expansion, or none (exit code 1).
+
+Examples:
+  lagrangian formula swings.csv --angle all
+  lagrangian formula robot.npz --angle all --latex
+  lagrangian formula run/model.safetensors --json
+  lagrangian fit swings.csv --angle all --model formula --out run    as a model, with a page")]
+pub(crate) struct FormulaArgs {
+    /// Files with recordings, .csv, .npz, .parquet, .db3, .mcap; or a saved model, or the folder of a run
+    #[arg(required = true, value_name = "FILES|MODEL")]
+    pub(crate) files: Vec<PathBuf>,
+
+    /// Print the formula for LaTeX, and nothing else
+    #[arg(long)]
+    pub(crate) latex: bool,
+
+    /// Seed of the split into motions that are fitted and held back
+    #[arg(long, default_value_t = 0, value_parser = seed)]
+    pub(crate) seed: u64,
+
+    #[command(flatten)]
+    pub(crate) recorded: RecordedArgs,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
 r is the force along a direction, of the inertial forces: 0 for a symmetry. Drifts are the largest change of a
 quantity, with the work of forces and friction taken off, of its size.
 

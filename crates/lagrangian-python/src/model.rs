@@ -171,6 +171,16 @@ impl Model {
         value(py, &parameters)
     }
 
+    /// The law as it is written, as a dictionary; None for a model that is no formula.
+    #[getter]
+    fn law<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let written = match &*self.body {
+            ModelSource::Learned(model, _) => model.written(),
+            _ => None,
+        };
+        value(py, &written)
+    }
+
     #[pyo3(signature = (q, qd, tau=None, *, out=None))]
     fn forward_dynamics<'py>(
         &self,

@@ -373,6 +373,7 @@ impl FitReport {
             "score": score,
             "assessment": assessment,
             "parameters": self.fit.model.parameters(),
+            "law": self.fit.model.written(),
             "ensemble": self.ensemble.as_ref().map(|own| &own.summary),
         })
     }

@@ -127,6 +127,10 @@ fn note_result(folder: &RunFolder, fit: &Fit, assessment: &Assessment) {
         model.display(),
         fit.best
     );
+    if let Some(written) = fit.model.written() {
+        note!("law:   {}", written.text);
+        note!("       {}", written.meaning);
+    }
     let all = fit.model.parameters();
     for p in all.iter().filter(is_shown) {
         let error = p.standard_error.map(|e| format!(" ± {e:.1e}"));

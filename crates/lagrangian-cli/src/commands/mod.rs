@@ -11,6 +11,7 @@ mod excite;
 mod existence;
 mod export;
 mod fit;
+mod formula;
 mod identify;
 mod report;
 mod rollout;
@@ -59,6 +60,7 @@ pub(crate) fn run(cli: Cli) -> Result<u8> {
         Command::Convert(args) => convert::run(&args, mode),
         Command::Check(args) => check::run(&args, mode),
         Command::Fit(args) => fit::run(&args, mode),
+        Command::Formula(args) => formula::run(&args, mode),
         Command::Excite(args) => excite::run(&args, mode),
         Command::Identify(args) => identify::run(&args, mode),
         Command::Export(args) => export::run(&args, mode),

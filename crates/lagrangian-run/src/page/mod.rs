@@ -280,7 +280,9 @@ impl Page<'_> {
     fn summary(&self, score: &Score, assessment: &Assessment) -> Vec<String> {
         let reasons = assessment.reasons.iter();
         let reason = |r: &Reason| format!("{}: {}; {}.", r.grade.name(), r.finding, r.remedy);
-        let mut summary: Vec<String> = reasons.map(reason).collect();
+        let written = self.model.written();
+        let law = written.map(|own| format!("{} — {}.", own.text, own.meaning));
+        let mut summary: Vec<String> = law.into_iter().chain(reasons.map(reason)).collect();
         summary.extend(self.predictions(score));
         summary
     }

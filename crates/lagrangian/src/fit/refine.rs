@@ -74,9 +74,9 @@ pub(super) fn misfits(
     let model = config.trainable(dataset)?;
     let learner = model.learner(Residuals::OfRates);
     let problem = Problem::new(&*learner, Recorded::compared(dataset), noise);
-    Ok(problem
-        .resolved(parameters)
-        .misfits(parameters, &settings.horizons))
+    let problem = problem.resolved(parameters);
+    let segments = problem.longest(parameters, &settings.horizons);
+    Ok(problem.misfits(parameters, &segments))
 }
 
 /// Networks of more parameters are not refined: a step takes the square of their number for each sample.

@@ -8,7 +8,7 @@ use crate::dataset::Dataset;
 use crate::fit::refine::{fit_and_refine, noise, to_be_refined};
 use crate::fit::screening::{self, HeldOut, ROUNDING, Screened, WITH_FRICTION, screen};
 use crate::fit::{Fit, FitConfig, OptimizerName, fit};
-use crate::models::{Candidate, Entry};
+use crate::models::{Candidate, Entry, WrittenLaw};
 use crate::saved;
 use crate::score::{CandidateResult, HALF, torque_error};
 use crate::train::checkpoint::Checkpoint;
@@ -63,15 +63,21 @@ impl FitConfig {
     ) -> Result<Vec<ResolvedConfig>> {
         let known = DataFacts::of(dataset, estimates);
         let noise = noise(dataset, estimates, &known);
-        let candidates = spec.checked()?.candidates(dataset, &known)?;
+        let mut candidates = spec.checked()?.candidates(dataset, &known)?;
+        if known.filtered {
+            // What a low-pass leaves is not white.
+            candidates.retain(|own| !own.seeks_law());
+        }
         let chosen = |own: Request| {
             let chosen = own.spec.choose(&known)?;
-            let name = match own.name {
+            let name = match &own.name {
                 name if name.is_empty() => chosen.name,
-                name => name,
+                name => name.clone(),
             };
             // Accelerations of a real machine tell less of it than its torques.
+            let solved = chosen.config.family.abilities().solved;
             let part = match (own.by_motion, known.filtered) {
+                (true, _) if solved && !own.name.is_empty() => Part::Law,
                 (false, _) => Part::First,
                 (true, false) => Part::Beside,
                 (true, true) => Part::Instead,
@@ -93,6 +99,18 @@ struct Request {
     name: String,
     by_motion: bool,
     spec: FitSpec,
+}
+
+impl Request {
+    /// Whether it is for a law among several models.
+    fn seeks_law(&self) -> bool {
+        let family = self
+            .spec
+            .family
+            .as_deref()
+            .and_then(|name| Entry::by_name(name).ok());
+        self.by_motion && family.is_some_and(|entry| (entry.default)().abilities().solved)
+    }
 }
 
 impl FitSpec {
@@ -199,7 +217,7 @@ impl FitSpec {
 
 /// Fits all candidates and keeps the best on held-out samples.
 ///
-/// Those that learn torques come first: the one with the smallest torque error is kept, where a later candidate must halve the error
+/// One that seeks a law comes first, and is kept alone where it finds it. Those that learn torques come next: the one with the smallest torque error is kept, where a later candidate must halve the error
 /// of an earlier one. Those that learn accelerations are trained for a few steps and compared; the best is trained on, without its
 /// friction where it needs none. Of driven motions it replaces the other where it explains torques as well and accelerations much
 /// better, or accelerations alone so far better that no torques are worth it; of noisy ones, where it explains accelerations better. `resume` continues from a checkpoint of the candidate that
@@ -208,6 +226,63 @@ impl FitSpec {
 /// # Errors
 /// As [`fit`](fn@super::fit), where none of them can be fitted.
 pub fn select(
+    dataset: &Dataset,
+    candidates: Vec<ResolvedConfig>,
+    resume: Option<&Checkpoint>,
+    observer: &mut dyn Observer,
+) -> Result<Selection> {
+    let (laws, candidates): (Vec<_>, Vec<_>) = candidates
+        .into_iter()
+        .partition(|own| own.part == Part::Law);
+    let mut tried = Vec::new();
+    if resume.is_none() {
+        for law in laws {
+            if let Some(found) = law_alone(dataset, law, &mut tried, observer) {
+                return Ok(found);
+            }
+        }
+    }
+    let mut kept = select_others(dataset, candidates, resume, observer)?;
+    kept.tried.splice(0..0, tried);
+    Ok(kept)
+}
+
+/// A model that is the law, beside which no other is needed; else what became of it is added to those that were tried.
+fn law_alone(
+    dataset: &Dataset,
+    mut chosen: ResolvedConfig,
+    tried: &mut Vec<CandidateResult>,
+    observer: &mut dyn Observer,
+) -> Option<Selection> {
+    let clock = Instant::now();
+    let fitted = fit(dataset, &chosen.config, None, observer);
+    let written = fitted.as_ref().ok().and_then(|fit| fit.model.written());
+    tried.push(CandidateResult {
+        family: chosen.config.family.name().into(),
+        name: chosen.name.clone(),
+        acceleration_nmse: fitted
+            .as_ref()
+            .ok()
+            .map(|fit| screening::held_out(fit, dataset, 0).mean()),
+        seconds: clock.elapsed().as_secs_f64(),
+        failure: match (&fitted, &written) {
+            (Err(error), _) => Some(error.to_string()),
+            (Ok(_), Some(written)) if !written.is_law() => Some(written.meaning.clone()),
+            _ => None,
+        },
+        ..CandidateResult::default()
+    });
+    let (fit, written) = (fitted.ok()?, written.filter(WrittenLaw::is_law)?);
+    let reason = format!("{}: {}", written.text, written.meaning);
+    chosen
+        .choices
+        .insert(0, AutoSetting::new("model", &*chosen.name, reason));
+    let tried = std::mem::take(tried);
+    Some(Selection { fit, chosen, tried })
+}
+
+/// As [`select`], of candidates that seek no law.
+fn select_others(
     dataset: &Dataset,
     candidates: Vec<ResolvedConfig>,
     resume: Option<&Checkpoint>,

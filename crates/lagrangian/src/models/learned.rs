@@ -50,6 +50,11 @@ pub trait FittedModel: Model + Any + Debug {
         Named::of(self.coordinates()).forces(forces).list()
     }
 
+    /// The law of the model as it is written; `None` for one that is no formula.
+    fn written(&self) -> Option<WrittenLaw> {
+        None
+    }
+
     /// The motion of the model with a shared Lagrangian, for the sum with a nominal model; `None` for a model that cannot be
     /// combined with one.
     fn shared_motion(&self) -> Option<Mechanical<Arc<dyn LearnedLagrangian>>> {
@@ -175,6 +180,27 @@ impl Stored {
     }
 }
 
+/// A law as it is written.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct WrittenLaw {
+    /// As plain text, such as `L = 0.5 q1'^2 + 9.810(2) cos(q1)`, and what friction does.
+    pub text: String,
+    /// For LaTeX.
+    pub latex: String,
+    /// `law`, `expansion` or `none`.
+    pub verdict: String,
+    /// What that means.
+    pub meaning: String,
+}
+
+impl WrittenLaw {
+    /// Whether it is the law.
+    #[must_use]
+    pub fn is_law(&self) -> bool {
+        self.verdict == "law"
+    }
+}
+
 /// A learned Lagrangian.
 pub trait LearnedLagrangian: Lagrangian + Any + Debug {
     /// The description of the Lagrangian.
@@ -185,6 +211,17 @@ pub trait LearnedLagrangian: Lagrangian + Any + Debug {
     /// # Errors
     /// [`crate::Error::DamagedModel`] where its description cannot be written.
     fn stored(&self) -> Result<Stored>;
+
+    /// The Lagrangian as it is written, with this friction beside it; `None` for one that is no formula.
+    fn written(&self, friction: Option<&Dissipation>) -> Option<WrittenLaw> {
+        let _ = friction;
+        None
+    }
+
+    /// The coefficients of its terms, where it is a sum of some.
+    fn terms(&self) -> Vec<Parameter> {
+        Vec::new()
+    }
 
     /// The inertias of rotors, kg·m², `[n]`, where it keeps them apart; else empty.
     fn rotors(&self) -> &[f64] {
@@ -219,8 +256,13 @@ impl<L: LearnedLagrangian + Clone> FittedModel for Mechanical<L> {
     }
 
     fn parameters(&self) -> Vec<Parameter> {
-        let forces = Named::of(self.coordinates()).forces(self.applied());
+        let terms = Named::of(self.coordinates()).terms(self.lagrangian.terms());
+        let forces = terms.forces(self.applied());
         forces.rotors(self.lagrangian.rotors()).list()
+    }
+
+    fn written(&self) -> Option<WrittenLaw> {
+        self.lagrangian.written(self.applied().dissipation)
     }
 
     fn with_added_inertia(&self, added: &[f64]) -> Option<Learned> {
@@ -307,6 +349,12 @@ impl Model for Learned {
 }
 
 impl Learned {
+    /// The law of the model as it is written; `None` for one that is no formula.
+    #[must_use]
+    pub fn written(&self) -> Option<WrittenLaw> {
+        self.model.written()
+    }
+
     /// The model with inertia added to its drives, kg·m² or kg, `[n]`; `None` for one without drives.
     pub(crate) fn with_added_inertia(&self, added: &[f64]) -> Option<Self> {
         let model = self.model.with_added_inertia(added)?;

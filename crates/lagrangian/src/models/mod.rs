@@ -10,6 +10,7 @@ pub(crate) mod chain;
 pub(crate) mod correlation;
 pub(crate) mod delan;
 mod family;
+pub(crate) mod formula;
 pub(crate) mod hnn;
 mod learned;
 pub(crate) mod lnn;
@@ -34,8 +35,11 @@ pub(crate) use family::Residuals;
 pub use family::{
     Abilities, Candidate, Configuration, Entry, Family, Plan, Solution, Solve, Training,
 };
+pub use formula::{Evidence, Formula, FormulaConfig, Term, Verdict};
 pub use hnn::{Hnn, HnnConfig, HnnStructure};
-pub use learned::{Description, FittedModel, Learned, LearnedLagrangian, ModelParts, Stored};
+pub use learned::{
+    Description, FittedModel, Learned, LearnedLagrangian, ModelParts, Stored, WrittenLaw,
+};
 pub use lnn::{Form, Lnn, LnnConfig};
 pub use mlp::{Direction, Mlp, MlpConfig, MlpScaling};
 pub use named::Parameter;
@@ -57,4 +61,5 @@ pub const FAMILIES: &[Entry] = &[
     rigid::ENTRY,
     chain::family::ENTRY,
     servo::family::ENTRY,
+    formula::family::ENTRY,
 ];

@@ -70,6 +70,12 @@ impl<'a> Named<'a> {
         self.list
     }
 
+    /// Adds the terms of a formula.
+    pub(crate) fn terms(mut self, terms: Vec<Parameter>) -> Self {
+        self.list.extend(terms);
+        self
+    }
+
     /// Adds friction, offsets and the input matrix.
     pub(crate) fn forces(mut self, forces: Applied<'_>) -> Self {
         if let Some(dissipation) = forces.dissipation {

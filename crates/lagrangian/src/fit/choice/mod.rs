@@ -51,6 +51,8 @@ pub enum Part {
     Beside,
     /// It learns accelerations, and is tried where torques remain unexplained.
     Instead,
+    /// It is tried before all others, and kept where it is the law.
+    Law,
 }
 
 impl FitConfig {

@@ -200,6 +200,30 @@ impl Forces {
         self.terms.iter().flat_map(row).collect()
     }
 
+    /// The initial parameters with friction of these coefficients, viscous, Coulomb and by drag, `[3, n]`.
+    pub(crate) fn with_friction(&self, coefficients: &[f64]) -> Vec<f64> {
+        let (mut parameters, n) = (self.initial(), self.n());
+        let kinds = [Term::Viscous, Term::Coulomb, Term::Drag].into_iter();
+        for (kind, row) in kinds.zip(coefficients.chunks_exact(n)) {
+            for (i, value) in row.iter().enumerate() {
+                if let Some(k) = self.find(kind) {
+                    parameters[k * n + i] = value.max(0.0) / self.unit(kind, i);
+                }
+            }
+        }
+        parameters
+    }
+
+    /// The parameters that are friction of these kinds, viscous, Coulomb and by drag, `[3, n]`; `None` for one that is not learned.
+    pub(crate) fn friction_places(&self) -> Vec<Option<usize>> {
+        let n = self.n();
+        let kinds = [Term::Viscous, Term::Coulomb, Term::Drag].into_iter();
+        let places = kinds.flat_map(|kind| (0..n).map(move |i| (kind, i)));
+        places
+            .map(|(kind, i)| Some(self.find(kind)? * n + i))
+            .collect()
+    }
+
     /// Projects the parameters onto their domains; B keeps its first entry, which is 1.
     pub(crate) fn project(&self, extra: &mut [f64]) {
         let rows = extra.chunks_exact_mut(self.n().max(1));

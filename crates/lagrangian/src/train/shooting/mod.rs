@@ -24,7 +24,7 @@ mod problem;
 mod tests;
 
 pub(crate) use descent::descend;
-pub(crate) use problem::Problem;
+pub(crate) use problem::{Problem, Segment};
 
 use lagrangian_motion::{Error, Result};
 

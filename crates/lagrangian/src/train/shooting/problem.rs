@@ -2,9 +2,10 @@
 
 use std::ops::Range;
 
+use faer::Mat;
 use rayon::prelude::*;
 
-use super::normal::{Reduced, eliminate};
+use super::normal::{Normal, Reduced, eliminate};
 use super::path::{At, Course, Path, Wanted};
 use crate::train::learner::Learner;
 use crate::train::rollout::Recorded;
@@ -44,7 +45,7 @@ const LEAST: f64 = 3.0;
 
 /// A stretch of a recording that one rollout follows.
 #[derive(Debug, Clone)]
-pub(super) struct Segment {
+pub(crate) struct Segment {
     /// The first sample.
     pub(super) begin: usize,
     pub(super) samples: usize,
@@ -189,14 +190,30 @@ impl<'a> Problem<'a> {
         (segments, value)
     }
 
-    /// χ² of each recorded motion over its expectation, from the best starts at these parameters.
-    pub(crate) fn misfits(&self, theta: &[f64], horizons: &[usize]) -> Vec<f64> {
+    /// Segments of the last horizon whose starts are near the best for these parameters.
+    pub(crate) fn longest(&self, theta: &[f64], horizons: &[usize]) -> Vec<Segment> {
         let (mut states, mut segments) = (self.recorded_states(), Vec::new());
         for &horizon in horizons {
             self.write_states(theta, &segments, &mut states);
             (segments, _) = self.cut(theta, horizon, &states);
         }
-        let values = self.values(theta, &segments);
+        segments
+    }
+
+    /// The information Jᵀ J about the parameters with the starts of segments free, `[P, P]`, its lower triangle, and Jᵀr; `None`
+    /// where a rollout fails.
+    pub(crate) fn information(
+        &self,
+        theta: &[f64],
+        segments: &[Segment],
+    ) -> Option<(Mat<f64>, Vec<f64>)> {
+        let Normal { matrix, right, .. } = Normal::of(self, theta, segments)?;
+        Some((matrix, right))
+    }
+
+    /// χ² of each recorded motion over its expectation, from the starts of these segments.
+    pub(crate) fn misfits(&self, theta: &[f64], segments: &[Segment]) -> Vec<f64> {
+        let values = self.values(theta, segments);
         let runs = self.recorded.times.runs().filter(|run| run.len() > 1);
         let misfit = |run: Range<usize>| {
             let own = segments.iter().zip(&values);

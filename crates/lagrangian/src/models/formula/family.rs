@@ -1,0 +1,99 @@
+//! Formulas as a family: their losses and data, their saved form.
+
+use super::term::MOST_COORDINATES;
+use super::{Formula, FormulaConfig, FormulaShape, search};
+use crate::dataset::Dataset;
+use crate::models::family::{
+    self, Abilities, BoxedLearner, Candidate, Entry, Family, Plan, Residuals, Trained,
+};
+use crate::models::learned::Learned;
+use crate::models::setup::Setup;
+use crate::saved::SavedModel;
+use crate::train::{Loss, TrainingTask};
+use lagrangian_motion::{Error, Result};
+use nets::simd::Real;
+
+/// The row of the table of families.
+pub(crate) const ENTRY: Entry = Entry {
+    name: NAME,
+    about: "a Lagrangian in closed form: a few terms, found in the motion, with their standard errors",
+    default: family::default::<FormulaConfig>,
+    settings: &[],
+    choose: family::no_choice,
+    read: family::read::<FormulaConfig>,
+    saved_as: &[NAME],
+    load: |saved| load(saved),
+    candidates: &[Candidate {
+        on: |data, robot| !robot && data.train.goal.is_empty() && can_be_searched(data),
+        ..Candidate::of_motion(0, "", &[])
+    }],
+    jointed: false,
+};
+
+pub(super) const NAME: &str = "formula";
+
+/// The largest number of coordinates of a system whose law is sought where no family is named.
+const FEW: usize = 3;
+
+fn can_be_searched(data: &Dataset) -> bool {
+    data.coordinates.dof() <= FEW && data.train_times.longest() >= search::WINDOW
+}
+
+impl Family for FormulaConfig {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn summary(&self) -> String {
+        match self.terms.len() {
+            0 => "the terms of a Lagrangian are found".into(),
+            count => format!("the coefficients of {count} terms are found"),
+        }
+    }
+
+    fn abilities(&self) -> Abilities {
+        let remedy =
+            "omitted: a formula is found in the motion, and in the forces where they are recorded";
+        Abilities {
+            solved: true,
+            ..Abilities::of_losses(&[Loss::ACCELERATION, Loss::TORQUE], remedy)
+        }
+    }
+
+    fn check(&self, dataset: &Dataset, _task: &TrainingTask) -> Result<()> {
+        let n = dataset.coordinates.dof();
+        if n > MOST_COORDINATES {
+            let must = "at most 8 coordinates: terms of more are too many to search";
+            return Err(Error::argument("q", n, must));
+        }
+        if dataset.train_times.longest() < search::WINDOW {
+            let must = "of recordings with at least 25 samples each: a formula is found in stretches of motion";
+            return Err(Error::argument("data", "samples", must));
+        }
+        Ok(())
+    }
+
+    fn prepare(&self, dataset: &Dataset, task: &TrainingTask) -> Result<Plan> {
+        self.check(dataset, task)?;
+        let (own, task) = (self.clone(), task.clone());
+        Ok(Plan::Solve(Box::new(move |dataset, observer| {
+            search::find(dataset, &own, &task, observer)
+        })))
+    }
+}
+
+impl Trained for FormulaShape {
+    fn learner<'a, T: Real>(&'a self, setup: &'a Setup, of: Residuals) -> BoxedLearner<'a, T> {
+        Box::new(setup.learner(self, of))
+    }
+
+    fn assemble(&self, setup: &Setup, parameters: &[f64]) -> Result<Learned> {
+        let (weights, extra) = parameters.split_at(self.config.terms.len());
+        setup.learned(Formula::assemble(self.clone(), weights.to_vec())?, extra)
+    }
+}
+
+fn load(saved: &SavedModel) -> Result<Learned> {
+    let formula = Formula::load(saved, saved.weights()?)?;
+    Ok(saved.moving(formula)?.into())
+}

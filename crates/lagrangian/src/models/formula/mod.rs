@@ -1,0 +1,356 @@
+//! Lagrangians in closed form: a sum of a few terms, found in the data.
+//!
+//! | file | content |
+//! |---|---|
+//! | `term.rs` | a term, its derivatives, and how it is written |
+//! | `learner.rs` | the refinement of its coefficients by rollouts |
+//! | `search/` | which terms: Hamilton's principle as rows (theory.md, section 20) |
+//! | `family.rs` | losses and data, settings, saved form, row of the table |
+
+pub(crate) mod family;
+mod learner;
+mod search;
+mod term;
+
+use num_dual::Dual64;
+use serde::{Deserialize, Serialize};
+
+pub use search::Verdict;
+pub use term::Term;
+use term::{Position, Style};
+
+use crate::models::learned::{Description, LearnedLagrangian, Stored, WrittenLaw};
+use crate::models::named::Parameter;
+use crate::models::network::{Network, NetworkShape, Parts, check_coordinates};
+use lagrangian_mechanics::expression::{Expressed, Moving};
+use lagrangian_mechanics::forces::Dissipation;
+use lagrangian_mechanics::lagrangian::{Curvature, Jet, Jets, Lagrangian};
+use lagrangian_motion::{Coordinates, Error, Result};
+use nets::{Build, Net};
+
+/// A Lagrangian in closed form, L(q, q̇) = Σ c · term.
+///
+/// Its parameters are c in units of the terms on the data; [`Formula::coefficients`] are c.
+pub type Formula = Network<FormulaShape>;
+
+/// The settings of a formula.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct FormulaConfig {
+    /// The terms; empty where they are to be found.
+    pub terms: Vec<Term>,
+}
+
+impl Default for FormulaConfig {
+    fn default() -> Self {
+        Self { terms: Vec::new() }
+    }
+}
+
+/// What the data say of a formula.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Evidence {
+    /// The unit of each coefficient: 1 over the size that its term has in the balance of forces.
+    pub units: Vec<f64>,
+    /// The standard error of each coefficient; 0 for the one that the others are measured by.
+    pub errors: Vec<f64>,
+    /// χ² of rollouts over its expectation: 1 where the formula errs by the noise of the data alone.
+    pub misfit: f64,
+    /// What the formula is.
+    pub verdict: Verdict,
+}
+
+/// The shape of a [`Formula`], without its coefficients.
+#[derive(Debug, Clone)]
+pub struct FormulaShape {
+    coordinates: Coordinates,
+    config: FormulaConfig,
+    evidence: Evidence,
+    net: Net,
+}
+
+impl NetworkShape for FormulaShape {
+    type Config = FormulaConfig;
+    type Scaling = Evidence;
+
+    fn new(coordinates: Coordinates, config: FormulaConfig, evidence: Evidence) -> Result<Self> {
+        check_coordinates(&coordinates)?;
+        let count = config.terms.len();
+        if !(1..=MOST).contains(&count) {
+            return Err(Error::argument("terms", count, "between 1 and 1000"));
+        }
+        if let Some(term) = config.terms.iter().find(|term| !term.suits(&coordinates)) {
+            let must = "of harmonics of angles, powers of lines and at most two velocities of these coordinates";
+            return Err(Error::argument("terms", format!("{term:?}"), must));
+        }
+        let remedy = "give one for each term";
+        Error::check_shape("units", evidence.units.len(), count, remedy)?;
+        Error::check_shape("errors", evidence.errors.len(), count, remedy)?;
+        Error::check_finite("errors", &evidence.errors)?;
+        if let Some(unit) = evidence
+            .units
+            .iter()
+            .find(|u| !(u.is_finite() && **u > 0.0))
+        {
+            return Err(Error::argument("units", unit, "finite and positive"));
+        }
+        let mut build = Build::new(count, 0);
+        build.linear(1, &[nets::Source::Features]);
+        Ok(Self {
+            net: build.finish(),
+            coordinates,
+            config,
+            evidence,
+        })
+    }
+
+    fn parts(&self) -> Parts<'_, FormulaConfig, Evidence> {
+        Parts {
+            coordinates: &self.coordinates,
+            config: &self.config,
+            scaling: &self.evidence,
+            net: &self.net,
+        }
+    }
+}
+
+/// The largest number of terms.
+const MOST: usize = 1000;
+
+impl FormulaShape {
+    /// Each term with the unit of its coefficient.
+    fn terms(&self) -> impl Iterator<Item = (&Term, f64)> {
+        let units = self.evidence.units.iter().copied();
+        self.config.terms.iter().zip(units)
+    }
+}
+
+impl Formula {
+    /// The terms of L.
+    #[must_use]
+    pub fn terms(&self) -> &[Term] {
+        &self.shape.config.terms
+    }
+
+    /// The coefficient of each term, in SI units.
+    #[must_use]
+    pub fn coefficients(&self) -> Vec<f64> {
+        self.weighted().map(|(_, c)| c).collect()
+    }
+
+    /// What the data say of it.
+    #[must_use]
+    pub fn evidence(&self) -> &Evidence {
+        &self.shape.evidence
+    }
+
+    /// Each term with its coefficient.
+    fn weighted(&self) -> impl Iterator<Item = (&Term, f64)> {
+        let all = self.shape.terms().zip(&self.parameters);
+        all.map(|((term, unit), theta)| (term, theta * unit))
+    }
+
+    /// L as a sum. Digits in brackets are the standard error, in units of the last digits.
+    fn sum(&self, style: Style) -> String {
+        let mut text = String::from("L =");
+        for ((term, c), error) in self.weighted().zip(&self.shape.evidence.errors) {
+            let first = text.ends_with('=');
+            text.push_str(match (c < 0.0, first) {
+                (true, true) => " -",
+                (true, false) => " - ",
+                (false, true) => " ",
+                (false, false) => " + ",
+            });
+            text.push_str(&with_error(c.abs(), *error));
+            let product = term.written(&self.shape.coordinates, style);
+            if !product.is_empty() {
+                text.push_str(if style == Style::Text { " " } else { "\\," });
+                text.push_str(&product);
+            }
+        }
+        text
+    }
+}
+
+/// What friction does, for each coordinate that has some.
+fn friction(coordinates: &Coordinates, friction: &Dissipation, style: Style) -> String {
+    let mut text = String::new();
+    for (i, coordinate) in coordinates.0.iter().enumerate() {
+        let name = style.name(&coordinate.name);
+        let rate = style.rate(&name);
+        let [size, sign] = match style {
+            Style::Text => [format!("{rate} |{rate}|"), format!("sign({rate})")],
+            Style::Latex => [
+                format!("{rate}\\,|{rate}|"),
+                format!("\\operatorname{{sgn}}({rate})"),
+            ],
+        };
+        let drag = friction.drag.as_ref().map_or(0.0, |drag| drag[i]);
+        let kinds = [
+            (friction.viscous[i], rate),
+            (friction.coulomb[i], sign),
+            (drag, size),
+        ];
+        let kinds: Vec<String> = kinds
+            .into_iter()
+            .filter(|(c, _)| *c > 0.0)
+            .map(|(c, of)| format!("{} {of}", short(c)))
+            .collect();
+        if !kinds.is_empty() {
+            let against = match style {
+                Style::Text => format!("; friction of {name}: "),
+                Style::Latex => format!(",\\quad d_{{{name}}} = "),
+            };
+            text.push_str(&against);
+            text.push_str(&kinds.join(" + "));
+        }
+    }
+    text
+}
+
+/// A number to five digits.
+fn short(value: f64) -> String {
+    let places = (4.0 - value.abs().max(1e-300).log10().floor()).clamp(0.0, 12.0) as usize;
+    let text = format!("{value:.places$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').into(),
+        false => text,
+    }
+}
+
+/// A number with its standard error in brackets, in units of the last digits: 9.810(2).
+fn with_error(value: f64, error: f64) -> String {
+    if !(error > 0.0 && error.is_finite()) {
+        return short(value);
+    }
+    let places = -error.log10().floor();
+    if !(-3.0..=12.0).contains(&places) || error >= value {
+        return format!("{value:.3e} ± {error:.0e}");
+    }
+    let places = places.max(0.0) as usize;
+    let digits = (error * 10f64.powi(places as i32)).round();
+    format!("{value:.places$}({digits})")
+}
+
+impl LearnedLagrangian for Formula {
+    fn description(&self) -> Description {
+        Description::mechanical(family::NAME, "A formula")
+    }
+
+    fn stored(&self) -> Result<Stored> {
+        self.stored_as(family::NAME)
+    }
+
+    fn written(&self, friction_beside: Option<&Dissipation>) -> Option<WrittenLaw> {
+        let text = |style: Style| {
+            let beside = friction_beside.map(|own| friction(&self.shape.coordinates, own, style));
+            self.sum(style) + &beside.unwrap_or_default()
+        };
+        let verdict = self.shape.evidence.verdict;
+        Some(WrittenLaw {
+            text: text(Style::Text),
+            latex: text(Style::Latex),
+            verdict: verdict.name().into(),
+            meaning: verdict.meaning().into(),
+        })
+    }
+
+    fn terms(&self) -> Vec<Parameter> {
+        let all = self.weighted().zip(&self.shape.evidence.errors);
+        let parameter = |((term, value), error): ((&Term, f64), &f64)| Parameter {
+            name: term.written(&self.shape.coordinates, Style::Text),
+            value,
+            unit: String::new(),
+            standard_error: (*error > 0.0).then_some(*error),
+        };
+        all.map(parameter).collect()
+    }
+}
+
+impl Lagrangian for Formula {
+    fn coordinates(&self) -> &Coordinates {
+        &self.shape.coordinates
+    }
+
+    fn jets(&self) -> Box<dyn Jets + '_> {
+        Box::new(FormulaJets(self))
+    }
+
+    fn expressed<'g>(&self, at: &Moving<'g>) -> Option<Expressed<'g>> {
+        let (q, qd) = (at.q.each(), at.qd.each());
+        let graph = at.q.graph();
+        let terms = self
+            .weighted()
+            .map(|(term, c)| term.expression(&q, &qd) * graph.number(c));
+        Some(Expressed::of(
+            terms.fold(graph.number(0.0), |sum, term| sum + term),
+            at,
+        ))
+    }
+}
+
+/// The derivatives of a formula, term by term.
+struct FormulaJets<'a>(&'a Formula);
+
+impl Jets for FormulaJets<'_> {
+    fn jet(&mut self, q: &[f64], qd: &[f64], jet: &mut Jet) {
+        let n = self.0.shape.dof();
+        let m = q.len() / n;
+        jet.resize(m, n);
+        let fields = [&mut jet.lagrangian, &mut jet.dl_dq, &mut jet.momentum];
+        let others = [&mut jet.mass_matrix, &mut jet.momentum_drift];
+        fields
+            .into_iter()
+            .chain(others)
+            .for_each(|field| field.fill(0.0));
+        for s in 0..m {
+            let (q, qd) = (&q[s * n..][..n], &qd[s * n..][..n]);
+            for (term, c) in self.0.weighted() {
+                let Position { value, slope } = term.position(q);
+                let along: f64 = slope.iter().zip(qd).map(|(g, v)| g * v).sum();
+                let speed = term.speed(qd);
+                jet.lagrangian[s] += c * value * speed;
+                for i in 0..n {
+                    let by_speed = c * term.by_speed(qd, i);
+                    jet.dl_dq[s * n + i] += c * speed * slope[i];
+                    jet.momentum[s * n + i] += value * by_speed;
+                    jet.momentum_drift[s * n + i] += along * by_speed;
+                    for j in 0..n {
+                        jet.mass_matrix[(s * n + i) * n + j] += c * value * term.by_speeds(i, j);
+                    }
+                }
+            }
+        }
+    }
+
+    fn curvature(&mut self, q: &[f64], qd: &[f64], curvature: &mut Curvature) {
+        let n = self.0.shape.dof();
+        let m = q.len() / n;
+        curvature.resize(m, n);
+        curvature.dl_dqdq.fill(0.0);
+        curvature.dp_dq.fill(0.0);
+        for s in 0..m {
+            let qd = &qd[s * n..][..n];
+            for j in 0..n {
+                let q = along(&q[s * n..][..n], j);
+                for (term, c) in self.0.weighted() {
+                    let Position { value, slope } = term.position(&q);
+                    let speed = c * term.speed(qd);
+                    for i in 0..n {
+                        let at = (s * n + i) * n + j;
+                        curvature.dl_dqdq[at] += speed * slope[i].eps;
+                        curvature.dp_dq[at] += c * term.by_speed(qd, i) * value.eps;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// x with the direction of component `j`.
+fn along(x: &[f64], j: usize) -> Vec<Dual64> {
+    let each = x.iter().enumerate();
+    each.map(|(i, x)| Dual64::new(*x, f64::from(u8::from(i == j))))
+        .collect()
+}

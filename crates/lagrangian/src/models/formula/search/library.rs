@@ -1,0 +1,163 @@
+//! The terms that a formula may have, the simplest first, without those that the others express.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::super::term::Term;
+use lagrangian_motion::{Coordinates, Samples};
+
+/// The largest number of terms.
+const MOST: usize = 240;
+/// The largest sum of exponents and multiples in a potential, in a mass, and in what velocities multiply.
+const DEPTHS: [i8; 3] = [6, 2, 2];
+/// The largest of the first for three coordinates and more, and the others for one.
+const SMALLER: i8 = 4;
+/// The part of its size by which a term must differ from those before it.
+const INDEPENDENT: f64 = 1e-6;
+
+/// All terms that differ in the motion that they give, in the order of their complexity.
+pub(super) fn library(coordinates: &Coordinates, data: &Samples) -> Vec<Term> {
+    let n = coordinates.dof();
+    let moving: Vec<usize> = (0..n).filter(|i| !coordinates.is_parameter(*i)).collect();
+    let mut all = Vec::new();
+    let pairs = moving.iter().enumerate();
+    let pairs = pairs.flat_map(|(at, a)| moving[at..].iter().map(move |b| vec![*a, *b]));
+    let speeds = [
+        vec![Vec::new()],
+        pairs.collect(),
+        moving.iter().map(|a| vec![*a]).collect(),
+    ];
+    for (speeds, depth) in speeds.into_iter().zip(DEPTHS) {
+        let positions = positions(
+            coordinates,
+            data,
+            match (n, depth) {
+                (1, 2) | (3.., 6) => SMALLER,
+                _ => depth,
+            },
+        );
+        for speeds in &speeds {
+            let term = |own: &Term| Term {
+                speeds: speeds.clone(),
+                ..own.clone()
+            };
+            all.extend(positions.iter().map(term));
+        }
+    }
+    all.sort_by(|a, b| a.complexity().total_cmp(&b.complexity()));
+    independent(all, coordinates, data)
+}
+
+/// The functions of q up to this depth: harmonics and powers of one coordinate, of two, and a power times a harmonic.
+fn positions(coordinates: &Coordinates, data: &Samples, depth: i8) -> Vec<Term> {
+    let n = coordinates.dof();
+    let mut all = vec![Term::default()];
+    let unit = |at: &[(usize, i8)]| {
+        let mut each = vec![0; n];
+        at.iter().for_each(|(i, k)| each[*i] = *k);
+        each
+    };
+    let mut waves = Vec::new();
+    let mut powers = Vec::new();
+    for i in 0..n {
+        match coordinates.is_circle(i) {
+            true => waves.extend((1..=depth).map(|k| unit(&[(i, k)]))),
+            false => {
+                powers.extend((1..=depth).map(|k| unit(&[(i, k)])));
+                let column = data.q.iter().skip(i).step_by(n);
+                let (least, most) = column.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| {
+                    (x.min(a), x.max(b))
+                });
+                if least > 0.0 || most < 0.0 {
+                    powers.extend([-1, -2].map(|k| unit(&[(i, k)])));
+                }
+            }
+        }
+        for j in i + 1..n {
+            for a in 1..depth {
+                for b in 1..=depth - a {
+                    match (coordinates.is_circle(i), coordinates.is_circle(j)) {
+                        (true, true) => waves.extend([b, -b].map(|b| unit(&[(i, a), (j, b)]))),
+                        (false, false) => powers.push(unit(&[(i, a), (j, b)])),
+                        _ => (),
+                    }
+                }
+            }
+        }
+    }
+    let wave = |turns: &Vec<i8>| {
+        [false, true].map(|sine| Term {
+            turns: turns.clone(),
+            sine,
+            ..Term::default()
+        })
+    };
+    all.extend(powers.iter().map(|powers| Term {
+        powers: powers.clone(),
+        ..Term::default()
+    }));
+    all.extend(waves.iter().flat_map(wave));
+    let simple = |turns: &&Vec<i8>| turns.iter().map(|k| k.unsigned_abs()).sum::<u8>() == 1;
+    for turned in waves.iter().filter(simple).flat_map(wave) {
+        let low = powers
+            .iter()
+            .filter(|p| p.iter().map(|p| p.abs()).sum::<i8>() < depth.min(3));
+        all.extend(low.map(|powers| Term {
+            powers: powers.clone(),
+            ..turned.clone()
+        }));
+    }
+    all
+}
+
+/// The first of the terms, without those whose motion the ones before them give: a total derivative gives none.
+fn independent(all: Vec<Term>, coordinates: &Coordinates, data: &Samples) -> Vec<Term> {
+    let (n, mut rng) = (coordinates.dof(), ChaCha8Rng::seed_from_u64(1));
+    let states = (4 * MOST).div_ceil(n);
+    // Any accelerations: what the equation of motion of the data relates is no gauge.
+    let mut drawn = |signal: &[f64]| -> Vec<f64> {
+        let rows = signal.len() / n;
+        let value = |i: usize, row: usize| signal[row * n + i];
+        (0..states * n)
+            .map(|at| value(at % n, rng.random_range(0..rows)))
+            .collect()
+    };
+    let [q, qd, qdd] = [&data.q, &data.qd, &data.qdd].map(|signal| drawn(signal));
+    let mut basis: Vec<Vec<f64>> = Vec::new();
+    let mut kept = Vec::new();
+    for term in all {
+        let state = |s: usize| {
+            let row = s * n..(s + 1) * n;
+            let own = term.balance((&q[row.clone()], &qd[row.clone()]), &qdd[row]);
+            own.into_iter().take(n)
+        };
+        let mut column: Vec<f64> = (0..states).flat_map(state).collect();
+        let size = norm(&column);
+        if size > 0.0 {
+            column.iter_mut().for_each(|x| *x /= size);
+        }
+        for _ in 0..2 {
+            for own in &basis {
+                let along: f64 = own.iter().zip(&column).map(|(a, b)| a * b).sum();
+                column
+                    .iter_mut()
+                    .zip(own)
+                    .for_each(|(x, a)| *x -= along * a);
+            }
+        }
+        let rest = norm(&column);
+        if size > 0.0 && rest > INDEPENDENT && rest.is_finite() {
+            column.iter_mut().for_each(|x| *x /= rest);
+            basis.push(column);
+            kept.push(term);
+        }
+        if kept.len() == MOST {
+            break;
+        }
+    }
+    kept
+}
+
+fn norm(x: &[f64]) -> f64 {
+    x.iter().map(|x| x * x).sum::<f64>().sqrt()
+}

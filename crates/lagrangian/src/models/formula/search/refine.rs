@@ -1,0 +1,547 @@
+//! The coefficients of terms that are given, by rollouts over long segments whose starts are free, and their standard errors.
+
+use faer::linalg::solvers::{DenseSolveCore, Solve};
+use faer::{Mat, Side};
+
+use super::super::{Evidence, FormulaConfig, FormulaShape, Term};
+use super::Verdict;
+use super::eliminate::Candidate;
+use super::rows::KINDS;
+use crate::dataset::Dataset;
+use crate::models::family::{Residuals, Solution, Trained};
+use crate::models::network::NetworkShape;
+use crate::models::setup::Setup;
+use crate::train::rollout::Recorded;
+use crate::train::shooting::{Problem, Segment, Shooting, descend};
+use crate::train::{ForceTerms, Learner, Loss, Observer, TrainingTask};
+use lagrangian_motion::solve::diagonalise;
+use lagrangian_motion::statistics::{column, deviation, mean, root_mean_square, size};
+use lagrangian_motion::{Result, Samples};
+
+/// The least eigenvalue of a mass matrix over the largest, in units of the velocities of the data.
+pub(super) const DEFINITE: f64 = 1e-4;
+/// The samples of a segment in each stage of a refinement, and its steps in each.
+const HORIZONS: [usize; 2] = [40, 160];
+const STEPS: usize = 10;
+/// The samples whose forces give the units of coefficients.
+const LOOKED_AT: usize = 500;
+
+/// What a refinement begins with.
+#[derive(Debug, Clone)]
+pub(super) struct Start {
+    terms: Vec<Term>,
+    coefficients: Vec<f64>,
+    /// Friction, viscous, Coulomb and by drag, `[KINDS, n]`.
+    friction: Vec<f64>,
+    /// The term that the others are measured by; `None` where forces give the unit.
+    reference: Option<usize>,
+}
+
+/// Refined coefficients.
+#[derive(Debug, Clone)]
+pub(super) struct Refined {
+    parameters: Vec<f64>,
+    units: Vec<f64>,
+    /// The coefficients of terms, then of friction, with their standard errors.
+    values: Vec<[f64; 2]>,
+    /// The square of the noise in parts of the variance of the motion.
+    unit: f64,
+    /// χ² over its expectation, of the fitted motions and of the worst of them.
+    pub(super) misfit: f64,
+    worst: f64,
+    segments: Vec<Segment>,
+}
+
+impl Start {
+    /// The terms and coefficients of a candidate. The unit is that of the forces, or the largest kinetic coefficient is ½.
+    pub(super) fn of(candidate: &Candidate, terms: &[Term], dataset: &Dataset) -> Self {
+        let n = dataset.coordinates.dof();
+        let mut own = Self {
+            terms: Vec::new(),
+            coefficients: Vec::new(),
+            friction: vec![0.0; KINDS * n],
+            reference: None,
+        };
+        let mut force = None;
+        for (value, c) in candidate.values.iter().zip(&candidate.coefficients) {
+            if let Some(term) = terms.get(*value) {
+                own.terms.push(term.clone());
+                own.coefficients.push(*c);
+            } else if let Some(friction) = own.friction.get_mut(value - terms.len()) {
+                *friction = *c;
+            } else {
+                force = Some(*c);
+            }
+        }
+        own.scale(force);
+        own
+    }
+
+    /// Whether its mass matrix is definite at samples of the data.
+    pub(super) fn is_definite(&self, data: &Samples) -> bool {
+        let n = data.n;
+        let mut vectors = vec![0.0; n * n];
+        let speeds = size(&data.qd, n);
+        (0..data.len()).all(|s| {
+            let mut mass = vec![0.0; n * n];
+            for (term, c) in self.terms.iter().zip(&self.coefficients) {
+                let value = c * term.position(data.row(s).q).value;
+                for (at, m) in mass.iter_mut().enumerate() {
+                    *m += value * term.by_speeds(at / n, at % n);
+                }
+            }
+            for (at, m) in mass.iter_mut().enumerate() {
+                *m *= speeds[at / n] * speeds[at % n];
+            }
+            diagonalise(&mut mass, &mut vectors, n);
+            let largest = (0..n).map(|i| mass[i * n + i]).fold(0.0, f64::max);
+            (0..n).all(|i| mass[i * n + i] > DEFINITE * largest)
+        })
+    }
+
+    /// The number of its coefficients.
+    pub(super) fn len(&self) -> usize {
+        self.terms.len() + self.friction.iter().filter(|b| **b != 0.0).count()
+    }
+
+    /// Adds a term, or a friction, that had no place yet.
+    pub(super) fn add(&mut self, value: usize, all: &[Term]) {
+        match all.get(value) {
+            Some(term) => {
+                self.terms.push(term.clone());
+                self.coefficients.push(0.0);
+            }
+            None => self.friction[value - all.len()] = f64::MIN_POSITIVE,
+        }
+    }
+
+    /// Multiplies all so that the force has the coefficient 1, or the largest kinetic term ½.
+    fn scale(&mut self, force: Option<f64>) {
+        let kinetic = (0..self.terms.len()).filter(|i| self.terms[*i].is_kinetic());
+        let largest = kinetic.max_by(|a, b| {
+            self.coefficients[*a]
+                .abs()
+                .total_cmp(&self.coefficients[*b].abs())
+        });
+        self.reference = if force.is_some() { None } else { largest };
+        let unit = match (force, largest) {
+            (Some(force), _) => force,
+            (None, Some(largest)) => 2.0 * self.coefficients[largest],
+            (None, None) => 1.0,
+        };
+        let all = self.coefficients.iter_mut().chain(&mut self.friction);
+        all.for_each(|c| *c /= unit);
+    }
+
+    /// Takes refined coefficients, and leaves those out that are below `significant` standard errors; whether any is.
+    pub(super) fn without(&mut self, refined: &Refined, significant: f64) -> bool {
+        let count = self.terms.len();
+        let keeps = |i: usize| {
+            let [value, error] = refined.values[i];
+            Some(i) == self.reference || value.abs() >= significant * error
+        };
+        let kept: Vec<usize> = (0..count).filter(|i| keeps(*i)).collect();
+        let friction: Vec<f64> = (0..self.friction.len())
+            .map(|i| {
+                if keeps(count + i) {
+                    refined.values[count + i][0]
+                } else {
+                    0.0
+                }
+            })
+            .collect();
+        let gone = kept.len() < count
+            || friction
+                .iter()
+                .zip(&self.friction)
+                .any(|(new, old)| *new == 0.0 && *old != 0.0);
+        self.coefficients = kept.iter().map(|i| refined.values[*i][0]).collect();
+        self.terms = kept.iter().map(|i| self.terms[*i].clone()).collect();
+        self.friction = friction;
+        self.scale(if self.reference.is_none() {
+            Some(1.0)
+        } else {
+            None
+        });
+        gone
+    }
+
+    /// The parameters of its coefficients in these units, and of its friction.
+    fn theta(&self, units: &[f64], setup: &Setup) -> Vec<f64> {
+        let coefficients = self.coefficients.iter().zip(units);
+        let mut theta: Vec<f64> = coefficients.map(|(c, unit)| c / unit).collect();
+        theta.extend(setup.forces.with_friction(&self.friction));
+        theta
+    }
+
+    /// The friction that is learned: of each kind that some coordinate has.
+    fn forces(&self) -> ForceTerms {
+        let n = self.friction.len() / KINDS;
+        let [viscous, coulomb, drag] =
+            [0, 1, 2].map(|kind| self.friction[kind * n..][..n].iter().any(|b| *b > 0.0));
+        ForceTerms {
+            viscous,
+            coulomb,
+            drag,
+            ..ForceTerms::default()
+        }
+    }
+
+    /// The shape of the formula, with the units of its coefficients.
+    fn shape(
+        &self,
+        dataset: &Dataset,
+        evidence: impl Fn(Vec<f64>) -> Evidence,
+    ) -> Result<FormulaShape> {
+        let data = dataset.train.spread(LOOKED_AT);
+        let size = |term: &Term| {
+            let each = (0..data.len()).flat_map(|s| {
+                let row = data.row(s);
+                let own = term.balance((row.q, row.qd), row.qdd);
+                own.into_iter().take(data.n)
+            });
+            root_mean_square(&mut each.collect::<Vec<_>>().into_iter()).max(f64::MIN_POSITIVE)
+        };
+        let sizes: Vec<f64> = self.terms.iter().map(size).collect();
+        let largest = sizes
+            .iter()
+            .zip(&self.coefficients)
+            .map(|(s, c)| s * c.abs())
+            .fold(f64::MIN_POSITIVE, f64::max);
+        let units = sizes.iter().map(|size| largest / size).collect();
+        let config = FormulaConfig {
+            terms: self.terms.clone(),
+        };
+        FormulaShape::new(dataset.coordinates.clone(), config, evidence(units))
+    }
+}
+
+fn settings() -> Shooting {
+    Shooting {
+        horizons: HORIZONS.to_vec(),
+        steps: STEPS,
+        ..Shooting::default()
+    }
+}
+
+/// Evidence of nothing yet, with these units.
+fn none(units: Vec<f64>) -> Evidence {
+    Evidence {
+        errors: vec![0.0; units.len()],
+        units,
+        misfit: 0.0,
+        verdict: Verdict::None,
+    }
+}
+
+/// The task whose forces are the friction of a start.
+fn task_of(start: &Start, task: &TrainingTask) -> TrainingTask {
+    TrainingTask {
+        forces: start.forces(),
+        loss: Loss::ACCELERATION,
+        ..task.clone()
+    }
+}
+
+/// Refines the coefficients of a start by rollouts, given the noise of each position.
+pub(super) fn refine(
+    dataset: &Dataset,
+    start: &Start,
+    (noise, task): (&[f64], &TrainingTask),
+    observer: &mut dyn Observer,
+) -> Result<Refined> {
+    let shape = start.shape(dataset, none)?;
+    let (setup, data) = Setup::new(dataset, &task_of(start, task))?;
+    let learner = setup.learner(&shape, Residuals::OfRates);
+    let learner: &dyn Learner<f64> = &learner;
+    let units = shape.evidence.units.clone();
+    let theta = start.theta(&units, &setup);
+    let settings = settings();
+    let problem = Problem::new(learner, Recorded::train(&data, None), noise).resolved(&theta);
+    let refined = descend(&problem, theta, &settings, observer);
+    let mut parameters = refined.parameters;
+    let segments = problem.longest(&parameters, &HORIZONS);
+    let worst = (problem.misfits(&parameters, &segments).into_iter()).fold(0.0, f64::max);
+    let information = problem.information(&parameters, &segments);
+    // Where a rollout fails nothing is known.
+    let unknown = || Mat::zeros(parameters.len(), parameters.len());
+    let information = information.map_or_else(unknown, |(own, _)| own);
+    let mut errors = errors(&information, start.reference, refined.misfit);
+    if let Some(reference) = start.reference {
+        // Without forces a motion says nothing of the unit.
+        let factor = 0.5 / (parameters[reference] * units[reference]);
+        let places = setup.forces.friction_places().into_iter().flatten();
+        for at in (0..units.len()).chain(places.map(|at| units.len() + at)) {
+            parameters[at] *= factor;
+            errors[at] *= factor.abs();
+        }
+    }
+    let values = values(&setup, &units, (&parameters, &errors));
+    let deviations = column(&dataset.train.q, noise.len(), deviation);
+    let parts = noise
+        .iter()
+        .zip(&deviations)
+        .map(|(noise, all)| (noise / all).powi(2));
+    Ok(Refined {
+        unit: parts.sum::<f64>() / noise.len() as f64,
+        misfit: refined.misfit,
+        worst,
+        segments,
+        parameters,
+        units,
+        values,
+    })
+}
+
+/// The coefficients of terms, then of friction, with their standard errors.
+fn values(setup: &Setup, units: &[f64], (parameters, errors): (&[f64], &[f64])) -> Vec<[f64; 2]> {
+    let count = units.len();
+    let term = |i: usize| [parameters[i] * units[i], errors[i] * units[i]];
+    let places = setup.forces.friction_places();
+    // The parameters of unit friction are one over their units.
+    let inverse = setup.forces.with_friction(&vec![1.0; places.len()]);
+    let friction = |place: &Option<usize>| match place {
+        None => [0.0; 2],
+        Some(at) => [parameters[count + at], errors[count + at]].map(|x| x / inverse[*at]),
+    };
+    (0..count)
+        .map(term)
+        .chain(places.iter().map(friction))
+        .collect()
+}
+
+/// The standard errors of the parameters, of which that at `reference` is held: 0.
+fn errors(information: &Mat<f64>, reference: Option<usize>, misfit: f64) -> Vec<f64> {
+    let count = information.nrows();
+    let free: Vec<usize> = (0..count).filter(|i| Some(*i) != reference).collect();
+    let size: Vec<f64> = (0..count)
+        .map(|i| information[(i, i)].max(f64::MIN_POSITIVE).sqrt())
+        .collect();
+    let scaled = Mat::from_fn(free.len(), free.len(), |i, j| {
+        let (a, b) = (free[i].max(free[j]), free[i].min(free[j]));
+        information[(a, b)] / (size[a] * size[b]) + if i == j { 1e-14 } else { 0.0 }
+    });
+    let mut errors = vec![0.0; count];
+    let inverse = scaled.llt(Side::Lower).map(|factor| factor.inverse());
+    for (at, i) in free.iter().enumerate() {
+        let variance = inverse.as_ref().map_or(f64::INFINITY, |own| own[(at, at)]);
+        let error = (variance * misfit.max(1.0)).sqrt() / size[*i];
+        errors[*i] = if error.is_finite() {
+            error
+        } else {
+            f64::MAX.sqrt()
+        };
+    }
+    errors
+}
+
+/// The mean of χ² of held-out motions over its expectation, and by how many of its standard errors the largest of all motions exceeds 1.
+pub(super) fn held_out(
+    dataset: &Dataset,
+    (start, refined): (&Start, &Refined),
+    (noise, task): (&[f64], &TrainingTask),
+) -> Result<[f64; 2]> {
+    let shape = start.shape(dataset, |_| none(refined.units.clone()))?;
+    let (setup, data) = Setup::new(dataset, &task_of(start, task))?;
+    let learner = setup.learner(&shape, Residuals::OfRates);
+    let learner: &dyn Learner<f64> = &learner;
+    let problem =
+        Problem::new(learner, Recorded::compared(&data), noise).resolved(&refined.parameters);
+    let segments = problem.longest(&refined.parameters, &HORIZONS);
+    let held = problem.misfits(&refined.parameters, &segments);
+    let longest = data.train_times.longest() as f64;
+    // The variance of χ² is twice its expectation.
+    let unit = (2.0 / (longest * noise.len() as f64)).sqrt();
+    let largest = held.iter().copied().fold(refined.worst, f64::max);
+    Ok([mean(&mut held.iter().copied()), (largest - 1.0) / unit])
+}
+
+/// How many standard errors each value has that is not among those of a start, at zero: `(value, size)`, the largest first.
+pub(super) fn missing(
+    dataset: &Dataset,
+    (start, refined): (&Start, &Refined),
+    all: &[Term],
+    (noise, task): (&[f64], &TrainingTask),
+) -> Result<Vec<(usize, f64)>> {
+    let own = start.terms.len();
+    let others = all.iter().enumerate();
+    let others = others.filter(|(_, term)| !start.terms.contains(term));
+    let (places, others): (Vec<usize>, Vec<Term>) =
+        others.map(|(at, term)| (at, term.clone())).unzip();
+    let mut wide = start.clone();
+    wide.coefficients = refined.values[..own].iter().map(|[c, _]| *c).collect();
+    wide.coefficients.resize(own + others.len(), 0.0);
+    wide.friction = refined.values[own..].iter().map(|[b, _]| *b).collect();
+    wide.terms.extend(others);
+    let shape = wide.shape(dataset, none)?;
+    let forces = TrainingTask {
+        forces: ForceTerms {
+            viscous: true,
+            coulomb: true,
+            drag: true,
+            ..ForceTerms::default()
+        },
+        ..task_of(start, task)
+    };
+    let (setup, data) = Setup::new(dataset, &forces)?;
+    let learner = setup.learner(&shape, Residuals::OfRates);
+    let learner: &dyn Learner<f64> = &learner;
+    let theta = wide.theta(&shape.evidence.units, &setup);
+    let problem = Problem::new(learner, Recorded::train(&data, None), noise).resolved(&theta);
+    let Some(sums) = problem.information(&theta, &refined.segments) else {
+        return Ok(Vec::new());
+    };
+    let count = wide.terms.len();
+    let known = (0..own).filter(|i| Some(*i) != start.reference);
+    let mut known: Vec<usize> = known.collect();
+    let asked = places.iter().enumerate();
+    let mut asked: Vec<(usize, usize)> = asked.map(|(k, value)| (*value, own + k)).collect();
+    for (k, place) in setup.forces.friction_places().into_iter().enumerate() {
+        match place {
+            Some(place) if wide.friction[k] == 0.0 => asked.push((all.len() + k, count + place)),
+            Some(place) => known.push(count + place),
+            None => (),
+        }
+    }
+    let mut scores = scores(&sums, &known, &asked, all.len());
+    let size = refined.misfit.max(1.0).sqrt();
+    scores.iter_mut().for_each(|(_, z)| *z /= size);
+    scores.retain(|(_, z)| z.is_finite());
+    scores.sort_by(|a, b| b.1.total_cmp(&a.1));
+    Ok(scores)
+}
+
+/// The slopes of χ² along parameters that are zero, in units of their deviation where the law has none of them, with the known ones
+/// free: for each value its parameter, the values from `friction` on being friction, which only takes energy away.
+fn scores(
+    (information, slope): &(Mat<f64>, Vec<f64>),
+    known: &[usize],
+    asked: &[(usize, usize)],
+    friction: usize,
+) -> Vec<(usize, f64)> {
+    let at = |i: usize, j: usize| information[(i.max(j), i.min(j))];
+    let size = |i: usize| at(i, i).max(f64::MIN_POSITIVE).sqrt();
+    let inner = Mat::from_fn(known.len(), known.len(), |i, j| {
+        let own = at(known[i], known[j]) / (size(known[i]) * size(known[j]));
+        if i == j { own + 1e-12 } else { own }
+    });
+    let Ok(factor) = inner.llt(Side::Lower) else {
+        return Vec::new();
+    };
+    let score = |(value, i): &(usize, usize)| {
+        let across = Mat::from_fn(known.len(), 2, |k, c| match c {
+            0 => at(known[k], *i) / size(known[k]),
+            _ => slope[known[k]] / size(known[k]),
+        });
+        let solved = factor.solve(&across);
+        let along = |c: usize| -> f64 {
+            let each = (0..known.len()).map(|k| across[(k, 0)] * solved[(k, c)]);
+            each.sum()
+        };
+        let (left, free) = (slope[*i] - along(1), at(*i, *i) - along(0));
+        // What the others express has no error of its own.
+        let independent = free > 1e-9 * at(*i, *i);
+        let possible = *value < friction || left < 0.0;
+        let z = if independent && possible {
+            left.abs() / free.sqrt()
+        } else {
+            0.0
+        };
+        (*value, z)
+    };
+    asked.iter().map(score).collect()
+}
+
+impl Refined {
+    /// The smallest coefficient of all in units of its standard error.
+    pub(super) fn certainty(&self, start: &Start) -> f64 {
+        let shown = self
+            .values
+            .iter()
+            .enumerate()
+            .filter(|(i, [value, _])| Some(*i) != start.reference && *value != 0.0);
+        shown
+            .map(|(_, [value, error])| value.abs() / error)
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// How abruptly each series of terms ends: the last is as large as an earlier one where the law has no more, and small in an expansion.
+    pub(super) fn abruptness(&self, start: &Start) -> f64 {
+        let certainty = |i: usize| {
+            let [value, error] = self.values[i];
+            if error > 0.0 {
+                value.abs() / error
+            } else {
+                f64::INFINITY
+            }
+        };
+        let most = (0..start.terms.len())
+            .map(certainty)
+            .filter(|z| z.is_finite())
+            .fold(1.0, f64::max);
+        let order = |term: &Term| {
+            let each = term.powers.iter().chain(&term.turns);
+            each.map(|k| u32::from(k.unsigned_abs())).sum::<u32>()
+        };
+        let all = || start.terms.iter().enumerate();
+        let of = |(_, term): &(usize, &Term)| {
+            let series = |other: &&Term| {
+                other.speeds == term.speeds && other.turns.is_empty() == term.turns.is_empty()
+            };
+            let own: Vec<(u32, f64)> = all()
+                .filter(|(_, other)| series(other))
+                .map(|(i, other)| (order(other), certainty(i).min(most)))
+                .collect();
+            let last = own.iter().map(|(order, _)| *order).max().unwrap_or(0);
+            let first = own.iter().map(|(order, _)| *order).min().unwrap_or(0);
+            let size = |of: &dyn Fn(u32) -> bool| {
+                own.iter()
+                    .filter(|(order, _)| of(*order))
+                    .map(|(_, z)| *z)
+                    .fold(0.0, f64::max)
+            };
+            let (tail, largest) = (size(&|order| order == last), size(&|_| true));
+            if first == last {
+                f64::INFINITY
+            } else {
+                tail * (tail / largest).powi(2)
+            }
+        };
+        all().map(|own| of(&own)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The model with these coefficients.
+    pub(super) fn solution(
+        self,
+        dataset: &Dataset,
+        start: &Start,
+        task: &TrainingTask,
+        (verdict, held): (Verdict, f64),
+    ) -> Result<Solution> {
+        let count = self.units.len();
+        let errors: Vec<f64> = self.values[..count]
+            .iter()
+            .map(|[_, error]| *error)
+            .collect();
+        let evidence = |_: Vec<f64>| Evidence {
+            units: self.units.clone(),
+            errors: errors.clone(),
+            misfit: self.misfit,
+            verdict,
+        };
+        let shape = start.shape(dataset, evidence)?;
+        let (setup, _) = Setup::new(dataset, &task_of(start, task))?;
+        let mut parameters = self.parameters.clone();
+        for (k, place) in setup.forces.friction_places().into_iter().enumerate() {
+            // Friction of this kind on other coordinates.
+            if let Some(place) = place.filter(|_| start.friction[k] == 0.0) {
+                parameters[count + place] = 0.0;
+            }
+        }
+        Ok(Solution {
+            model: shape.assemble(&setup, &parameters)?,
+            loss: self.misfit * self.unit,
+            validation: held.is_finite().then_some(held * self.unit),
+        })
+    }
+}

@@ -1,0 +1,352 @@
+//! Hamilton's principle as rows: ∫ (∂L/∂q̇·ẇ + ∂L/∂q·w + (τ − d)·w) dt = 0 for every w that vanishes at both ends (theory.md,
+//! equation 150). No acceleration is needed, and L up to a total derivative.
+
+use std::ops::Range;
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
+use super::super::term::{Position, Term};
+use super::smooth::{self, Polynomial};
+use lagrangian_motion::noise::normal;
+use lagrangian_motion::statistics::{column, deviation, median_size, root_mean_square};
+use lagrangian_motion::{Coordinates, Samples};
+
+use crate::dataset::{Dataset, Timeline};
+
+/// Samples of a window, and from one window to the next.
+pub(crate) const WINDOW: usize = 25;
+const STRIDE: usize = 6;
+/// The exponent of w = (1 − s²)ᵉ.
+const EXPONENT: i32 = 6;
+/// The least noise of a position, in parts of its deviation: what sampling and estimates of velocities leave of exact data.
+const LEAST_NOISE: f64 = 1e-6;
+/// The noise of data that are not exact, in units of that.
+const NOISY: f64 = 3.0;
+/// The largest number of windows.
+const MOST: usize = 4000;
+/// The part of windows that are kept whatever they say of the velocities, and what the others may be off by, in units of the noise.
+const KEPT: f64 = 0.5;
+const OFF: f64 = 4.0;
+/// The friction that may act: of each kind a force on each coordinate.
+pub(super) const KINDS: usize = 3;
+
+/// The rows of windows for each coordinate.
+pub(super) struct Rows {
+    /// All rows.
+    pub(super) rows: Vec<Row>,
+}
+
+/// What a window says of a coordinate.
+#[derive(Debug, Clone)]
+pub(super) struct Row {
+    /// That of each term, of each friction, `[KINDS, n]`, and of the forces.
+    pub(super) values: Vec<f64>,
+    /// What each of them changes by in copies of the data with more noise, `[COPIES, values]`.
+    pub(super) noise: Vec<f64>,
+    /// Whether it is of a held-out window.
+    pub(super) held: bool,
+}
+
+impl Rows {
+    /// The rows of these data for these terms, and the noise of each position, `[n]`.
+    pub(super) fn of(dataset: &Dataset, terms: &[Term]) -> (Self, Vec<f64>) {
+        let parts = [
+            (&dataset.train, &dataset.train_times, false),
+            (&dataset.validation, &dataset.validation_times, true),
+        ];
+        let noise = Noise::of(&dataset.coordinates, &dataset.train, &dataset.train_times);
+        let alone = dataset.validation_times.longest() < WINDOW;
+        let states = parts
+            .map(|(samples, times, _)| Noisy::of(&dataset.coordinates, samples, times, &noise));
+        let mut windows: Vec<Window<'_>> = Vec::new();
+        for ((samples, times, held), states) in parts.into_iter().zip(&states) {
+            for run in times.runs() {
+                let starts = (run.start..(run.end + 1).saturating_sub(WINDOW)).step_by(STRIDE);
+                windows.extend(starts.enumerate().map(|(k, start)| Window {
+                    coordinates: &dataset.coordinates,
+                    samples,
+                    times,
+                    states,
+                    range: start..start + WINDOW,
+                    // A block of windows that share no samples with those of another.
+                    held: if alone { k / 8 % 4 == 3 } else { held },
+                }));
+            }
+        }
+        let every = windows.len().div_ceil(MOST).max(1);
+        let mut windows: Vec<_> = windows.into_iter().step_by(every).collect();
+        resolved(&mut windows, &noise.sizes);
+        let rows = windows
+            .par_iter()
+            .flat_map_iter(|w| w.rows(terms))
+            .collect();
+        (Self { rows }, noise.sizes)
+    }
+
+    /// The number of values of a row.
+    pub(super) fn values(&self) -> usize {
+        self.rows.first().map_or(0, |row| row.values.len())
+    }
+}
+
+/// A stretch of a recording.
+struct Window<'a> {
+    coordinates: &'a Coordinates,
+    samples: &'a Samples,
+    times: &'a Timeline,
+    states: &'a Noisy,
+    range: Range<usize>,
+    held: bool,
+}
+
+/// w and ẇ at a sample, each times the step of the integral.
+struct Weight {
+    value: f64,
+    rate: f64,
+}
+
+impl Window<'_> {
+    fn weights(&self) -> Vec<Weight> {
+        let t = &self.times.t[self.range.clone()];
+        let (first, last) = (t[0], t[t.len() - 1]);
+        let (middle, half) = (f64::midpoint(first, last), 0.5 * (last - first));
+        let e = f64::from(EXPONENT);
+        let weight = |k: usize| {
+            let step = 0.5 * (t[(k + 1).min(t.len() - 1)] - t[k.saturating_sub(1)]);
+            let s = (t[k] - middle) / half;
+            let u = (1.0 - s * s).max(0.0);
+            Weight {
+                value: step * u.powi(EXPONENT),
+                rate: step * -2.0 * e * s * u.powi(EXPONENT - 1) / half,
+            }
+        };
+        (0..t.len()).map(weight).collect()
+    }
+
+    /// How far ∫ q̇ w and −∫ q ẇ differ, of the worst coordinate in units of its noise: what the velocities do not resolve.
+    fn unresolved(&self, noise: &[f64]) -> f64 {
+        let (n, weights) = (noise.len(), self.weights());
+        let off = |i: usize| {
+            let (mut sum, mut square) = (0.0, 0.0);
+            let origin = self.states.own.q[self.range.start * n + i];
+            let mut q = origin;
+            for (k, w) in self.range.clone().zip(&weights) {
+                q += self
+                    .coordinates
+                    .difference(i, self.states.own.q[k * n + i], q);
+                sum += (q - origin) * w.rate + self.states.own.qd[k * n + i] * w.value;
+                square += w.rate * w.rate;
+            }
+            sum.abs() / (noise[i] * square.sqrt())
+        };
+        let moving = (0..n).filter(|i| !self.coordinates.is_parameter(*i));
+        moving.map(off).fold(0.0, f64::max)
+    }
+
+    fn rows(&self, terms: &[Term]) -> Vec<Row> {
+        let n = self.samples.n;
+        let own = self.values(terms, &self.states.own);
+        let mut noise: Vec<Vec<f64>> = vec![Vec::new(); n];
+        for copy in &self.states.copies {
+            let moved = self.values(terms, copy);
+            for ((noise, moved), own) in noise.iter_mut().zip(moved).zip(&own) {
+                noise.extend(moved.iter().zip(own).map(|(a, b)| a - b));
+            }
+        }
+        let rows = own.into_iter().zip(noise).enumerate();
+        let moving = rows.filter(|(i, _)| !self.coordinates.is_parameter(*i));
+        let row = |(_, (values, noise))| Row {
+            values,
+            noise,
+            held: self.held,
+        };
+        moving.map(row).collect()
+    }
+
+    /// The values of each coordinate at these states of all samples.
+    fn values(&self, terms: &[Term], state: &State) -> Vec<Vec<f64>> {
+        let n = self.samples.n;
+        let width = terms.len() + KINDS * n + 1;
+        let mut rows = vec![vec![0.0; width]; n];
+        for (k, w) in self.range.clone().zip(&self.weights()) {
+            let [q, qd, tau] = [&state.q, &state.qd, &self.samples.tau].map(|x| &x[k * n..][..n]);
+            for (at, term) in terms.iter().enumerate() {
+                let Position { value, slope } = term.position(q);
+                let speed = term.speed(qd);
+                for (i, row) in rows.iter_mut().enumerate() {
+                    row[at] += value * term.by_speed(qd, i) * w.rate + speed * slope[i] * w.value;
+                }
+            }
+            for (i, row) in rows.iter_mut().enumerate() {
+                let v = qd[i];
+                for (kind, force) in [-v, -v.signum(), -v * v.abs()].into_iter().enumerate() {
+                    row[terms.len() + kind * n + i] += force * w.value;
+                }
+                row[width - 1] += tau[i] * w.value;
+            }
+        }
+        rows
+    }
+}
+
+/// The positions and velocities of all samples.
+#[derive(Clone)]
+struct State {
+    q: Vec<f64>,
+    qd: Vec<f64>,
+}
+
+/// The number of copies with more noise, from which that of rows is known.
+pub(super) const COPIES: usize = 4;
+
+/// The states of samples, and copies of them with as much more noise as theirs.
+struct Noisy {
+    own: State,
+    copies: Vec<State>,
+}
+
+impl Noisy {
+    /// Smoothed anew where there is noise, since only then it is known what of it is left. Exact data stay as they are.
+    fn of(coordinates: &Coordinates, samples: &Samples, times: &Timeline, noise: &Noise) -> Self {
+        let n = samples.n;
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let mut own = State {
+            q: samples.q.clone(),
+            qd: samples.qd.clone(),
+        };
+        let mut copies = vec![own.clone(); COPIES];
+        let runs: Vec<Range<usize>> = times.runs().collect();
+        let step = smooth::even_step(times);
+        for i in 0..n {
+            let sigma = noise.sizes[i];
+            let measured = smooth::unwound(coordinates, i, positions(samples, times), &runs);
+            let best = match (step, noise.is_noisy()) {
+                (Some(_), true) => Polynomial::best(&measured, sigma),
+                _ => None,
+            };
+            for (run, x) in runs.iter().zip(&measured) {
+                let mut white =
+                    || -> Vec<f64> { x.iter().map(|_| sigma * normal(&mut rng)).collect() };
+                let step = step.unwrap_or(1.0);
+                if let Some(best) = best.as_ref().filter(|own| own.fits(x.len())) {
+                    for (s, [q, qd]) in run.clone().zip(best.smooth(x, step)) {
+                        (own.q[s * n + i], own.qd[s * n + i]) = (q, qd);
+                    }
+                    for copy in &mut copies {
+                        let noise = best.smooth(&white(), step);
+                        for (s, [q, qd]) in run.clone().zip(noise) {
+                            let at = s * n + i;
+                            (copy.q[at], copy.qd[at]) = (own.q[at] + q, own.qd[at] + qd);
+                        }
+                    }
+                } else {
+                    for copy in &mut copies {
+                        let white = white();
+                        let t = &times.t[run.clone()];
+                        for (k, s) in run.clone().enumerate() {
+                            let (before, after) = (k.saturating_sub(1), (k + 1).min(t.len() - 1));
+                            copy.q[s * n + i] += white[k];
+                            copy.qd[s * n + i] +=
+                                (white[after] - white[before]) / (t[after] - t[before]);
+                        }
+                    }
+                }
+            }
+        }
+        Self { own, copies }
+    }
+}
+
+/// The measured positions.
+fn positions<'a>(samples: &'a Samples, times: &'a Timeline) -> &'a [f64] {
+    match times.measured[0].is_empty() {
+        true => &samples.q,
+        false => &times.measured[0],
+    }
+}
+
+/// Leaves out windows that the velocities do not resolve.
+fn resolved(windows: &mut Vec<Window<'_>>, noise: &[f64]) {
+    let off: Vec<f64> = windows.par_iter().map(|w| w.unresolved(noise)).collect();
+    let mut sorted = off.clone();
+    sorted.sort_by(f64::total_cmp);
+    let kept = sorted
+        .get((KEPT * sorted.len() as f64) as usize)
+        .copied()
+        .unwrap_or(0.0);
+    let bound = kept.max(OFF);
+    let mut off = off.into_iter();
+    windows.retain(|_| off.next().is_some_and(|off| off <= bound));
+}
+
+/// The noise of positions.
+struct Noise {
+    /// Of each coordinate, `[n]`.
+    sizes: Vec<f64>,
+    /// What sampling leaves of exact data, `[n]`.
+    least: Vec<f64>,
+}
+
+impl Noise {
+    fn of(coordinates: &Coordinates, samples: &Samples, times: &Timeline) -> Self {
+        let deviations = column(&samples.q, samples.n, deviation);
+        let least = deviations
+            .iter()
+            .map(|own| LEAST_NOISE * own.max(f64::MIN_POSITIVE));
+        let least: Vec<f64> = least.collect();
+        let sizes = noise_sizes(coordinates, samples, times);
+        Self {
+            sizes: sizes
+                .iter()
+                .zip(&least)
+                .map(|(own, least)| own.max(*least))
+                .collect(),
+            least,
+        }
+    }
+
+    /// Whether any coordinate is not exact.
+    fn is_noisy(&self) -> bool {
+        self.sizes
+            .iter()
+            .zip(&self.least)
+            .any(|(own, least)| *own > NOISY * least)
+    }
+}
+
+/// The noise of each position, `[n]`, by differences of the lowest order that leave of the motion no more than those of higher ones.
+fn noise_sizes(coordinates: &Coordinates, samples: &Samples, times: &Timeline) -> Vec<f64> {
+    const ORDERS: std::ops::RangeInclusive<usize> = 3..=12;
+    let n = samples.n;
+    let positions = positions(samples, times);
+    let of = |i: usize| {
+        let mut squares = [const { Vec::new() }; 13];
+        for run in times.runs() {
+            let mut x: Vec<f64> = run.clone().map(|s| positions[s * n + i]).collect();
+            for order in 1..=*ORDERS.end() {
+                let step = |pair: &[f64]| match order {
+                    1 => coordinates.difference(i, pair[1], pair[0]),
+                    _ => pair[1] - pair[0],
+                };
+                x = x.windows(2).map(step).collect();
+                if !x.is_empty() {
+                    squares[order].push(root_mean_square(&mut x.iter().copied()));
+                }
+            }
+        }
+        // The squares of the coefficients of order d add up to (2d)! / d!².
+        let sum = |d: usize| (1..=d).map(|k| (d + k) as f64 / k as f64).product::<f64>();
+        let levels: Vec<f64> = ORDERS
+            .map(|d| median_size(&mut squares[d].iter().copied()) / sum(d).sqrt())
+            .collect();
+        let least = levels.iter().copied().fold(f64::INFINITY, f64::min);
+        let own = levels
+            .into_iter()
+            .find(|level| *level <= 1.05 * least)
+            .unwrap_or(0.0);
+        own
+    };
+    (0..n).map(of).collect()
+}
