@@ -10,6 +10,7 @@ mod edited_urdf;
 mod ensembles;
 mod excitation;
 mod filtered;
+mod formula;
 mod hamiltonian;
 mod identification;
 mod identities;

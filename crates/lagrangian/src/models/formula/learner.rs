@@ -117,8 +117,8 @@ impl FormulaLearner<'_> {
             for (k, (term, unit)) in self.shape.terms().enumerate() {
                 let balance = term.balance((q, qd), qdd);
                 let value = term.position(q).value;
-                for i in 0..n {
-                    work.pass.set_feature(i, s, k, T::of(unit * balance[i]));
+                for (i, own) in balance.iter().enumerate().take(n) {
+                    work.pass.set_feature(i, s, k, T::of(unit * own));
                     for j in (0..n).filter(|_| at.is_none()) {
                         let inertia = unit * value * term.by_speeds(i, j);
                         work.pass.set_feature(n + i * n + j, s, k, T::of(inertia));

@@ -34,17 +34,11 @@ use nets::{Build, Net};
 pub type Formula = Network<FormulaShape>;
 
 /// The settings of a formula.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FormulaConfig {
     /// The terms; empty where they are to be found.
     pub terms: Vec<Term>,
-}
-
-impl Default for FormulaConfig {
-    fn default() -> Self {
-        Self { terms: Vec::new() }
-    }
 }
 
 /// What the data say of a formula.
@@ -311,9 +305,9 @@ impl Jets for FormulaJets<'_> {
                 let along: f64 = slope.iter().zip(qd).map(|(g, v)| g * v).sum();
                 let speed = term.speed(qd);
                 jet.lagrangian[s] += c * value * speed;
-                for i in 0..n {
+                for (i, slope) in slope.iter().enumerate().take(n) {
                     let by_speed = c * term.by_speed(qd, i);
-                    jet.dl_dq[s * n + i] += c * speed * slope[i];
+                    jet.dl_dq[s * n + i] += c * speed * slope;
                     jet.momentum[s * n + i] += value * by_speed;
                     jet.momentum_drift[s * n + i] += along * by_speed;
                     for j in 0..n {
@@ -337,9 +331,9 @@ impl Jets for FormulaJets<'_> {
                 for (term, c) in self.0.weighted() {
                     let Position { value, slope } = term.position(&q);
                     let speed = c * term.speed(qd);
-                    for i in 0..n {
+                    for (i, slope) in slope.iter().enumerate().take(n) {
                         let at = (s * n + i) * n + j;
-                        curvature.dl_dqdq[at] += speed * slope[i].eps;
+                        curvature.dl_dqdq[at] += speed * slope.eps;
                         curvature.dp_dq[at] += c * term.by_speed(qd, i) * value.eps;
                     }
                 }

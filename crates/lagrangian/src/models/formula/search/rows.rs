@@ -325,14 +325,14 @@ fn noise_sizes(coordinates: &Coordinates, samples: &Samples, times: &Timeline) -
         let mut squares = [const { Vec::new() }; 13];
         for run in times.runs() {
             let mut x: Vec<f64> = run.clone().map(|s| positions[s * n + i]).collect();
-            for order in 1..=*ORDERS.end() {
+            for (order, squares) in squares.iter_mut().enumerate().skip(1) {
                 let step = |pair: &[f64]| match order {
                     1 => coordinates.difference(i, pair[1], pair[0]),
                     _ => pair[1] - pair[0],
                 };
                 x = x.windows(2).map(step).collect();
                 if !x.is_empty() {
-                    squares[order].push(root_mean_square(&mut x.iter().copied()));
+                    squares.push(root_mean_square(&mut x.iter().copied()));
                 }
             }
         }
@@ -342,11 +342,8 @@ fn noise_sizes(coordinates: &Coordinates, samples: &Samples, times: &Timeline) -
             .map(|d| median_size(&mut squares[d].iter().copied()) / sum(d).sqrt())
             .collect();
         let least = levels.iter().copied().fold(f64::INFINITY, f64::min);
-        let own = levels
-            .into_iter()
-            .find(|level| *level <= 1.05 * least)
-            .unwrap_or(0.0);
-        own
+        let own = levels.into_iter().find(|level| *level <= 1.05 * least);
+        own.unwrap_or(0.0)
     };
     (0..n).map(of).collect()
 }
