@@ -40,6 +40,7 @@ CLASSES = {
     "rigid": "Rigid",
     "chain": "Chain",
     "servo": "Servo",
+    "formula": "Formula",
 }
 
 

@@ -28,7 +28,10 @@ class Model:
         """How its recordings were prepared; ``None`` where that is not known."""
     @property
     def parameters(self) -> list[dict[str, Any]]:
-        """The parameters that have a name and a unit: friction, offsets, inertias."""
+        """The parameters that have a name and a unit: friction, offsets, inertias, terms of a formula."""
+    @property
+    def law(self) -> dict[str, str] | None:
+        """The law of a formula: ``text``, ``latex``, ``verdict`` (law, expansion or none) and its ``meaning``; ``None`` for other models."""
     def forward_dynamics(
         self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike | None = None, *, out: _Array | None = None
     ) -> _Array:

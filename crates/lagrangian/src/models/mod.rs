@@ -35,7 +35,7 @@ pub(crate) use family::Residuals;
 pub use family::{
     Abilities, Candidate, Configuration, Entry, Family, Plan, Solution, Solve, Training,
 };
-pub use formula::{Evidence, Formula, FormulaConfig, Term, Verdict};
+pub use formula::{Evidence, Formula, FormulaConfig, LawVerdict, Term};
 pub use hnn::{Hnn, HnnConfig, HnnStructure};
 pub use learned::{
     Description, FittedModel, Learned, LearnedLagrangian, ModelParts, Stored, WrittenLaw,

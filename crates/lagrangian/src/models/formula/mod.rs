@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `term.rs` | a term, its derivatives, and how it is written |
 //! | `learner.rs` | the refinement of its coefficients by rollouts |
-//! | `search/` | which terms: Hamilton's principle as rows (theory.md, section 20) |
+//! | `search/` | which terms: Hamilton's principle as rows (theory.md, section 32) |
 //! | `family.rs` | losses and data, settings, saved form, row of the table |
 
 pub(crate) mod family;
@@ -15,7 +15,7 @@ mod term;
 use num_dual::Dual64;
 use serde::{Deserialize, Serialize};
 
-pub use search::Verdict;
+pub use search::LawVerdict;
 pub use term::Term;
 use term::{Position, Style};
 
@@ -52,7 +52,7 @@ pub struct Evidence {
     /// χ² of rollouts over its expectation: 1 where the formula errs by the noise of the data alone.
     pub misfit: f64,
     /// What the formula is.
-    pub verdict: Verdict,
+    pub verdict: LawVerdict,
 }
 
 /// The shape of a [`Formula`], without its coefficients.

@@ -18,7 +18,7 @@ const ROUNDS: usize = 2;
 const CAUCHY: f64 = 2.5;
 /// The number of smallest ratios that are looked at, by how much they may exceed the first to be the same, and how often they are mixed.
 const NEAR: usize = 4;
-const SAME: f64 = 1.5;
+const SAME: f64 = 4.0;
 const MIXES: usize = 40;
 /// The number of values of which one goes so that the mass matrix stays definite.
 const OTHERS: usize = 6;
@@ -286,7 +286,7 @@ impl Inertia {
         all: &[(Vec<f64>, f64)],
         rng: &mut ChaCha8Rng,
     ) -> Option<Vec<f64>> {
-        let near = all.iter().filter(|own| own.1 <= SAME * all[0].1.max(LEAST));
+        let near = all.iter().filter(|own| own.1 <= SAME * all[0].1.max(1.0));
         let near: Vec<&Vec<f64>> = near.map(|own| &own.0).collect();
         let mix = |k: usize| {
             let mut mixed = near[0].clone();

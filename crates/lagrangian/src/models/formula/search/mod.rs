@@ -16,6 +16,7 @@ mod smooth;
 
 use std::cmp::Reverse;
 
+use nets::Instant;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use rows::WINDOW;
@@ -33,11 +34,13 @@ use rows::Rows;
 /// A misfit of rows up to this multiple of the least is as good.
 const NEARLY: f64 = 2.0;
 /// Formulas of more coefficients are not refined.
-const MOST_TERMS: usize = 20;
+const MOST_TERMS: usize = 24;
 /// … and of more than these no term is added or left out.
 const MANY: usize = 14;
 /// A misfit of rollouts with which no other start is tried.
 const GOOD: f64 = 1.15;
+/// The time after which nothing more is tried, s.
+const LONGEST: f64 = 30.0;
 /// Rounds of refinement, each with other terms.
 const ROUNDS: usize = 4;
 /// A coefficient below so many standard errors is left out …
@@ -54,7 +57,7 @@ const CHANCE: f64 = 4.5;
 /// What a formula is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Verdict {
+pub enum LawVerdict {
     /// The data are explained to their noise, and each term is needed: the law, as far as these data tell.
     Law,
     /// The data are explained to their noise, or nearly, by an expansion: more terms would be better with better data.
@@ -63,7 +66,7 @@ pub enum Verdict {
     None,
 }
 
-impl Verdict {
+impl LawVerdict {
     /// Its name.
     pub(super) fn name(self) -> &'static str {
         match self {
@@ -119,6 +122,7 @@ pub(super) fn find(
         dataset,
         terms: &terms,
         given: (&noise, task),
+        clock: Instant::now(),
     };
     let mut best: Option<(Start, Refined)> = None;
     for start in promising(&starts) {
@@ -129,7 +133,7 @@ pub(super) fn find(
         {
             best = Some(own);
         }
-        if best.as_ref().is_some_and(|best| best.1.misfit < GOOD) {
+        if best.as_ref().is_some_and(|best| best.1.misfit < GOOD) || search.is_late() {
             break;
         }
     }
@@ -192,6 +196,7 @@ struct Search<'a> {
     dataset: &'a Dataset,
     terms: &'a [Term],
     given: (&'a [f64], &'a TrainingTask),
+    clock: Instant,
 }
 
 impl Search<'_> {
@@ -200,6 +205,9 @@ impl Search<'_> {
         let mut refined = refine::refine(self.dataset, &start, self.given, observer)?;
         let rounds = if start.len() > MANY { 1 } else { ROUNDS };
         for _ in 0..rounds {
+            if self.is_late() {
+                break;
+            }
             let mut next = start.clone();
             if !next.without(&refined, SIGNIFICANT) {
                 if !(EXACT..HOPELESS).contains(&refined.misfit) || next.len() >= MOST_TERMS {
@@ -227,12 +235,17 @@ impl Search<'_> {
         Ok((start, refined))
     }
 
+    /// Whether a law would have been found by now.
+    fn is_late(&self) -> bool {
+        self.clock.elapsed().as_secs_f64() > LONGEST
+    }
+
     fn missing(&self, start: &Start, refined: &Refined) -> Result<Vec<(usize, f64)>> {
         refine::missing(self.dataset, (start, refined), self.terms, self.given)
     }
 
     /// What the formula is, and its misfit of held-out motions.
-    fn judged(&self, start: &Start, refined: &Refined) -> Result<(Verdict, f64)> {
+    fn judged(&self, start: &Start, refined: &Refined) -> Result<(LawVerdict, f64)> {
         let definite = start.is_definite(&self.dataset.train.spread(300));
         let [held, worst] = refine::held_out(self.dataset, (start, refined), self.given)?;
         let samples = (self.dataset.train.len() * self.dataset.train.n) as f64;
@@ -240,9 +253,9 @@ impl Search<'_> {
         if !(fits && definite && held <= GOOD) {
             let useful = definite && refined.misfit.max(held) <= NEARLY;
             let verdict = if useful {
-                Verdict::Expansion
+                LawVerdict::Expansion
             } else {
-                Verdict::None
+                LawVerdict::None
             };
             return Ok((verdict, held));
         }
@@ -254,9 +267,9 @@ impl Search<'_> {
                 .is_none_or(|(_, z)| *z <= MISSING);
         let law = certain && complete && worst <= CHANCE + 1.0;
         let verdict = if law {
-            Verdict::Law
+            LawVerdict::Law
         } else {
-            Verdict::Expansion
+            LawVerdict::Expansion
         };
         Ok((verdict, held))
     }

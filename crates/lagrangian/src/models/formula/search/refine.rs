@@ -4,7 +4,7 @@ use faer::linalg::solvers::{DenseSolveCore, Solve};
 use faer::{Mat, Side};
 
 use super::super::{Evidence, FormulaConfig, FormulaShape, Term};
-use super::Verdict;
+use super::LawVerdict;
 use super::eliminate::Candidate;
 use super::rows::KINDS;
 use crate::dataset::Dataset;
@@ -23,6 +23,8 @@ pub(super) const DEFINITE: f64 = 1e-4;
 /// The samples of a segment in each stage of a refinement, and its steps in each.
 const HORIZONS: [usize; 2] = [40, 160];
 const STEPS: usize = 10;
+/// The longest refinement, s: one that is not done by then is not near a law.
+const SECONDS: f64 = 15.0;
 /// The samples whose forces give the units of coefficients.
 const LOOKED_AT: usize = 500;
 
@@ -220,7 +222,7 @@ fn settings() -> Shooting {
     Shooting {
         horizons: HORIZONS.to_vec(),
         steps: STEPS,
-        ..Shooting::default()
+        seconds: SECONDS,
     }
 }
 
@@ -230,7 +232,7 @@ fn none(units: Vec<f64>) -> Evidence {
         errors: vec![0.0; units.len()],
         units,
         misfit: 0.0,
-        verdict: Verdict::None,
+        verdict: LawVerdict::None,
     }
 }
 
@@ -516,7 +518,7 @@ impl Refined {
         dataset: &Dataset,
         start: &Start,
         task: &TrainingTask,
-        (verdict, held): (Verdict, f64),
+        (verdict, held): (LawVerdict, f64),
     ) -> Result<Solution> {
         let count = self.units.len();
         let errors: Vec<f64> = self.values[..count]

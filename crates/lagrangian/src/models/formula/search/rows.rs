@@ -1,5 +1,5 @@
 //! Hamilton's principle as rows: ∫ (∂L/∂q̇·ẇ + ∂L/∂q·w + (τ − d)·w) dt = 0 for every w that vanishes at both ends (theory.md,
-//! equation 150). No acceleration is needed, and L up to a total derivative.
+//! equation 130f). No acceleration is needed, and L up to a total derivative.
 
 use std::ops::Range;
 

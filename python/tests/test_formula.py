@@ -1,0 +1,40 @@
+"""Laws as formulas, from Python."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lagrangian as lg
+
+
+def swings(noise: float = 0.0) -> list[lg.Trajectory]:
+    pendulum, rng = lg.system("pendulum"), np.random.default_rng(0)
+    all_ = [pendulum.rollout([q], [0.0], duration=3.0, step=0.02) for q in (0.5, 1.0, 1.5, 2.0, 2.5, -1.2)]
+    return [lg.Trajectory(q=s.q + noise * rng.normal(size=s.q.shape), t=s.t, angles="all") for s in all_]
+
+
+@pytest.mark.parametrize("noise", [0.0, 2e-3])
+def test_a_law_is_written_with_its_standard_errors(noise: float, tmp_path: Path) -> None:
+    model = lg.Formula().fit(swings(noise)).model_
+    law = model.law
+    assert law is not None and law["verdict"] == "law" and r"\dot{q_{1}}^{2}" in law["latex"]
+    terms = {p["name"]: p for p in model.parameters}
+    assert set(terms) == {"q1'^2", "cos(q1)"}
+    assert abs(terms["cos(q1)"]["value"] - 9.8) < max(1e-4, 5 * terms["cos(q1)"]["standard_error"])
+    model.save(tmp_path / "law.safetensors")
+    again = lg.load(tmp_path / "law.safetensors")
+    assert again.law == law
+    state = ([0.3], [1.0])
+    assert again.forward_dynamics(*state) == model.forward_dynamics(*state)
+
+
+def test_a_plain_fit_keeps_the_law_alone() -> None:
+    best = lg.fit(swings(2e-3))
+    assert best.model_.family == "formula" and best.model_.law["verdict"] == "law"
+
+
+def test_other_models_have_no_law() -> None:
+    assert lg.system("pendulum").law is None
