@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use lagrangian_motion::noise::normal;
 use lagrangian_motion::solve::diagonalise;
 
-use super::refine::DEFINITE;
+use super::refine::{DEFINITE, hold};
 use super::rows::{COPIES, Row, Rows};
 
 /// Rounds of weighting rows by their own noise and misfit, and the misfit beyond which they weigh less.
@@ -239,6 +239,8 @@ fn residuals(all: &[&Row], active: &[usize], c: &[f64]) -> Vec<[f64; 2]> {
 pub(super) struct Inertia {
     /// The number of coordinates.
     pub(super) n: usize,
+    /// The coordinates that never move, which have none.
+    pub(super) held: Vec<usize>,
     /// The mass matrix of each value at each state, `[values, states, n, n]`; empty for one without inertia.
     pub(super) of: Vec<Vec<f64>>,
 }
@@ -264,6 +266,7 @@ impl Inertia {
         }
         let mut vectors = vec![0.0; size];
         let mut signs = sum.chunks_exact_mut(size).map(|mass| {
+            hold(mass, &self.held, n);
             diagonalise(mass, &mut vectors, n);
             let each = (0..n).map(|i| mass[i * n + i]);
             let (least, most) = each.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| {

@@ -108,6 +108,7 @@ pub(super) fn find(
     let mut tell = |share: f64| !observer.stage("finding terms", share).is_break();
     let path = paths(dataset, &terms, &rows, &mut tell);
     let data = dataset.train.spread(300);
+    let held: Vec<usize> = dataset.coordinates.parameters().collect();
     let starts: Vec<(f64, Start)> = path
         .iter()
         .map(|own| {
@@ -116,7 +117,7 @@ pub(super) fn find(
                 Start::of(own, &terms, dataset),
             )
         })
-        .filter(|(_, start)| start.len() <= MOST_TERMS && start.is_definite(&data))
+        .filter(|(_, start)| start.len() <= MOST_TERMS && start.is_definite(&data, &held))
         .collect();
     let search = Search {
         dataset,
@@ -159,11 +160,12 @@ fn paths(
         let all = 0..terms.len();
         all.filter(|k| terms[*k].speeds == [i, i]).collect()
     };
+    let held: Vec<usize> = dataset.coordinates.parameters().collect();
     let limits = Limits {
         keep,
         one_of: (0..n).map(inertia).collect(),
         complexity: complexity.collect(),
-        inertia: inertia_of(terms, &dataset.train.spread(60), rows.values()),
+        inertia: inertia_of(terms, &dataset.train.spread(60), (rows.values(), &held)),
     };
     // Of a linear motion other Lagrangians couple what the simplest one does not.
     let couples = |k: &usize| terms.get(*k).is_some_and(Term::couples_alone);
@@ -240,13 +242,18 @@ impl Search<'_> {
         self.clock.elapsed().as_secs_f64() > LONGEST
     }
 
+    /// The parameters among the coordinates, which have no inertia.
+    fn held(&self) -> Vec<usize> {
+        self.dataset.coordinates.parameters().collect()
+    }
+
     fn missing(&self, start: &Start, refined: &Refined) -> Result<Vec<(usize, f64)>> {
         refine::missing(self.dataset, (start, refined), self.terms, self.given)
     }
 
     /// What the formula is, and its misfit of held-out motions.
     fn judged(&self, start: &Start, refined: &Refined) -> Result<(LawVerdict, f64)> {
-        let definite = start.is_definite(&self.dataset.train.spread(300));
+        let definite = start.is_definite(&self.dataset.train.spread(300), &self.held());
         let [held, worst] = refine::held_out(self.dataset, (start, refined), self.given)?;
         let samples = (self.dataset.train.len() * self.dataset.train.n) as f64;
         let fits = refined.misfit <= FITS + CHANCE * (2.0 / samples).sqrt();
@@ -280,7 +287,7 @@ const EXACT: f64 = 0.01;
 const HOPELESS: f64 = 100.0;
 
 /// The inertia of terms at these states, among so many values.
-fn inertia_of(terms: &[Term], data: &Samples, values: usize) -> Inertia {
+fn inertia_of(terms: &[Term], data: &Samples, (values, held): (usize, &[usize])) -> Inertia {
     let n = data.n;
     let speeds = size(&data.qd, n);
     let of = |value: usize| match terms.get(value).filter(|term| term.is_kinetic()) {
@@ -298,14 +305,14 @@ fn inertia_of(terms: &[Term], data: &Samples, values: usize) -> Inertia {
     };
     Inertia {
         n,
+        held: held.to_vec(),
         of: (0..values).map(of).collect(),
     }
 }
 
 fn nothing() -> Error {
-    Error::argument(
-        "data",
-        "no formula",
-        "of motions that a sum of harmonics, powers and friction explains: none was found, fit a network (`family` delan or lnn)",
+    Error::setting(
+        "no formula was found: no sum of harmonics, powers and friction with a definite mass matrix explains these motions",
+        "fit a network (`family` delan or lnn), or record wider motions",
     )
 }

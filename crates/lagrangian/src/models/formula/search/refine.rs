@@ -54,6 +54,12 @@ pub(super) struct Refined {
     segments: Vec<Segment>,
 }
 
+/// Gives coordinates that never move the inertia of all others.
+pub(super) fn hold(mass: &mut [f64], held: &[usize], n: usize) {
+    let trace: f64 = (0..n).map(|i| mass[i * n + i]).sum();
+    held.iter().for_each(|i| mass[i * n + i] = trace);
+}
+
 impl Start {
     /// The terms and coefficients of a candidate. The unit is that of the forces, or the largest kinetic coefficient is ½.
     pub(super) fn of(candidate: &Candidate, terms: &[Term], dataset: &Dataset) -> Self {
@@ -80,7 +86,7 @@ impl Start {
     }
 
     /// Whether its mass matrix is definite at samples of the data.
-    pub(super) fn is_definite(&self, data: &Samples) -> bool {
+    pub(super) fn is_definite(&self, data: &Samples, held: &[usize]) -> bool {
         let n = data.n;
         let mut vectors = vec![0.0; n * n];
         let speeds = size(&data.qd, n);
@@ -95,6 +101,7 @@ impl Start {
             for (at, m) in mass.iter_mut().enumerate() {
                 *m *= speeds[at / n] * speeds[at % n];
             }
+            hold(&mut mass, held, n);
             diagonalise(&mut mass, &mut vectors, n);
             let largest = (0..n).map(|i| mass[i * n + i]).fold(0.0, f64::max);
             (0..n).all(|i| mass[i * n + i] > DEFINITE * largest)
