@@ -44,7 +44,7 @@ def test_an_argument_that_is_no_text_is_refused() -> None:
 
 
 @pytest.mark.skipif(os.name != "posix", reason="there are no signals elsewhere")
-@pytest.mark.parametrize("words", [["fit", "motion.csv", "--seconds", "60", "--out", "run"], ["demo", "--seconds", "60"]])
+@pytest.mark.parametrize("words", [["fit", "motion.csv", "--model", "lnn", "--seconds", "60", "--out", "run"], ["demo", "--seconds", "60"]])
 def test_ctrl_c_ends_a_fit_with_the_code_of_an_interrupted_program(words: list[str], tmp_path: Path) -> None:
     made = run("simulate", "pendulum", "--trajectories", "5", "--out", "motion.csv", cwd=tmp_path)
     assert made.returncode == 0, made.stderr

@@ -8,6 +8,7 @@ mod convert;
 mod ensembles;
 mod excited;
 mod exported;
+mod formulas;
 mod hostile;
 mod identified;
 mod idle;

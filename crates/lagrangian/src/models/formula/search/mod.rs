@@ -207,7 +207,8 @@ impl Search<'_> {
         let mut refined = refine::refine(self.dataset, &start, self.given, observer)?;
         let rounds = if start.len() > MANY { 1 } else { ROUNDS };
         for _ in 0..rounds {
-            if self.is_late() {
+            let ended = observer.stage("looking for other terms", 0.5).is_break();
+            if ended || self.is_late() {
                 break;
             }
             let mut next = start.clone();
