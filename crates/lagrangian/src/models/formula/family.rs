@@ -24,7 +24,9 @@ pub(crate) const ENTRY: Entry = Entry {
     saved_as: &[NAME],
     load: |saved| load(saved),
     candidates: &[Candidate {
-        on: |data, robot| !robot && data.train.goal.is_empty() && can_be_searched(data),
+        on: |data, robot| {
+            !robot && !data.forced && data.train.goal.is_empty() && can_be_searched(data)
+        },
         ..Candidate::of_motion(0, "", &[])
     }],
     jointed: false,
