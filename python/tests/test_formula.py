@@ -32,8 +32,8 @@ def test_a_law_is_written_with_its_standard_errors(noise: float, tmp_path: Path)
 
 
 def test_a_plain_fit_keeps_the_law_alone() -> None:
-    best = lg.fit(swings(2e-3))
-    assert best.model_.family == "formula" and best.model_.law["verdict"] == "law"
+    model = lg.fit(swings(2e-3)).model_
+    assert model.family == "formula" and model.law is not None and model.law["verdict"] == "law"
 
 
 def test_other_models_have_no_law() -> None:
