@@ -75,9 +75,8 @@ impl FitConfig {
                 name => name.clone(),
             };
             // Accelerations of a real machine tell less of it than its torques.
-            let solved = chosen.config.family.abilities().solved;
             let part = match (own.by_motion, known.filtered) {
-                (true, _) if solved && !own.name.is_empty() => Part::Law,
+                _ if own.seeks_law() => Part::Law,
                 (false, _) => Part::First,
                 (true, false) => Part::Beside,
                 (true, true) => Part::Instead,
@@ -109,7 +108,9 @@ impl Request {
             .family
             .as_deref()
             .and_then(|name| Entry::by_name(name).ok());
-        self.by_motion && family.is_some_and(|entry| (entry.default)().abilities().solved)
+        self.by_motion
+            && !self.name.is_empty()
+            && family.is_some_and(|entry| (entry.default)().abilities().solved)
     }
 }
 

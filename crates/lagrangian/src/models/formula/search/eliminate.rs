@@ -7,10 +7,10 @@ use faer::{Mat, Par, Side};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+use lagrangian_motion::Coordinates;
 use lagrangian_motion::noise::normal;
-use lagrangian_motion::solve::diagonalise;
 
-use super::refine::{DEFINITE, hold};
+use super::refine::sign;
 use super::rows::{COPIES, Row, Rows};
 
 /// Rounds of weighting rows by their own noise and misfit, and the misfit beyond which they weigh less.
@@ -97,9 +97,7 @@ impl Sums {
         let block = |a: &[usize], b: &[usize], m: &Mat<f64>| {
             Mat::from_fn(a.len(), b.len(), |i, j| m[(a[i], b[j])])
         };
-        let unit: Vec<f64> = (0..k)
-            .map(|i| self.rows[(i, i)].max(f64::MIN_POSITIVE).sqrt().recip())
-            .collect();
+        let unit = self.units();
         let scaled = Mat::from_fn(k, k, |i, j| {
             let own = self.rows[(i, j)] * unit[i] * unit[j];
             if i == j { own + ROUNDING } else { own }
@@ -136,17 +134,21 @@ impl Sums {
         all[0].1.is_finite().then_some(all)
     }
 
+    /// One over the size of each value in the rows.
+    fn units(&self) -> Vec<f64> {
+        let size = |i: usize| self.rows[(i, i)].max(f64::MIN_POSITIVE).sqrt();
+        (0..self.rows.nrows()).map(|i| size(i).recip()).collect()
+    }
+
     /// cᵀA c / cᵀD c.
     fn ratio(&self, c: &[f64]) -> f64 {
         square(&self.rows, c).max(0.0) / square(&self.noise, c)
     }
 
     /// How much the ratio grows without each value, to first order, times the number of rows.
-    fn costs(&self, c: &[f64], ratio: f64) -> Option<Vec<f64>> {
+    fn costs(&self, c: &[f64], ratio: f64) -> Vec<f64> {
         let k = c.len();
-        let unit: Vec<f64> = (0..k)
-            .map(|i| self.rows[(i, i)].max(f64::MIN_POSITIVE).sqrt().recip())
-            .collect();
+        let unit = self.units();
         let size = square(&self.noise, c);
         let along: Vec<f64> = (0..k)
             .map(|i| (0..k).map(|j| self.noise[(i, j)] * c[j]).sum::<f64>() / size.sqrt())
@@ -171,7 +173,7 @@ impl Sums {
                 f64::INFINITY
             }
         };
-        Some((0..k).map(cost).collect())
+        (0..k).map(cost).collect()
     }
 }
 
@@ -237,10 +239,7 @@ fn residuals(all: &[&Row], active: &[usize], c: &[f64]) -> Vec<[f64; 2]> {
 
 /// The inertia of values at some states of the data, in units of its velocities.
 pub(super) struct Inertia {
-    /// The number of coordinates.
-    pub(super) n: usize,
-    /// The coordinates that never move, which have none.
-    pub(super) held: Vec<usize>,
+    pub(super) coordinates: Coordinates,
     /// The mass matrix of each value at each state, `[values, states, n, n]`; empty for one without inertia.
     pub(super) of: Vec<Vec<f64>>,
 }
@@ -248,7 +247,7 @@ pub(super) struct Inertia {
 impl Inertia {
     /// Whether the mass matrix is definite, of either sign.
     fn is_definite(&self, values: &[usize], c: &[f64]) -> bool {
-        let (n, size) = (self.n, self.n * self.n);
+        let n = self.coordinates.dof();
         let kinetic = || {
             values
                 .iter()
@@ -264,20 +263,8 @@ impl Inertia {
                 .zip(&self.of[*value])
                 .for_each(|(sum, m)| *sum += c * m);
         }
-        let mut vectors = vec![0.0; size];
-        let mut signs = sum.chunks_exact_mut(size).map(|mass| {
-            hold(mass, &self.held, n);
-            diagonalise(mass, &mut vectors, n);
-            let each = (0..n).map(|i| mass[i * n + i]);
-            let (least, most) = each.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| {
-                (x.min(a), x.max(b))
-            });
-            match (least > DEFINITE * most, most < DEFINITE * least) {
-                (true, _) if least > 0.0 => 1,
-                (_, true) if most < 0.0 => -1,
-                _ => 0,
-            }
-        });
+        let matrices = sum.chunks_exact_mut(n * n);
+        let mut signs = matrices.map(|mass| sign(mass, &self.coordinates));
         let first = signs.next().unwrap_or(0);
         first != 0 && signs.all(|sign| sign == first)
     }
@@ -396,7 +383,7 @@ fn leaving(
     active: &[usize],
     limits: &Limits,
 ) -> Option<(Vec<usize>, usize)> {
-    let costs = sums.costs(c, *ratio)?;
+    let costs = sums.costs(c, *ratio);
     let mut order: Vec<usize> = (0..active.len())
         .filter(|i| !limits.holds(active[*i], active))
         .collect();

@@ -27,7 +27,7 @@ use crate::models::family::Solution;
 use crate::train::{Observer, TrainingTask};
 use eliminate::{Candidate, Inertia, Limits};
 use lagrangian_motion::statistics::size;
-use lagrangian_motion::{Error, Result, Samples};
+use lagrangian_motion::{Error, Result};
 use refine::{Refined, Start};
 use rows::Rows;
 
@@ -108,7 +108,6 @@ pub(super) fn find(
     let mut tell = |share: f64| !observer.stage("finding terms", share).is_break();
     let path = paths(dataset, &terms, &rows, &mut tell);
     let data = dataset.train.spread(300);
-    let held: Vec<usize> = dataset.coordinates.parameters().collect();
     let starts: Vec<(f64, Start)> = path
         .iter()
         .map(|own| {
@@ -117,7 +116,9 @@ pub(super) fn find(
                 Start::of(own, &terms, dataset),
             )
         })
-        .filter(|(_, start)| start.len() <= MOST_TERMS && start.is_definite(&data, &held))
+        .filter(|(_, start)| {
+            start.len() <= MOST_TERMS && start.is_definite(&data, &dataset.coordinates)
+        })
         .collect();
     let search = Search {
         dataset,
@@ -125,7 +126,7 @@ pub(super) fn find(
         given: (&noise, task),
         clock: Instant::now(),
     };
-    let mut best: Option<(Start, Refined)> = None;
+    let mut best: Option<(Start, Refined, bool)> = None;
     for start in promising(&starts) {
         let own = search.refined(start.clone(), observer)?;
         if best
@@ -138,8 +139,8 @@ pub(super) fn find(
             break;
         }
     }
-    let (start, refined) = best.ok_or_else(nothing)?;
-    let judged = search.judged(&start, &refined)?;
+    let (start, refined, complete) = best.ok_or_else(nothing)?;
+    let judged = search.judged((&start, &refined), complete)?;
     refined.solution(dataset, &start, task, judged)
 }
 
@@ -160,12 +161,11 @@ fn paths(
         let all = 0..terms.len();
         all.filter(|k| terms[*k].speeds == [i, i]).collect()
     };
-    let held: Vec<usize> = dataset.coordinates.parameters().collect();
     let limits = Limits {
         keep,
         one_of: (0..n).map(inertia).collect(),
         complexity: complexity.collect(),
-        inertia: inertia_of(terms, &dataset.train.spread(60), (rows.values(), &held)),
+        inertia: inertia_of(terms, dataset, rows.values()),
     };
     // Of a linear motion other Lagrangians couple what the simplest one does not.
     let couples = |k: &usize| terms.get(*k).is_some_and(Term::couples_alone);
@@ -202,8 +202,13 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The formula near a start: terms whose coefficients are nothing go, and those that are missing come.
-    fn refined(&self, mut start: Start, observer: &mut dyn Observer) -> Result<(Start, Refined)> {
+    /// The formula near a start: terms whose coefficients are nothing go, and those that are missing come; and whether it is known that
+    /// none is missing.
+    fn refined(
+        &self,
+        mut start: Start,
+        observer: &mut dyn Observer,
+    ) -> Result<(Start, Refined, bool)> {
         let mut refined = refine::refine(self.dataset, &start, self.given, observer)?;
         let rounds = if start.len() > MANY { 1 } else { ROUNDS };
         for _ in 0..rounds {
@@ -217,14 +222,13 @@ impl Search<'_> {
                     break;
                 }
                 let missing = self.missing(&start, &refined)?;
-                let least = missing.first().map_or(0.0, |(_, z)| MISSING.max(0.3 * z));
-                let more = missing
-                    .iter()
-                    .take(3)
-                    .filter(|(_, z)| *z > least.max(MISSING));
+                let least = missing
+                    .first()
+                    .map_or(MISSING, |(_, z)| MISSING.max(0.3 * z));
+                let more = missing.iter().take(3).filter(|(_, z)| *z > least);
                 let more: Vec<usize> = more.map(|(value, _)| *value).collect();
                 if more.is_empty() {
-                    break;
+                    return Ok((start, refined, true));
                 }
                 more.into_iter()
                     .for_each(|value| next.add(value, self.terms));
@@ -235,7 +239,7 @@ impl Search<'_> {
             }
             (start, refined) = (next, own);
         }
-        Ok((start, refined))
+        Ok((start, refined, false))
     }
 
     /// Whether a law would have been found by now.
@@ -243,18 +247,18 @@ impl Search<'_> {
         self.clock.elapsed().as_secs_f64() > LONGEST
     }
 
-    /// The parameters among the coordinates, which have no inertia.
-    fn held(&self) -> Vec<usize> {
-        self.dataset.coordinates.parameters().collect()
-    }
-
     fn missing(&self, start: &Start, refined: &Refined) -> Result<Vec<(usize, f64)>> {
         refine::missing(self.dataset, (start, refined), self.terms, self.given)
     }
 
     /// What the formula is, and its misfit of held-out motions.
-    fn judged(&self, start: &Start, refined: &Refined) -> Result<(LawVerdict, f64)> {
-        let definite = start.is_definite(&self.dataset.train.spread(300), &self.held());
+    fn judged(
+        &self,
+        (start, refined): (&Start, &Refined),
+        complete: bool,
+    ) -> Result<(LawVerdict, f64)> {
+        let definite =
+            start.is_definite(&self.dataset.train.spread(300), &self.dataset.coordinates);
         let [held, worst] = refine::held_out(self.dataset, (start, refined), self.given)?;
         let samples = (self.dataset.train.len() * self.dataset.train.n) as f64;
         let fits = refined.misfit <= FITS + CHANCE * (2.0 / samples).sqrt();
@@ -268,7 +272,8 @@ impl Search<'_> {
             return Ok((verdict, held));
         }
         let certain = refined.certainty(start) >= CERTAIN && refined.abruptness(start) >= ABRUPT;
-        let complete = refined.misfit < EXACT
+        let complete = complete
+            || refined.misfit < EXACT
             || self
                 .missing(start, refined)?
                 .first()
@@ -288,7 +293,8 @@ const EXACT: f64 = 0.01;
 const HOPELESS: f64 = 100.0;
 
 /// The inertia of terms at these states, among so many values.
-fn inertia_of(terms: &[Term], data: &Samples, (values, held): (usize, &[usize])) -> Inertia {
+fn inertia_of(terms: &[Term], dataset: &Dataset, values: usize) -> Inertia {
+    let data = dataset.train.spread(60);
     let n = data.n;
     let speeds = size(&data.qd, n);
     let of = |value: usize| match terms.get(value).filter(|term| term.is_kinetic()) {
@@ -305,8 +311,7 @@ fn inertia_of(terms: &[Term], data: &Samples, (values, held): (usize, &[usize]))
             .collect(),
     };
     Inertia {
-        n,
-        held: held.to_vec(),
+        coordinates: dataset.coordinates.clone(),
         of: (0..values).map(of).collect(),
     }
 }

@@ -16,10 +16,10 @@ use crate::train::shooting::{Problem, Segment, Shooting, descend};
 use crate::train::{ForceTerms, Learner, Loss, Observer, TrainingTask};
 use lagrangian_motion::solve::diagonalise;
 use lagrangian_motion::statistics::{column, deviation, mean, root_mean_square, size};
-use lagrangian_motion::{Result, Samples};
+use lagrangian_motion::{Coordinates, Result, Samples};
 
 /// The least eigenvalue of a mass matrix over the largest, in units of the velocities of the data.
-pub(super) const DEFINITE: f64 = 1e-4;
+const DEFINITE: f64 = 1e-4;
 /// The samples of a segment in each stage of a refinement, and its steps in each.
 const HORIZONS: [usize; 2] = [40, 160];
 const STEPS: usize = 10;
@@ -54,10 +54,22 @@ pub(super) struct Refined {
     segments: Vec<Segment>,
 }
 
-/// Gives coordinates that never move the inertia of all others.
-pub(super) fn hold(mass: &mut [f64], held: &[usize], n: usize) {
+/// The sign of a mass matrix in units of the velocities, 0 where it is not definite; coordinates that never move get the inertia of all
+/// others.
+pub(super) fn sign(mass: &mut [f64], coordinates: &Coordinates) -> i8 {
+    let n = coordinates.dof();
     let trace: f64 = (0..n).map(|i| mass[i * n + i]).sum();
-    held.iter().for_each(|i| mass[i * n + i] = trace);
+    (coordinates.parameters()).for_each(|i| mass[i * n + i] = trace);
+    diagonalise(mass, &mut vec![0.0; n * n], n);
+    let each = (0..n).map(|i| mass[i * n + i]);
+    let (least, most) = each.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| {
+        (x.min(a), x.max(b))
+    });
+    match (least > DEFINITE * most, most < DEFINITE * least) {
+        (true, _) if least > 0.0 => 1,
+        (_, true) if most < 0.0 => -1,
+        _ => 0,
+    }
 }
 
 impl Start {
@@ -86,14 +98,13 @@ impl Start {
     }
 
     /// Whether its mass matrix is definite at samples of the data.
-    pub(super) fn is_definite(&self, data: &Samples, held: &[usize]) -> bool {
+    pub(super) fn is_definite(&self, data: &Samples, coordinates: &Coordinates) -> bool {
         let n = data.n;
-        let mut vectors = vec![0.0; n * n];
         let speeds = size(&data.qd, n);
         (0..data.len()).all(|s| {
             let mut mass = vec![0.0; n * n];
             for (term, c) in self.terms.iter().zip(&self.coefficients) {
-                let value = c * term.position(data.row(s).q).value;
+                let value = c * term.place(data.row(s).q);
                 for (at, m) in mass.iter_mut().enumerate() {
                     *m += value * term.by_speeds(at / n, at % n);
                 }
@@ -101,10 +112,7 @@ impl Start {
             for (at, m) in mass.iter_mut().enumerate() {
                 *m *= speeds[at / n] * speeds[at % n];
             }
-            hold(&mut mass, held, n);
-            diagonalise(&mut mass, &mut vectors, n);
-            let largest = (0..n).map(|i| mass[i * n + i]).fold(0.0, f64::max);
-            (0..n).all(|i| mass[i * n + i] > DEFINITE * largest)
+            sign(&mut mass, coordinates) == 1
         })
     }
 
@@ -196,12 +204,8 @@ impl Start {
         }
     }
 
-    /// The shape of the formula, with the units of its coefficients.
-    fn shape(
-        &self,
-        dataset: &Dataset,
-        evidence: impl Fn(Vec<f64>) -> Evidence,
-    ) -> Result<FormulaShape> {
+    /// The units of its coefficients.
+    fn units(&self, dataset: &Dataset) -> Vec<f64> {
         let data = dataset.train.spread(LOOKED_AT);
         let size = |term: &Term| {
             let each = (0..data.len()).flat_map(|s| {
@@ -212,16 +216,19 @@ impl Start {
             root_mean_square(&mut each.collect::<Vec<_>>().into_iter()).max(f64::MIN_POSITIVE)
         };
         let sizes: Vec<f64> = self.terms.iter().map(size).collect();
-        let largest = sizes
-            .iter()
-            .zip(&self.coefficients)
+        let parts = sizes.iter().zip(&self.coefficients);
+        let largest = parts
             .map(|(s, c)| s * c.abs())
             .fold(f64::MIN_POSITIVE, f64::max);
-        let units = sizes.iter().map(|size| largest / size).collect();
+        sizes.iter().map(|size| largest / size).collect()
+    }
+
+    /// The shape of the formula.
+    fn shape(&self, dataset: &Dataset, evidence: Evidence) -> Result<FormulaShape> {
         let config = FormulaConfig {
             terms: self.terms.clone(),
         };
-        FormulaShape::new(dataset.coordinates.clone(), config, evidence(units))
+        FormulaShape::new(dataset.coordinates.clone(), config, evidence)
     }
 }
 
@@ -259,7 +266,7 @@ pub(super) fn refine(
     (noise, task): (&[f64], &TrainingTask),
     observer: &mut dyn Observer,
 ) -> Result<Refined> {
-    let shape = start.shape(dataset, none)?;
+    let shape = start.shape(dataset, none(start.units(dataset)))?;
     let (setup, data) = Setup::new(dataset, &task_of(start, task))?;
     let learner = setup.learner(&shape, Residuals::OfRates);
     let learner: &dyn Learner<f64> = &learner;
@@ -350,7 +357,7 @@ pub(super) fn held_out(
     (start, refined): (&Start, &Refined),
     (noise, task): (&[f64], &TrainingTask),
 ) -> Result<[f64; 2]> {
-    let shape = start.shape(dataset, |_| none(refined.units.clone()))?;
+    let shape = start.shape(dataset, none(refined.units.clone()))?;
     let (setup, data) = Setup::new(dataset, &task_of(start, task))?;
     let learner = setup.learner(&shape, Residuals::OfRates);
     let learner: &dyn Learner<f64> = &learner;
@@ -382,7 +389,7 @@ pub(super) fn missing(
     wide.coefficients.resize(own + others.len(), 0.0);
     wide.friction = refined.values[own..].iter().map(|[b, _]| *b).collect();
     wide.terms.extend(others);
-    let shape = wide.shape(dataset, none)?;
+    let shape = wide.shape(dataset, none(wide.units(dataset)))?;
     let forces = TrainingTask {
         forces: ForceTerms {
             viscous: true,
@@ -462,28 +469,28 @@ fn scores(
 }
 
 impl Refined {
+    /// A coefficient in units of its standard error; ∞ without one.
+    fn certainty_of(&self, i: usize) -> f64 {
+        let [value, error] = self.values[i];
+        if error > 0.0 {
+            value.abs() / error
+        } else {
+            f64::INFINITY
+        }
+    }
+
     /// The smallest coefficient of all in units of its standard error.
     pub(super) fn certainty(&self, start: &Start) -> f64 {
-        let shown = self
-            .values
-            .iter()
-            .enumerate()
-            .filter(|(i, [value, _])| Some(*i) != start.reference && *value != 0.0);
+        let shown = |i: &usize| Some(*i) != start.reference && self.values[*i][0] != 0.0;
+        let shown = (0..self.values.len()).filter(shown);
         shown
-            .map(|(_, [value, error])| value.abs() / error)
+            .map(|i| self.certainty_of(i))
             .fold(f64::INFINITY, f64::min)
     }
 
     /// How abruptly each series of terms ends: the last is as large as an earlier one where the law has no more, and small in an expansion.
     pub(super) fn abruptness(&self, start: &Start) -> f64 {
-        let certainty = |i: usize| {
-            let [value, error] = self.values[i];
-            if error > 0.0 {
-                value.abs() / error
-            } else {
-                f64::INFINITY
-            }
-        };
+        let certainty = |i: usize| self.certainty_of(i);
         let most = (0..start.terms.len())
             .map(certainty)
             .filter(|z| z.is_finite())
@@ -532,9 +539,9 @@ impl Refined {
             .iter()
             .map(|[_, error]| *error)
             .collect();
-        let evidence = |_: Vec<f64>| Evidence {
+        let evidence = Evidence {
             units: self.units.clone(),
-            errors: errors.clone(),
+            errors,
             misfit: self.misfit,
             verdict,
         };

@@ -147,10 +147,11 @@ impl Window<'_> {
 
     fn rows(&self, terms: &[Term]) -> Vec<Row> {
         let n = self.samples.n;
-        let own = self.values(terms, &self.states.own);
+        let weights = self.weights();
+        let own = self.values(terms, &self.states.own, &weights);
         let mut noise: Vec<Vec<f64>> = vec![Vec::new(); n];
         for copy in &self.states.copies {
-            let moved = self.values(terms, copy);
+            let moved = self.values(terms, copy, &weights);
             for ((noise, moved), own) in noise.iter_mut().zip(moved).zip(&own) {
                 noise.extend(moved.iter().zip(own).map(|(a, b)| a - b));
             }
@@ -166,11 +167,11 @@ impl Window<'_> {
     }
 
     /// The values of each coordinate at these states of all samples.
-    fn values(&self, terms: &[Term], state: &State) -> Vec<Vec<f64>> {
+    fn values(&self, terms: &[Term], state: &State, weights: &[Weight]) -> Vec<Vec<f64>> {
         let n = self.samples.n;
         let width = terms.len() + KINDS * n + 1;
         let mut rows = vec![vec![0.0; width]; n];
-        for (k, w) in self.range.clone().zip(&self.weights()) {
+        for (k, w) in self.range.clone().zip(weights) {
             let [q, qd, tau] = [&state.q, &state.qd, &self.samples.tau].map(|x| &x[k * n..][..n]);
             for (at, term) in terms.iter().enumerate() {
                 let Position { value, slope } = term.position(q);
