@@ -8,12 +8,14 @@ use super::learned::{Learned, LearnedLagrangian};
 use crate::dataset::Dataset;
 use crate::train::{
     CHORDS, ForceTerms, Forces, LearnerShape, Loss, MAX_DOF, NetworkShape, PositionsLearner,
-    TrainingTask, remainder,
+    TrainingTask, Work, remainder,
 };
 use lagrangian_mechanics::dynamics::Mechanical;
 use lagrangian_mechanics::lagrangian::Lagrangian;
 use lagrangian_mechanics::rigid::RigidBodies;
+use lagrangian_motion::solve::Regularity;
 use lagrangian_motion::{Error, Result};
+use nets::simd::Real;
 
 /// The part of a fit that does not depend on the network.
 #[derive(Debug, Clone)]
@@ -147,6 +149,42 @@ impl<S: NetworkShape> NetworkLearner<'_, S> {
             loss: self.loss,
             weights: &self.weights[..dof],
             forces: Some(&self.forces),
+        }
+    }
+
+    /// r = w (M⁻¹ (τ − d − c) − q̈), D = −w M⁻¹ E, with S in units of the energy E (theory.md, equation 15).
+    pub(crate) fn residual_of_jet<T: Real>(&self, s: usize, work: &mut Work<T>, energy: f64) {
+        let n = self.shape.dof();
+        let mass = &work.mechanics.jet.mass_matrix[s * n * n..][..n * n];
+        let row = s * n..s * n + n;
+        let inverse = &mut work.linear.d[s * n * n..][..n * n];
+        let regularity = work.mechanics.solver.invert(mass, inverse);
+        inverse.iter_mut().for_each(|d| *d *= -energy);
+        let mut regular = matches!(regularity, Regularity::Definite | Regularity::Indefinite);
+        for i in row.clone() {
+            let force = work.mechanics.jet.dl_dq[i]
+                - work.mechanics.jet.momentum_drift[i]
+                - work.mechanics.scratch[n + i - s * n];
+            work.mechanics.scratch[i - s * n] = force;
+        }
+        for (i, at) in row.clone().enumerate() {
+            let inverse = &work.linear.d[at * n..][..n];
+            let qdd = -inverse
+                .iter()
+                .zip(&work.mechanics.scratch[..n])
+                .map(|(m, f)| m * f)
+                .sum::<f64>()
+                / energy;
+            work.linear.along[at] = qdd;
+            work.linear.residual[at] = self.weights[i] * (qdd - work.states.qdd[at]);
+            regular &= qdd.is_finite() && qdd.abs() < 1e30;
+        }
+        for (i, at) in row.clone().enumerate() {
+            let inverse = &mut work.linear.d[at * n..][..n];
+            inverse.iter_mut().for_each(|d| *d *= self.weights[i]);
+        }
+        if !regular {
+            work.omit(s);
         }
     }
 }

@@ -4,7 +4,6 @@ use super::{FormulaShape, along};
 use crate::models::NetworkShape;
 use crate::models::setup::NetworkLearner;
 use crate::train::{At, Learner, LearnerShape, Work};
-use lagrangian_motion::solve::Regularity;
 use nets::simd::Real;
 use nets::{Gradient, Packed, Terms};
 use num_dual::Dual64;
@@ -46,7 +45,7 @@ impl<T: Real> Learner<T> for FormulaLearner<'_> {
             work.add_nominal_mass(s);
             work.force(&self.forces, extra, (s, At::Rest), 1.0);
             work.hold(&shape.coordinates, s);
-            self.accelerate(s, work);
+            self.residual_of_jet(s, work, 1.0);
         }
     }
 
@@ -133,28 +132,5 @@ impl FormulaLearner<'_> {
         let along = std::mem::take(&mut work.linear.along);
         self.write(work, Some(&along));
         work.linear.along = along;
-    }
-
-    /// r = w (M⁻¹ (τ − d − c) − q̈), D = −w M⁻¹ (theory.md, equation 15).
-    fn accelerate<T: Real>(&self, s: usize, work: &mut Work<T>) {
-        let n = self.shape.dof();
-        let mass = &work.mechanics.jet.mass_matrix[s * n * n..][..n * n];
-        let inverse = &mut work.linear.d[s * n * n..][..n * n];
-        let regularity = work.mechanics.solver.invert(mass, inverse);
-        let mut regular = matches!(regularity, Regularity::Definite | Regularity::Indefinite);
-        let force =
-            |j: usize| work.mechanics.jet.momentum_drift[s * n + j] + work.mechanics.scratch[n + j];
-        let forces: Vec<f64> = (0..n).map(force).collect();
-        for (i, row) in inverse.chunks_exact_mut(n).enumerate() {
-            let at = s * n + i;
-            let qdd: f64 = -row.iter().zip(&forces).map(|(m, f)| m * f).sum::<f64>();
-            work.linear.along[at] = qdd;
-            work.linear.residual[at] = self.weights[i] * (qdd - work.states.qdd[at]);
-            row.iter_mut().for_each(|m| *m *= -self.weights[i]);
-            regular &= qdd.is_finite() && qdd.abs() < 1e30;
-        }
-        if !regular {
-            work.omit(s);
-        }
     }
 }

@@ -5,7 +5,6 @@ use super::LnnShape;
 use crate::models::NetworkShape;
 use crate::models::setup::NetworkLearner;
 use crate::train::{At, Learner, LearnerShape, Work};
-use lagrangian_motion::solve::Regularity;
 use nets::simd::Real;
 use nets::{Gradient, Packed, Terms};
 
@@ -58,7 +57,7 @@ impl<T: Real> Learner<T> for LnnLearner<'_> {
             if torque {
                 self.torque_residual(s, work)
             } else {
-                self.acceleration_residual(s, work)
+                self.residual_of_jet(s, work, self.shape.scaling.energy)
             }
         }
     }
@@ -160,43 +159,6 @@ impl LnnLearner<'_> {
                     0.0
                 };
             }
-        }
-    }
-
-    /// r = w (M⁻¹ (τ − d − c) − q̈), D = −w M⁻¹ E, with S in units of the energy E (theory.md, equation 15).
-    fn acceleration_residual<T: Real>(&self, s: usize, work: &mut Work<T>) {
-        let n = self.shape.dof();
-        let mass = &work.mechanics.jet.mass_matrix[s * n * n..][..n * n];
-        let energy = self.shape.scaling.energy;
-        let row = s * n..s * n + n;
-        let inverse = &mut work.linear.d[s * n * n..][..n * n];
-        let regularity = work.mechanics.solver.invert(mass, inverse);
-        inverse.iter_mut().for_each(|d| *d *= -energy);
-        let mut regular = matches!(regularity, Regularity::Definite | Regularity::Indefinite);
-        for i in row.clone() {
-            let force = work.mechanics.jet.dl_dq[i]
-                - work.mechanics.jet.momentum_drift[i]
-                - work.mechanics.scratch[n + i - s * n];
-            work.mechanics.scratch[i - s * n] = force;
-        }
-        for (i, at) in row.clone().enumerate() {
-            let inverse = &work.linear.d[at * n..][..n];
-            let qdd = -inverse
-                .iter()
-                .zip(&work.mechanics.scratch[..n])
-                .map(|(m, f)| m * f)
-                .sum::<f64>()
-                / energy;
-            work.linear.along[at] = qdd;
-            work.linear.residual[at] = self.weights[i] * (qdd - work.states.qdd[at]);
-            regular &= qdd.is_finite() && qdd.abs() < 1e30;
-        }
-        for (i, at) in row.clone().enumerate() {
-            let inverse = &mut work.linear.d[at * n..][..n];
-            inverse.iter_mut().for_each(|d| *d *= self.weights[i]);
-        }
-        if !regular {
-            work.omit(s);
         }
     }
 }
