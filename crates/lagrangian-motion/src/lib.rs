@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`Trajectory`] | time stamps with the [`Signals`] q, q̇, q̈, τ, p, ṗ at them |
 //! | [`Coordinates`] | the names of the coordinates, and which are angles, lengths or parameters |
+//! | [`Constraint`] | a relation between coordinates that a motion keeps |
 //! | [`Samples`] | states with their accelerations and forces, apart from time |
 //! | [`solve`] | M x = b for the small systems of a state |
 //! | [`settings`] | settings as data: names, meaning, values |
@@ -13,6 +14,7 @@
 
 #![forbid(unsafe_code)]
 
+mod constraint;
 mod coordinates;
 pub mod error;
 pub mod noise;
@@ -26,6 +28,7 @@ pub mod statistics;
 mod stop;
 mod trajectory;
 
+pub use constraint::Constraint;
 pub use coordinates::{Coordinate, Coordinates, Topology};
 pub use error::{Error, Result, brief, counted};
 pub use samples::Samples;
