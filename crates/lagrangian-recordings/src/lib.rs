@@ -10,6 +10,7 @@
 
 pub mod check;
 mod columns;
+pub mod constraints;
 mod contents;
 pub mod csv;
 mod delay;

@@ -1,0 +1,111 @@
+//! Taubin's eigenproblem: the combinations of features that stay constant, by their distance in units of the noise.
+
+use lagrangian_motion::Constraint;
+use lagrangian_motion::solve::{diagonalise, inverse_root};
+
+/// Positions of all motions, rows of `n`, and the noise of each coordinate, `[n]`.
+pub(super) struct Cloud {
+    pub(super) n: usize,
+    pub(super) rows: Vec<f64>,
+    pub(super) noise: Vec<f64>,
+}
+
+/// A combination of features that is nearly constant.
+#[derive(Debug, Clone)]
+pub(super) struct Relation {
+    /// Its value, in units of length: the gradient has size 1 in mean square.
+    pub(super) constraint: Constraint,
+    /// The distance of the positions from it, root mean square, in units of the noise.
+    pub(super) distance: f64,
+    /// The same in units of length.
+    pub(super) scatter: f64,
+}
+
+impl Cloud {
+    pub(super) fn states(&self) -> impl Iterator<Item = &[f64]> {
+        self.rows.chunks_exact(self.n)
+    }
+
+    /// All combinations c of the features, the one that is most nearly constant first: min cᵀA c / cᵀD c, A their covariance and
+    /// D = Σ ∇f σ² ∇fᵀ (Taubin 1991).
+    pub(super) fn relations(&self, features: &[Constraint]) -> Vec<Relation> {
+        let k = features.len();
+        let count = self.states().count() as f64;
+        let value = |own: &Constraint, q: &[f64]| own.value(q).unwrap_or_default();
+        let mean = |own| self.states().map(|q| value(own, q)).sum::<f64>() / count;
+        let means: Vec<f64> = features.iter().map(mean).collect();
+        let [mut spread, mut noise, mut slope] = [(); 3].map(|()| vec![0.0; k * k]);
+        for q in self.states() {
+            let values: Vec<f64> = (features.iter().zip(&means))
+                .map(|(own, mean)| value(own, q) - mean)
+                .collect();
+            let rows: Vec<Vec<f64>> = features.iter().map(|own| own.row(q)).collect();
+            for i in 0..k {
+                for j in 0..k {
+                    spread[i * k + j] += values[i] * values[j] / count;
+                    for (s, (a, b)) in self.noise.iter().zip(rows[i].iter().zip(&rows[j])) {
+                        noise[i * k + j] += (s * a) * (s * b) / count;
+                        slope[i * k + j] += a * b / count;
+                    }
+                }
+            }
+        }
+        let unit: Vec<f64> = (0..k).map(|i| noise[i * k + i].sqrt().recip()).collect();
+        if !unit.iter().all(|u| u.is_finite()) {
+            return Vec::new();
+        }
+        for ij in 0..k * k {
+            let unit = unit[ij / k] * unit[ij % k];
+            spread[ij] *= unit;
+            noise[ij] *= unit;
+        }
+        let Some(root) = inverse_root(&noise, k, CUTOFF) else {
+            return Vec::new();
+        };
+        let product = lagrangian_motion::solve::product;
+        let (mut whitened, mut vectors) = (
+            product(&product(&root, &spread, k), &root, k),
+            vec![0.0; k * k],
+        );
+        diagonalise(&mut whitened, &mut vectors, k);
+        let of = |at: usize| {
+            let own = &vectors[at * k..][..k];
+            let back = |i: usize| unit[i] * (0..k).map(|j| root[i * k + j] * own[j]).sum::<f64>();
+            let c: Vec<f64> = (0..k).map(back).collect();
+            let size: f64 = (0..k * k)
+                .map(|ij| c[ij / k] * slope[ij] * c[ij % k])
+                .sum::<f64>()
+                .sqrt();
+            let distance = whitened[at * k + at].max(0.0).sqrt();
+            let c: Vec<f64> = c.iter().map(|c| c / size).collect();
+            Relation {
+                constraint: combined(features, &means, &c),
+                distance,
+                scatter: distance / size,
+            }
+        };
+        let mut all: Vec<Relation> = (0..k).map(of).collect();
+        all.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+        all
+    }
+}
+
+/// Features whose gradients are more nearly dependent than this are not told apart.
+const CUTOFF: f64 = 1e-10;
+
+/// Σ c (f − its mean).
+fn combined(features: &[Constraint], means: &[f64], c: &[f64]) -> Constraint {
+    let mut sum = Constraint {
+        name: String::new(),
+        slopes: Vec::new(),
+        products: Vec::new(),
+        constant: Some(-means.iter().zip(c).map(|(mean, c)| mean * c).sum::<f64>()),
+    };
+    for (own, c) in features.iter().zip(c) {
+        sum.slopes
+            .extend(own.slopes.iter().map(|(j, b)| (*j, c * b)));
+        sum.products
+            .extend(own.products.iter().map(|(j, k, a)| (*j, *k, c * a)));
+    }
+    sum
+}
