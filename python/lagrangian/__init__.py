@@ -14,7 +14,7 @@ velocities and accelerations, ``tau`` are forces. Angles are in radians and unwr
 from __future__ import annotations
 
 from . import callbacks, errors, pixels
-from ._data import CheckReport, Item, check, read, simulate, write
+from ._data import CheckReport, Item, Structure, check, constraints, read, simulate, write
 from ._ensemble import Coverage, Ensemble, Prediction
 from ._estimators import Estimator, fit
 from ._families import (
@@ -66,6 +66,7 @@ __all__ = [
     "Report",
     "Rigid",
     "Servo",
+    "Structure",
     "Tracking",
     "Trajectories",
     "Trajectory",
@@ -73,6 +74,7 @@ __all__ = [
     "__version__",
     "callbacks",
     "check",
+    "constraints",
     "errors",
     "fit",
     "integrators",

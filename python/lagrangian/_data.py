@@ -6,6 +6,7 @@ import io
 import os
 import zipfile
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
     from ._model import Model
 
-__all__ = ["CheckReport", "Item", "check", "read", "write"]
+__all__ = ["CheckReport", "Item", "Structure", "check", "constraints", "read", "write"]
 
 Names = str | Sequence[str]
 
@@ -323,6 +324,65 @@ def check(data: Trajectory | Iterable[Trajectory], *, low_pass: float | None = N
     True
     """
     return CheckReport(_lagrangian.check(trajectories(data, "data"), low_pass))
+
+
+@dataclass(frozen=True)
+class Structure:
+    """The constraints between recorded points.
+
+    Attributes:
+        degrees_of_freedom: The number of independent motions that they leave.
+        constraints: Of each constraint a dictionary: ``name`` in words, ``kind`` (``fixed``, ``line``, ``circle``, ``rod``,
+            ``quadric``), ``points`` (their places in ``points``), ``length`` of a rod or radius of a circle, ``scatter`` (the
+            deviation of the positions from it, m) and ``noise`` (what their noise makes of that, m).
+        points: Of each point its ``name`` and the places of its coordinates, ``axes``.
+    """
+
+    degrees_of_freedom: int
+    constraints: list[dict[str, Any]]
+    points: list[dict[str, Any]]
+
+    def __str__(self) -> str:
+        lines = [constraint["name"] for constraint in self.constraints]
+        return "\n".join([*lines, f"degrees of freedom: {self.degrees_of_freedom}"])
+
+
+def constraints(
+    data: Trajectory | Iterable[Trajectory], *, points: Iterable[Iterable[str | int]] | None = None
+) -> Structure:
+    """The rods, circles and lines that join recorded points, found in their positions.
+
+    A constraint holds where all positions are as far from it as their noise says, in every motion. Relations that one motion may
+    follow by chance, all but rods and circles, need three motions.
+
+    Args:
+        data: One trajectory or several, of Cartesian positions.
+        points: The coordinates of each point, by name or number; by default those of names such as ``x1, y1`` or ``p1x, p1y``,
+            else two or three in turn.
+
+    >>> import numpy as np
+    >>> import lagrangian as lg
+    >>> angle = np.sin(0.1 * np.arange(200))
+    >>> bob = lg.Trajectory(q=np.column_stack([np.sin(angle), -np.cos(angle)]), t=0.02 * np.arange(200), names=["x", "y"])
+    >>> print(lg.constraints(bob))
+    p on a circle about (0.000, 0.000), radius 1.0000
+    degrees of freedom: 1
+    """
+    motions = trajectories(data, "data")
+    names = [coordinate.name for coordinate in motions[0].coordinates] if motions else []
+    places = None if points is None else [[_place(axis, names) for axis in point] for point in points]
+    found = _lagrangian.constraints(motions, places)
+    for constraint in found["constraints"]:
+        constraint.update(constraint.pop("constraint"))
+    return Structure(**found)
+
+
+def _place(axis: str | int, names: list[str]) -> int:
+    """The place of a coordinate that is given by its name or number."""
+    place = names.index(axis) if axis in names else axis
+    if not isinstance(place, int) or not 0 <= place < len(names):
+        raise InvalidInput(f"`points`: {axis!r} is not a coordinate; there are {', '.join(names)}")
+    return place
 
 
 def simulate(

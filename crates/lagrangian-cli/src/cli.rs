@@ -19,7 +19,7 @@ use crate::excite_args::ExciteArgs;
 use crate::export_args::ExportArgs;
 use crate::fit_args::FitArgs;
 use crate::identify_args::IdentifyArgs;
-use crate::law_args::{ActionArgs, ConservedArgs, FormulaArgs};
+use crate::law_args::{ActionArgs, ConservedArgs, ConstraintsArgs, FormulaArgs};
 use crate::out_args::{OutArgs, PlotArgs};
 use crate::output;
 use crate::track_args::TrackArgs;
@@ -68,6 +68,8 @@ pub(crate) enum Command {
     Fit(Box<FitArgs>),
     /// Find the law of a motion as a formula, with standard errors, or print that of a saved model
     Formula(Box<FormulaArgs>),
+    /// Find rods, circles and lines that join recorded points
+    Constraints(Box<ConstraintsArgs>),
     /// Plan a motion from which a robot can be identified
     Excite(Box<ExciteArgs>),
     /// Identify a robot from its logs, and write its parameters to its URDF

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::cli::{OF_RECORDINGS, RecordedArgs};
+use crate::cli::{DataArgs, OF_RECORDINGS, RecordedArgs};
 use crate::out_args::PlotArgs;
 use crate::subject::SubjectArgs;
 use crate::values::{count, finite, positive, seed};
@@ -87,6 +87,28 @@ pub(crate) struct FormulaArgs {
 
     #[command(flatten)]
     pub(crate) recorded: RecordedArgs,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+A constraint holds where all positions are as far from it as their noise says, in every motion. Found are coordinates that do not move,
+lines and other linear relations, circles and spheres, rods, and other curves and surfaces of second order. Relations that a single
+motion may follow by chance (all but rods and circles) need three recordings.
+
+Examples:
+  lagrangian constraints points.csv --q p1x,p1y,p2x,p2y
+  lagrangian constraints camera.csv --q q1,q2,q3,q4 --points q1:q2,q3:q4 --json")]
+pub(crate) struct ConstraintsArgs {
+    /// Files with recordings, .csv, .npz, .parquet, .db3, .mcap
+    #[arg(required = true)]
+    pub(crate) files: Vec<PathBuf>,
+
+    /// Points, as their Cartesian coordinates: x1:y1,x2:y2 [default: by the names; without such names, two or three coordinates each]
+    #[arg(long, value_name = "POINTS", value_delimiter = ',')]
+    pub(crate) points: Vec<String>,
+
+    #[command(flatten)]
+    pub(crate) data: DataArgs,
 }
 
 #[derive(Debug, Args)]

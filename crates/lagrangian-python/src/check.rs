@@ -1,7 +1,8 @@
-//! The check of recordings before a fit.
+//! What is found in recordings before a fit: the check, and constraints.
 
 use std::time::Duration;
 
+use lagrangian::constraints::{Point, find, find_between};
 use lagrangian::{CheckOptions, CheckReport};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -24,6 +25,35 @@ pub(crate) fn check<'py>(
     let work = |_| lagrangian::check(&recordings, &options);
     let report = interruptible(py, Duration::MAX, work)?;
     json(py, &findings(&report))
+}
+
+/// Finds the constraints between points: a dictionary with the points, the constraints and the number of degrees of freedom.
+#[pyfunction]
+#[pyo3(signature = (trajectories, points=None))]
+pub(crate) fn constraints<'py>(
+    trajectories: &Bound<'py, PyAny>,
+    points: Option<Vec<Vec<usize>>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let py = trajectories.py();
+    let recordings = recordings(trajectories)?;
+    let Some(first) = recordings.first() else {
+        return json(py, &object!({}));
+    };
+    let coordinates = &first.coordinates;
+    let work = |_| {
+        let motions: Vec<&[f64]> = recordings.iter().map(|own| &*own.signals.q).collect();
+        let point = |axes| Point::of(coordinates, axes);
+        match points {
+            Some(points) => find_between(
+                coordinates,
+                points.into_iter().map(point).collect(),
+                &motions,
+            ),
+            None => find(coordinates, &motions),
+        }
+    };
+    let found = interruptible(py, Duration::MAX, work)?;
+    json(py, &object!(found))
 }
 
 /// The verdict, all items, and the items that are shown.

@@ -37,7 +37,7 @@ mod _lagrangian {
     #[pymodule_export]
     use super::animation::{animation, page};
     #[pymodule_export]
-    use super::check::check;
+    use super::check::{check, constraints};
     #[pymodule_export]
     use super::ensemble::{Ensemble, Prediction, fit as fit_ensemble};
     #[pymodule_export]

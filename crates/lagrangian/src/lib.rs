@@ -134,6 +134,14 @@ pub mod check {
     };
 }
 
+/// Constraints between coordinates, found in positions.
+pub mod constraints {
+    pub use lagrangian_motion::Constraint;
+    pub use lagrangian_recordings::constraints::{
+        Found, Kind, Point, Structure, find, find_between,
+    };
+}
+
 /// Words for people, without what a terminal or a page would obey.
 pub mod text {
     pub use lagrangian_motion::{brief, counted, is_hidden, shown, shown_json, shown_lines};

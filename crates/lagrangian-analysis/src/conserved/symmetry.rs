@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use lagrangian::constraints::Point;
 use lagrangian::trajectory::Topology;
 use lagrangian::{Coordinates, Error, Result};
 
@@ -133,20 +134,10 @@ fn check(coordinates: &Coordinates, points: &[Vec<usize>]) -> Result<()> {
 /// of two or three coordinates.
 #[must_use]
 pub fn points_by_name(coordinates: &Coordinates) -> Vec<Vec<usize>> {
-    let mut points: Vec<(String, Vec<usize>)> = Vec::new();
-    for axis in ["x", "y", "z"] {
-        for (i, coordinate) in coordinates.0.iter().enumerate() {
-            let label = coordinate.name.strip_prefix(axis);
-            let Some(label) = label.filter(|_| coordinate.topology == Topology::Line) else {
-                continue;
-            };
-            match points.iter_mut().find(|(known, _)| known == label) {
-                Some((_, point)) => point.push(i),
-                None => points.push((label.into(), vec![i])),
-            }
-        }
-    }
-    let points: Vec<Vec<usize>> = points.into_iter().map(|(_, point)| point).collect();
+    let points: Vec<Vec<usize>> = Point::named(coordinates)
+        .into_iter()
+        .map(|own| own.axes)
+        .collect();
     match check(coordinates, &points) {
         Ok(()) => points,
         Err(_) => Vec::new(),

@@ -4,6 +4,7 @@ mod action;
 mod check;
 mod compare;
 mod conserved;
+mod constraints;
 mod convert;
 mod demo;
 mod ensemble;
@@ -61,6 +62,7 @@ pub(crate) fn run(cli: Cli) -> Result<u8> {
         Command::Check(args) => check::run(&args, mode),
         Command::Fit(args) => fit::run(&args, mode),
         Command::Formula(args) => formula::run(&args, mode),
+        Command::Constraints(args) => constraints::run(&args, mode),
         Command::Excite(args) => excite::run(&args, mode),
         Command::Identify(args) => identify::run(&args, mode),
         Command::Export(args) => export::run(&args, mode),

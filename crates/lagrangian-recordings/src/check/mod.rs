@@ -3,10 +3,10 @@
 //! Every item has a verdict, a finding in words, its numbers and a remedy. [`Verdict::Fail`] means that
 //! a fit of these recordings would be meaningless; [`Verdict::Warn`] that it would be worse than it could be.
 
-mod circles;
 mod column;
 mod copies;
 mod coverage;
+mod dependent;
 mod drive;
 mod evidence;
 mod frozen;
@@ -24,6 +24,7 @@ mod time;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
+pub use dependent::CONSTRAINTS;
 pub use drive::NOISY_FORCES;
 pub use evidence::Claim;
 use rayon::prelude::*;
@@ -80,8 +81,17 @@ pub struct Item {
 
 /// Findings that single samples, or exact equalities, show values to be wrong; other accusations concern all samples.
 const OF_SAMPLES: [&str; 11] = [
-    "circle", "copy", "forces", "frozen", "goal", "jumps", "machines", "repeated", "repeats",
-    "spikes", "unit",
+    "constraints",
+    "copy",
+    "forces",
+    "frozen",
+    "goal",
+    "jumps",
+    "machines",
+    "repeated",
+    "repeats",
+    "spikes",
+    "unit",
 ];
 
 /// Doubts about the extent of the motion, about single samples, about a scale, or about a small part of the forces: a model may be
@@ -347,7 +357,7 @@ fn check_all(recorded: &[Recording], options: &CheckOptions) -> CheckReport {
     ];
     items.extend(signals::excitation(recordings));
     items.extend(repeated::items(recordings));
-    items.extend(circles::items(recordings));
+    items.extend(dependent::items(recordings));
     let fits = regression::fit_joints(recordings, options, false);
     let mut shared = of_all(recordings, fits.as_ref(), 1.0);
     // A half uses the same low-pass and range of delays, so that it differs by its samples alone.

@@ -18,7 +18,7 @@ use taubin::{Cloud, Relation};
 /// A constraint holds where its distance is below this many deviations of the noise …
 const NOISES: f64 = 1.5;
 /// … and the motion is this many times farther from what is simpler.
-const CURVED: f64 = 8.0;
+const CURVED: f64 = 5.0;
 /// The part of the row of a constraint that those before it do not have, at least.
 const OWN: f64 = 0.05;
 /// The largest number of samples and of coordinates that are examined, and of states at which rows are compared.
@@ -66,11 +66,12 @@ pub struct Found {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Structure {
     /// The points.
-    #[serde(skip)]
     pub points: Vec<Point>,
     /// The constraints, the simplest first.
+    #[serde(rename = "constraints")]
     pub found: Vec<Found>,
     /// The number of degrees of freedom that they leave.
+    #[serde(rename = "degrees_of_freedom")]
     pub freedom: usize,
 }
 
@@ -153,10 +154,14 @@ pub fn find_between(
         bases: Vec::new(),
     };
     search.bases = search.states().iter().map(|_| Vec::new()).collect();
-    search.lines(&structure.points, is_line);
+    let lines: Vec<usize> = (0..n).filter(|i| is_line(*i)).collect();
+    search.lines(&structure.points, &lines);
     search.circles(&structure.points);
     search.rods(&structure.points);
-    search.quadrics(&structure.points);
+    if search.motions >= MOTIONS {
+        search.straight(&structure.points, &lines);
+        search.quadrics(&structure.points);
+    }
     structure.freedom = n - search.bases.iter().map(Vec::len).max().unwrap_or(0);
     structure.found = search.found;
     structure
@@ -234,8 +239,7 @@ impl Search<'_> {
         all.first().map_or(0.0, |own| own.distance)
     }
 
-    fn lines(&mut self, points: &[Point], is_line: impl Fn(usize) -> bool) {
-        let all: Vec<usize> = (0..self.cloud.n).filter(|i| is_line(*i)).collect();
+    fn lines(&mut self, points: &[Point], all: &[usize]) {
         let mut sets: Vec<Vec<usize>> = all.iter().map(|i| vec![*i]).collect();
         if self.motions >= MOTIONS {
             sets.extend(points.iter().map(|own| own.axes.clone()));
@@ -246,29 +250,27 @@ impl Search<'_> {
                     .flat_map(pairs)
                     .map(|(a, b)| vec![all[a], all[b]]),
             );
-            sets.push(all.clone());
         }
-        for set in sets {
-            let kind = if set.len() == 1 {
-                Kind::Fixed
-            } else {
-                Kind::Line
-            };
-            let features: Vec<Constraint> = set.iter().map(|i| linear(&[(*i, 1.0)])).collect();
-            let about: Vec<usize> = (0..points.len())
-                .filter(|p| points[*p].axes.iter().any(|i| set.contains(i)))
-                .collect();
-            for relation in self.cloud.relations(&features) {
-                if relation.distance >= NOISES {
-                    break;
-                }
-                let names: Vec<String> = set
-                    .iter()
-                    .map(|i| self.coordinates.0[*i].name.clone())
-                    .collect();
-                let words = |own: &Constraint| (straight(own, &set, &names), None);
-                self.add(relation, kind, &about, words);
+        sets.iter().for_each(|set| self.straight(points, set));
+    }
+
+    /// The linear relations between these coordinates.
+    fn straight(&mut self, points: &[Point], set: &[usize]) {
+        let kind = if set.len() == 1 {
+            Kind::Fixed
+        } else {
+            Kind::Line
+        };
+        let features: Vec<Constraint> = set.iter().map(|i| linear(&[(*i, 1.0)])).collect();
+        let of = |p: &usize| points[*p].axes.iter().any(|i| set.contains(i));
+        let about: Vec<usize> = (0..points.len()).filter(of).collect();
+        let names: Vec<&str> = set.iter().map(|i| &*self.coordinates.0[*i].name).collect();
+        for relation in self.cloud.relations(&features) {
+            if relation.distance >= NOISES {
+                break;
             }
+            let words = |own: &Constraint| (straight(own, set, &names), None);
+            self.add(relation, kind, &about, words);
         }
     }
 
@@ -357,9 +359,6 @@ impl Search<'_> {
                 .flat_map(|(k, j)| axes[..=k].iter().map(move |i| (*i, *j)));
             let mut features: Vec<Constraint> = pairs.map(|(i, j)| product(i, j)).collect();
             features.extend(axes.iter().map(|i| linear(&[(*i, 1.0)])));
-            if self.motions < MOTIONS {
-                return;
-            }
             if let Some(best) = self.holds(&features, axes) {
                 let what = if axes.len() == 2 { "curve" } else { "surface" };
                 let name = format!("{} on a {what} of second order", point.name);
@@ -420,7 +419,7 @@ fn square(first: &[usize], second: Option<&[usize]>) -> Constraint {
 }
 
 /// A linear relation in words: `x1 = 0.5`, `x1 - x2 = 0.5`.
-fn straight(own: &Constraint, set: &[usize], names: &[String]) -> String {
+fn straight(own: &Constraint, set: &[usize], names: &[&str]) -> String {
     let slope = |i: &usize| {
         own.slopes
             .iter()

@@ -1,9 +1,10 @@
 //! Which coordinates are those of one point in space.
 
-use lagrangian_motion::Coordinates;
+use lagrangian_motion::{Coordinates, Topology};
+use serde::Serialize;
 
 /// A point: its name, and its coordinates x, y or x, y, z.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Point {
     /// Its name, such as `p1`.
     pub name: String,
@@ -13,12 +14,13 @@ pub struct Point {
 
 impl Point {
     /// The points of coordinates that are named by them (`p1x`, `p1_y`, `x1`, `left.z`): each takes the place and the axis of its name.
-    /// Coordinates of other names are no point's.
+    /// Angles and coordinates of other names belong to no point.
     #[must_use]
     pub fn named(coordinates: &Coordinates) -> Vec<Self> {
         let mut points: Vec<(Self, Vec<char>)> = Vec::new();
         for (i, coordinate) in coordinates.0.iter().enumerate() {
-            let Some((stem, axis)) = place_and_axis(&coordinate.name) else {
+            let named = place_and_axis(&coordinate.name);
+            let Some((stem, axis)) = named.filter(|_| coordinate.topology == Topology::Line) else {
                 continue;
             };
             match points.iter_mut().find(|(own, _)| own.name == stem) {
@@ -35,6 +37,17 @@ impl Point {
         }
         let all = points.into_iter().map(|(own, _)| own);
         all.filter(|own| own.axes.len() > 1).collect()
+    }
+
+    /// A point of these coordinates, named by them.
+    #[must_use]
+    pub fn of(coordinates: &Coordinates, axes: Vec<usize>) -> Self {
+        let names = axes.iter().filter_map(|i| coordinates.0.get(*i));
+        let names: Vec<&str> = names.map(|own| &*own.name).collect();
+        Self {
+            name: format!("({})", names.join(", ")),
+            axes,
+        }
     }
 
     /// The points of coordinates in turn, so many for each.
@@ -75,7 +88,7 @@ fn place_and_axis(name: &str) -> Option<(String, char)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lagrangian_motion::{Coordinate, Topology};
+    use lagrangian_motion::Coordinate;
 
     #[test]
     fn points_are_found_in_the_names_of_their_coordinates() {

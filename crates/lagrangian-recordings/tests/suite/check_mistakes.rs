@@ -606,10 +606,10 @@ fn ends_of_rods(noise: f64) -> Vec<Recording> {
 fn ends_of_rods_are_coordinates_that_depend_on_each_other() {
     for noise in [0.0, 3e-3] {
         let report = checked(&ends_of_rods(noise));
-        for pair in ["q1 and q2 stay", "q3 − q1 and q4 − q2 stay"] {
-            assert_says(&report, "circle", Verdict::Warn, pair);
+        for held in ["p1 on a circle about", "rod p1–p2, length 1.0"] {
+            assert_says(&report, "constraints", Verdict::Warn, held);
         }
-        assert!(worst(&report, "circle").contradicts());
+        assert!(worst(&report, "constraints").contradicts());
     }
     // A rod that stretches by some percent is a spring.
     let mut springs = ends_of_rods(1e-3);
@@ -622,7 +622,7 @@ fn ends_of_rods_are_coordinates_that_depend_on_each_other() {
     }
     let report = checked(&springs);
     assert!(
-        report.items.iter().all(|i| i.name != "circle"),
+        report.items.iter().all(|i| i.name != "constraints"),
         "{report:#?}"
     );
 }

@@ -5,6 +5,7 @@ mod bad_files;
 mod check;
 mod check_forces;
 mod check_mistakes;
+mod constraints;
 mod derivatives;
 mod foreign_exports;
 mod formats;

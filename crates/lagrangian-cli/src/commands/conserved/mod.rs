@@ -77,14 +77,22 @@ pub(super) fn run(args: &ConservedArgs, mode: OutputMode) -> Result<u8> {
 }
 
 fn points(args: &ConservedArgs, coordinates: &Coordinates) -> Result<Vec<Vec<usize>>> {
-    if args.points.is_empty() {
-        return Ok(points_by_name(coordinates));
+    match args.points.is_empty() {
+        true => Ok(points_by_name(coordinates)),
+        false => named_points(&args.points, coordinates),
     }
+}
+
+/// Points as their coordinates, `x1:y1`.
+pub(super) fn named_points(
+    points: &[String],
+    coordinates: &Coordinates,
+) -> Result<Vec<Vec<usize>>> {
     let point = |text: &String| {
         let names = text.split(':');
         names.map(|name| coordinate(coordinates, name)).collect()
     };
-    args.points.iter().map(point).collect()
+    points.iter().map(point).collect()
 }
 
 fn motions(args: &ConservedArgs, subject: &Subject) -> Result<Vec<Trajectory>> {

@@ -1,0 +1,82 @@
+//! `lagrangian constraints`: rods, circles and lines that join recorded points.
+
+use anyhow::Result;
+use lagrangian::constraints::{Found, Point, Structure, find, find_between};
+use lagrangian::text::counted;
+use lagrangian::{Coordinates, Recording};
+use lagrangian_report::{Report, Table};
+use serde_json::json;
+
+use super::OutputMode;
+use super::conserved::named_points;
+use crate::data;
+use crate::failure::{SUCCESS, mistake};
+use crate::law_args::ConstraintsArgs;
+use crate::text;
+
+pub(super) fn run(args: &ConstraintsArgs, mode: OutputMode) -> Result<u8> {
+    let recordings = data::read_sample(&args.files, &args.data, None)?.recordings;
+    let coordinates = coordinates_of(&recordings)?;
+    let motions: Vec<&[f64]> = recordings.iter().map(|own| &*own.signals.q).collect();
+    let structure = match args.points.is_empty() {
+        true => find(coordinates, &motions),
+        false => {
+            let points = named_points(&args.points, coordinates)?;
+            find_between(
+                coordinates,
+                points.into_iter().map(point).collect(),
+                &motions,
+            )
+        }
+    };
+    let figures = json!({
+        "command": "constraints",
+        "files": args.files,
+        "structure": structure,
+    });
+    mode.print(&figures, || shown(&structure, coordinates.dof()))?;
+    Ok(SUCCESS)
+}
+
+/// The coordinates that all recordings share.
+fn coordinates_of(recordings: &[Recording]) -> Result<&Coordinates> {
+    let first = recordings.first().map(|own| &own.coordinates);
+    let same = recordings.iter().all(|own| Some(&own.coordinates) == first);
+    first.filter(|_| same).ok_or_else(|| {
+        mistake(
+            "the recordings have different coordinates",
+            "give recordings of one system at a time, with the same columns (--q)",
+        )
+    })
+}
+
+fn shown(structure: &Structure, coordinates: usize) -> String {
+    let answer = match structure.found.is_empty() {
+        true => {
+            "no constraint was found: each coordinate moves by itself, as far as these data tell"
+                .into()
+        }
+        false => format!(
+            "{} among {}: {} of freedom",
+            counted(structure.found.len(), "constraint"),
+            counted(coordinates, "coordinate"),
+            counted(structure.freedom, "degree"),
+        ),
+    };
+    let row = |own: &Found| {
+        let [scatter, noise] = [own.scatter, own.noise].map(|x| format!("{x:.2e}"));
+        vec![own.constraint.name.clone(), scatter, noise]
+    };
+    let rows: Vec<Vec<String>> = structure.found.iter().map(row).collect();
+    let header = ["constraint", "deviation", "by the noise"];
+    let tables = vec![Table::new("Constraints.", &header, rows)];
+    text::of(&Report {
+        answer,
+        tables: if structure.found.is_empty() {
+            Vec::new()
+        } else {
+            tables
+        },
+        ..Report::default()
+    })
+}

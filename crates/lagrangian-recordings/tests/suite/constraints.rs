@@ -1,0 +1,139 @@
+//! Constraints that are found in positions of points, and none where there are none.
+
+use lagrangian_motion::{Coordinate, Coordinates, Topology};
+use lagrangian_recordings::constraints::{Kind, Structure, find};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// Places of points by a time and a number that tells motions apart.
+type Places = fn(f64, f64) -> Vec<f64>;
+
+/// What is found in some motions of 200 samples at 50 Hz, with noise.
+fn found(names: &[&str], motions: usize, noise: f64, places: Places) -> Structure {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let mut normal = || (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
+    let of = |k: usize| -> Vec<f64> {
+        let at = |s: usize| places(0.02 * s as f64, 1.0 + k as f64);
+        let exact: Vec<f64> = (0..200).flat_map(at).collect();
+        exact.iter().map(|x| x + noise * normal()).collect()
+    };
+    let motions: Vec<Vec<f64>> = (0..motions).map(of).collect();
+    let motions: Vec<&[f64]> = motions.iter().map(Vec::as_slice).collect();
+    let named = |name: &&str| Coordinate::new(*name, "m", Topology::Line);
+    find(&Coordinates(names.iter().map(named).collect()), &motions)
+}
+
+fn words(found: &Structure) -> Vec<&str> {
+    let all = found.found.iter();
+    all.map(|own| &*own.constraint.name).collect()
+}
+
+/// A slider in a slot at y = 0.1, on a rod of 1.3 from a crank of 0.5.
+fn slider_and_crank(t: f64, k: f64) -> Vec<f64> {
+    let (y, x) = (k.sqrt() * t * 2.0 + k).sin_cos();
+    let (x, y) = (0.5 * x, 0.5 * y);
+    vec![x, y, x + (1.69 - (0.1 - y) * (0.1 - y)).sqrt(), 0.1]
+}
+
+/// A bar of two ends that moves freely in a plane, and a third point that turns about its first end.
+fn bars(t: f64, k: f64) -> Vec<f64> {
+    let (x, y) = ((t + k).sin() * k, t * t - k * t);
+    let [first, second] = [k * t + k, 2.0 * (t * k.sqrt()).sin()].map(f64::sin_cos);
+    vec![
+        x,
+        y,
+        x + 0.7 * first.0,
+        y + 0.7 * first.1,
+        x + 0.4 * second.0,
+        y + 0.4 * second.1,
+    ]
+}
+
+#[test]
+fn a_slider_and_a_crank_have_a_slot_a_circle_and_a_rod() {
+    for noise in [0.0, 1e-3, 5e-3] {
+        let own = found(&["ax", "ay", "bx", "by"], 4, noise, slider_and_crank);
+        assert_eq!(own.freedom, 1, "{own:#?}");
+        let kinds: Vec<Kind> = own.found.iter().map(|own| own.kind).collect();
+        assert_eq!(kinds, [Kind::Fixed, Kind::Circle, Kind::Rod]);
+        let words = words(&own);
+        assert!(words[1].starts_with("a on a circle about ("), "{words:?}");
+        assert!(words[2].starts_with("rod a–b, length 1.3"), "{words:?}");
+    }
+}
+
+#[test]
+fn rods_that_are_hung_nowhere_are_found_and_a_rod_that_breathes_is_refused() {
+    let names = ["x1", "y1", "x2", "y2", "x3", "y3"];
+    for motions in [1, 3] {
+        let own = found(&names, motions, 1e-3, bars);
+        assert_eq!(own.freedom, 4, "{own:#?}");
+        let lengths: Vec<f64> = own.found.iter().filter_map(|own| own.length).collect();
+        assert!((lengths[0] - 0.7).abs() < 1e-3 && (lengths[1] - 0.4).abs() < 1e-3);
+    }
+    let breathing = found(&names, 3, 1e-3, |t, k| {
+        let mut all = bars(t, k);
+        let size = 1.0 + 0.006 * (3.0 * t + k).sin();
+        (2..6).for_each(|i| all[i] = all[i % 2] + size * (all[i] - all[i % 2]));
+        all
+    });
+    assert_eq!(breathing.freedom, 6, "{breathing:#?}");
+}
+
+#[test]
+fn a_rigid_body_has_rods_between_all_its_points_and_none_too_many() {
+    let own = found(&["x1", "y1", "x2", "y2", "x3", "y3"], 4, 1e-3, |t, k| {
+        let (sin, cos) = (k * t).sin_cos();
+        let (x, y) = (k * t, (t + k).sin());
+        vec![
+            x,
+            y,
+            x + 0.5 * cos,
+            y + 0.5 * sin,
+            x - 0.4 * sin,
+            y + 0.4 * cos,
+        ]
+    });
+    assert_eq!((own.freedom, own.found.len()), (3, 3), "{own:#?}");
+    assert!(own.found.iter().all(|own| own.kind == Kind::Rod));
+}
+
+#[test]
+fn an_ellipse_and_a_plane_in_space_are_found_in_several_motions_alone() {
+    let ellipse: Places = |t, k| vec![1.5 * (k * t).cos(), 0.8 * (k * t).sin()];
+    let own = found(&["x", "y"], 3, 1e-3, ellipse);
+    assert_eq!((own.freedom, own.found[0].kind), (1, Kind::Quadric));
+    assert_eq!(found(&["x", "y"], 1, 1e-3, ellipse).freedom, 2);
+    let plane: Places = |t, k| {
+        vec![
+            (k * t).cos(),
+            k * (2.0 * t).sin(),
+            0.5 * (k * t).cos() + 0.2,
+        ]
+    };
+    let own = found(&["x", "y", "z"], 3, 1e-3, plane);
+    assert_eq!(own.freedom, 2, "{own:#?}");
+    assert_eq!(words(&own), ["-0.500 x + z = 0.200"]);
+}
+
+#[test]
+fn coordinates_that_move_by_themselves_have_no_constraint() {
+    let free: [Places; 3] = [
+        |t, k| vec![k * (2.0 * t).sin(), (3.0 * t + k).cos()],
+        |t, k| vec![k * t, k * t - 4.9 * t * t, (t + k).sin(), t * k * k],
+        |t, k| {
+            vec![
+                (1.0 + 0.1 * k) * (k * t).cos(),
+                (1.0 + 0.1 * k) * (k * t).sin(),
+            ]
+        },
+    ];
+    for places in free {
+        for noise in [0.0, 1e-3, 1e-2] {
+            let names = ["x1", "y1", "x2", "y2"];
+            let n = places(0.0, 1.0).len();
+            let own = found(&names[..n], 4, noise, places);
+            assert_eq!((own.freedom, own.found.len()), (n, 0), "{own:#?}");
+        }
+    }
+}
