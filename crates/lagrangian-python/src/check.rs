@@ -2,12 +2,13 @@
 
 use std::time::Duration;
 
-use lagrangian::constraints::{Point, find, find_between};
+use lagrangian::constraints::{Point, find_in};
 use lagrangian::{CheckOptions, CheckReport};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::{Value, json as object};
 
+use crate::error::OrRaise;
 use crate::files::json;
 use crate::recording::recordings;
 use crate::threads::interruptible;
@@ -36,23 +37,13 @@ pub(crate) fn constraints<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let py = trajectories.py();
     let recordings = recordings(trajectories)?;
-    let Some(first) = recordings.first() else {
-        return json(py, &object!({}));
-    };
-    let coordinates = &first.coordinates;
-    let work = |_| {
-        let motions: Vec<&[f64]> = recordings.iter().map(|own| &*own.signals.q).collect();
+    let coordinates = recordings.first().map(|own| &own.coordinates);
+    let points = points.zip(coordinates).map(|(points, coordinates)| {
         let point = |axes| Point::of(coordinates, axes);
-        match points {
-            Some(points) => find_between(
-                coordinates,
-                points.into_iter().map(point).collect(),
-                &motions,
-            ),
-            None => find(coordinates, &motions),
-        }
-    };
-    let found = interruptible(py, Duration::MAX, work)?;
+        points.into_iter().map(point).collect()
+    });
+    let work = |_| find_in(&recordings, points);
+    let found = interruptible(py, Duration::MAX, work)?.or_raise(py)?;
     json(py, &object!(found))
 }
 

@@ -138,7 +138,7 @@ pub mod check {
 pub mod constraints {
     pub use lagrangian_motion::Constraint;
     pub use lagrangian_recordings::constraints::{
-        Found, Kind, Point, Structure, find, find_between,
+        Found, Kind, Point, Structure, find, find_between, find_in,
     };
 }
 

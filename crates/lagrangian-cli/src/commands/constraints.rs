@@ -1,34 +1,34 @@
 //! `lagrangian constraints`: rods, circles and lines that join recorded points.
 
 use anyhow::Result;
-use lagrangian::constraints::{Found, Point, Structure, find, find_between};
+use lagrangian::Coordinates;
+use lagrangian::constraints::{Found, Point, Structure, find_in};
 use lagrangian::text::counted;
-use lagrangian::{Coordinates, Recording};
 use lagrangian_report::{Report, Table};
 use serde_json::json;
 
 use super::OutputMode;
 use super::conserved::named_points;
 use crate::data;
-use crate::failure::{SUCCESS, mistake};
+use crate::failure::{Context, SUCCESS};
 use crate::law_args::ConstraintsArgs;
 use crate::text;
 
 pub(super) fn run(args: &ConstraintsArgs, mode: OutputMode) -> Result<u8> {
     let recordings = data::read_sample(&args.files, &args.data, None)?.recordings;
-    let coordinates = coordinates_of(&recordings)?;
-    let motions: Vec<&[f64]> = recordings.iter().map(|own| &*own.signals.q).collect();
-    let structure = match args.points.is_empty() {
-        true => find(coordinates, &motions),
+    let coordinates = recordings.first().map(|own| own.coordinates.clone());
+    let coordinates = coordinates.unwrap_or_else(|| Coordinates(Vec::new()));
+    let points = match args.points.is_empty() {
+        true => None,
         false => {
-            let points = named_points(&args.points, coordinates)?;
-            find_between(
-                coordinates,
-                points.into_iter().map(point).collect(),
-                &motions,
-            )
+            let points = named_points(&args.points, &coordinates)?.into_iter();
+            Some(points.map(|axes| Point::of(&coordinates, axes)).collect())
         }
     };
+    let structure = find_in(&recordings, points).context(
+        "cannot look for constraints",
+        "give recordings of one system at a time, with the same columns (--q)",
+    )?;
     let figures = json!({
         "command": "constraints",
         "files": args.files,
@@ -36,18 +36,6 @@ pub(super) fn run(args: &ConstraintsArgs, mode: OutputMode) -> Result<u8> {
     });
     mode.print(&figures, || shown(&structure, coordinates.dof()))?;
     Ok(SUCCESS)
-}
-
-/// The coordinates that all recordings share.
-fn coordinates_of(recordings: &[Recording]) -> Result<&Coordinates> {
-    let first = recordings.first().map(|own| &own.coordinates);
-    let same = recordings.iter().all(|own| Some(&own.coordinates) == first);
-    first.filter(|_| same).ok_or_else(|| {
-        mistake(
-            "the recordings have different coordinates",
-            "give recordings of one system at a time, with the same columns (--q)",
-        )
-    })
 }
 
 fn shown(structure: &Structure, coordinates: usize) -> String {

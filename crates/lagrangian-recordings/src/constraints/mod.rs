@@ -8,10 +8,12 @@
 mod noise;
 mod points;
 mod taubin;
+mod velocities;
 
-use lagrangian_motion::{Constraint, Coordinates, Topology};
+use lagrangian_motion::{Constraint, Coordinates, Error, Result, Topology};
 use serde::Serialize;
 
+use crate::Recording;
 pub use points::Point;
 use taubin::{Cloud, Relation};
 
@@ -43,6 +45,8 @@ pub enum Kind {
     Rod,
     /// A point on another curve or surface of second order.
     Quadric,
+    /// A relation of velocities that no position shows.
+    Velocity,
 }
 
 /// A constraint that was found.
@@ -131,7 +135,7 @@ pub fn find_between(
         found: Vec::new(),
         freedom: n,
     };
-    let rows: usize = motions.iter().map(|own| own.len() / n).sum();
+    let rows: usize = motions.iter().map(|own| own.len() / n.max(1)).sum();
     if !(1..=COORDINATES).contains(&n) || rows < 4 * SAMPLES_EACH {
         return structure;
     }
@@ -161,10 +165,29 @@ pub fn find_between(
     if search.motions >= MOTIONS {
         search.straight(&structure.points, &lines);
         search.quadrics(&structure.points);
+        search.velocities(&motions, &structure.points, &lines);
     }
     structure.freedom = n - search.bases.iter().map(Vec::len).max().unwrap_or(0);
     structure.found = search.found;
     structure
+}
+
+/// Finds the constraints of recorded points.
+///
+/// # Errors
+/// [`Error::Argument`] for recordings of different coordinates, or none.
+pub fn find_in(recordings: &[Recording], points: Option<Vec<Point>>) -> Result<Structure> {
+    let first = recordings.first().map(|own| &own.coordinates);
+    let same = recordings.iter().all(|own| Some(&own.coordinates) == first);
+    let Some(coordinates) = first.filter(|_| same) else {
+        let must = "of one system, with the same coordinates, and at least one";
+        return Err(Error::argument("recordings", recordings.len(), must));
+    };
+    let motions: Vec<&[f64]> = recordings.iter().map(|own| &*own.q).collect();
+    Ok(match points {
+        Some(points) => find_between(coordinates, points, &motions),
+        None => find(coordinates, &motions),
+    })
 }
 
 /// A search in progress.
@@ -194,18 +217,19 @@ impl Search<'_> {
         points: &[usize],
         named: impl FnOnce(&Constraint) -> (String, Option<f64>),
     ) -> bool {
-        let mut rest: Vec<Vec<f64>> = Vec::new();
-        let (mut own, mut all) = (0.0, 0.0);
-        for (q, basis) in self.states().into_iter().zip(&self.bases) {
-            let mut row = relation.constraint.row(q);
-            all += row.iter().map(|x| x * x).sum::<f64>();
-            for taken in basis {
-                let along: f64 = row.iter().zip(taken).map(|(a, b)| a * b).sum();
-                row.iter_mut().zip(taken).for_each(|(x, t)| *x -= along * t);
-            }
-            own += row.iter().map(|x| x * x).sum::<f64>();
-            rest.push(row);
-        }
+        let rows = self
+            .states()
+            .into_iter()
+            .map(|q| relation.constraint.row(q));
+        let rows: Vec<Vec<f64>> = rows.collect();
+        let size = |rows: &[Vec<f64>]| rows.iter().flatten().map(|x| x * x).sum::<f64>();
+        let all = size(&rows);
+        let rest = rows
+            .into_iter()
+            .enumerate()
+            .map(|(s, row)| self.untaken(s, row));
+        let rest: Vec<Vec<f64>> = rest.collect();
+        let own = size(&rest);
         if own < OWN * OWN * all {
             return false;
         }
@@ -229,6 +253,15 @@ impl Search<'_> {
             noise,
         });
         true
+    }
+
+    /// The part of a row in the directions that no constraint takes at a state.
+    fn untaken(&self, state: usize, mut row: Vec<f64>) -> Vec<f64> {
+        for taken in &self.bases[state] {
+            let along: f64 = row.iter().zip(taken).map(|(a, b)| a * b).sum();
+            row.iter_mut().zip(taken).for_each(|(x, t)| *x -= along * t);
+        }
+        row
     }
 
     /// The distance from the nearest linear relation of these coordinates, in units of the noise.

@@ -1,5 +1,7 @@
 //! Taubin's eigenproblem: the combinations of features that stay constant, by their distance in units of the noise.
 
+use std::collections::BTreeMap;
+
 use lagrangian_motion::Constraint;
 use lagrangian_motion::solve::{diagonalise, inverse_root};
 
@@ -68,6 +70,11 @@ impl Cloud {
             vec![0.0; k * k],
         );
         diagonalise(&mut whitened, &mut vectors, k);
+        let centre = |(own, mean): (&Constraint, &f64)| Constraint {
+            constant: Some(-mean),
+            ..own.clone()
+        };
+        let centred: Vec<Constraint> = features.iter().zip(&means).map(centre).collect();
         let of = |at: usize| {
             let own = &vectors[at * k..][..k];
             let back = |i: usize| unit[i] * (0..k).map(|j| root[i * k + j] * own[j]).sum::<f64>();
@@ -79,7 +86,7 @@ impl Cloud {
             let distance = whitened[at * k + at].max(0.0).sqrt();
             let c: Vec<f64> = c.iter().map(|c| c / size).collect();
             Relation {
-                constraint: combined(features, &means, &c),
+                constraint: combined(&centred, &c),
                 distance,
                 scatter: distance / size,
             }
@@ -93,19 +100,23 @@ impl Cloud {
 /// Features whose gradients are more nearly dependent than this are not told apart.
 const CUTOFF: f64 = 1e-10;
 
-/// Σ c (f − its mean).
-fn combined(features: &[Constraint], means: &[f64], c: &[f64]) -> Constraint {
-    let mut sum = Constraint {
-        name: String::new(),
-        slopes: Vec::new(),
-        products: Vec::new(),
-        constant: Some(-means.iter().zip(c).map(|(mean, c)| mean * c).sum::<f64>()),
-    };
+/// Σ c f of features, or of relations of velocities.
+pub(super) fn combined(features: &[Constraint], c: &[f64]) -> Constraint {
+    let (mut slopes, mut products) = (BTreeMap::new(), BTreeMap::new());
+    let mut constant = Some(0.0);
     for (own, c) in features.iter().zip(c) {
-        sum.slopes
-            .extend(own.slopes.iter().map(|(j, b)| (*j, c * b)));
-        sum.products
-            .extend(own.products.iter().map(|(j, k, a)| (*j, *k, c * a)));
+        own.slopes
+            .iter()
+            .for_each(|(j, b)| *slopes.entry(*j).or_insert(0.0) += c * b);
+        own.products
+            .iter()
+            .for_each(|(j, k, a)| *products.entry((*j, *k)).or_insert(0.0) += c * a);
+        constant = constant.zip(own.constant).map(|(sum, own)| sum + c * own);
     }
-    sum
+    Constraint {
+        name: String::new(),
+        slopes: slopes.into_iter().collect(),
+        products: products.into_iter().map(|((j, k), a)| (j, k, a)).collect(),
+        constant,
+    }
 }
