@@ -6,12 +6,14 @@
 //! | `analytic` | known Lagrangians, a system in a file |
 //! | `forces` | friction d(q̇), smooth or as a set, and the map from inputs to forces |
 //! | `dynamics` | the Euler–Lagrange equation M q̈ + c = τ − d, written once, and quantities of single states |
+//! | `constrained` | models that keep relations between their coordinates |
 //! | `hamiltonian` | the trait of H(q, p), Hamilton's equations, the Legendre transform in both directions |
 //! | `expression`, `rigid`, `integrate`, `rollout` | the equations as expressions, rigid bodies, integrators, predicted motions |
 
 #![forbid(unsafe_code)]
 
 pub mod analytic;
+pub mod constrained;
 pub mod dynamics;
 pub mod expression;
 pub mod forces;
@@ -22,9 +24,10 @@ pub mod rigid;
 pub mod rollout;
 mod visited;
 
+pub use constrained::Constrained;
 pub use dynamics::{
     Balance, Driven, EulerLagrange, Evaluation, Evaluator, Mechanical, Model, PhaseFlow, Plant,
-    Quantities, Slopes, bias, energy, forward, inverse, momenta,
+    Projection, Quantities, Slopes, bias, energy, forward, inverse, momenta,
 };
 pub use forces::{
     Actuation, Applied, Command, Directional, Dissipation, Drive, DrySolver, GearFriction, Load,

@@ -14,7 +14,7 @@ use std::cell::RefCell;
 
 use serde::{Deserialize, Serialize};
 
-use crate::dynamics::{Balance, EulerLagrange, Evaluation, Evaluator, Model, Slopes};
+use crate::dynamics::{Balance, EulerLagrange, Evaluation, Evaluator, Model, Projection, Slopes};
 use crate::integrate::{Control, Ending, Failure, Method, Solution, Span, moreau};
 use lagrangian_motion::Signals;
 use lagrangian_motion::{Error, Result, Stop, Trajectory};
@@ -297,6 +297,7 @@ struct RolloutState<'a> {
     evaluator: Box<dyn Evaluator + 'a>,
     /// Evaluator of the variational methods.
     mechanics: Option<EulerLagrange<'a>>,
+    projection: Option<&'a dyn Projection>,
     options: &'a RolloutOptions,
     /// State (q, z) reached, `[2 n]`: z = q̇, or another second state of the model that the method does not replace by q̇.
     x: Vec<f64>,
@@ -321,7 +322,8 @@ impl<'a> RolloutState<'a> {
         if options.method == Method::Moreau {
             return run;
         }
-        run.begun = initial_phase(&mut *run.evaluator, q0, qd0, &mut run.x[n..]);
+        let qd0 = run.x[n..].to_vec();
+        run.begun = initial_phase(&mut *run.evaluator, q0, &qd0, &mut run.x[n..]);
         run
     }
 
@@ -335,11 +337,16 @@ impl<'a> RolloutState<'a> {
     ) -> Self {
         let n = q0.len();
         let rollout = Rollout::begin(len, n);
+        let mut x = [q0, z0].concat();
+        if let Some(projection) = model.projection() {
+            projection.project(&mut x);
+        }
         Self {
+            projection: model.projection(),
             evaluator: model.evaluator(),
             mechanics: options.method.rule().and_then(|_| model.mechanics()),
             options,
-            x: [q0, z0].concat(),
+            x,
             begun: true,
             qd: vec![0.0; n],
             force: vec![0.0; n],
@@ -372,12 +379,16 @@ impl<'a> RolloutState<'a> {
         first: bool,
     ) -> Solution {
         let (x0, method) = (self.x.clone(), self.options.method);
-        let span = Span::new(&x0, times, control);
+        let projection = self.projection;
+        let span = Span::new(&x0, times, control).keeping(projection);
         let mut sample = |k: usize, state: &[f64]| {
             self.x.copy_from_slice(state);
+            if let Some(projection) = projection {
+                projection.project(&mut self.x);
+            }
             if k > 0 || first {
-                record(&mut self.rollout.trajectory, times[k], state);
-                self.known.borrow_mut().sampled(state);
+                record(&mut self.rollout.trajectory, times[k], &self.x);
+                self.known.borrow_mut().sampled(&self.x);
             }
         };
         if method == Method::Moreau {

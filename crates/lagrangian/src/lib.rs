@@ -92,7 +92,7 @@ pub mod train;
 pub mod trajectory {
     pub use lagrangian_mechanics::{Axis, Beyond, Visited};
     pub use lagrangian_motion::{
-        Coordinate, Coordinates, Samples, Signal, Signals, State, Topology, Trajectory,
+        Constraint, Coordinate, Coordinates, Samples, Signal, Signals, State, Topology, Trajectory,
     };
     pub use lagrangian_recordings::{
         Columns, Constant, DriveLayout, Estimate, EstimateOptions, Format, Layout, Links,
@@ -117,12 +117,12 @@ pub mod rigid {
 /// Mechanics: Lagrangians, Hamiltonians, forces, and the equations of motion.
 pub mod mechanics {
     pub use lagrangian_mechanics::{
-        Actuation, Applied, Balance, Canonical, Command, Curvature, Directional, Dissipation,
-        Drive, Driven, DrySolver, EulerLagrange, Evaluation, Evaluator, GearFriction, Hamiltonian,
-        HamiltonianJet, HamiltonianJets, HamiltonianOf, Jet, Jets, Lagrangian, LagrangianOf, Load,
-        Mechanical, Model, Outcome, PhaseFlow, Plant, Quantities, Regularity, Scalar, Scaling,
-        Sensitive, Slopes, SpeedChart, Stribeck, Sum, SymmetricSolver, analytic, bias, diagonalise,
-        dot, energy, forward, inverse, inverse_root, momenta, product,
+        Actuation, Applied, Balance, Canonical, Command, Constrained, Curvature, Directional,
+        Dissipation, Drive, Driven, DrySolver, EulerLagrange, Evaluation, Evaluator, GearFriction,
+        Hamiltonian, HamiltonianJet, HamiltonianJets, HamiltonianOf, Jet, Jets, Lagrangian,
+        LagrangianOf, Load, Mechanical, Model, Outcome, PhaseFlow, Plant, Projection, Quantities,
+        Regularity, Scalar, Scaling, Sensitive, Slopes, SpeedChart, Stribeck, Sum, SymmetricSolver,
+        analytic, bias, diagonalise, dot, energy, forward, inverse, inverse_root, momenta, product,
     };
 }
 

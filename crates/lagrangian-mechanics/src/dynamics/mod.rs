@@ -78,9 +78,26 @@ pub trait Model: Send + Sync {
         None
     }
 
+    /// Projection to the states that keep the relations of the model; `None` for a model without relations.
+    fn projection(&self) -> Option<&dyn Projection> {
+        None
+    }
+
     /// States that the data of the fit visited, where they are known.
     fn visited(&self) -> Option<&Visited> {
         None
+    }
+}
+
+/// The nearest states that keep the relations of a model between its coordinates, see [`crate::Constrained`].
+pub trait Projection: Sync {
+    /// Moves a state (q, q̇), `[2 n]`, to the nearest one that keeps the relations; not finite where there is none.
+    fn project(&self, state: &mut [f64]);
+}
+
+impl std::fmt::Debug for dyn Projection + '_ {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Projection")
     }
 }
 

@@ -5,6 +5,8 @@
 
 use std::marker::PhantomData;
 
+use crate::dynamics::Projection;
+
 use super::{Control, Ending, Failure, FirstOrder, Sink, Solution, Span, combine};
 
 /// Safety factor on the step that the error estimate allows.
@@ -62,6 +64,7 @@ pub fn solve<P: EmbeddedPair>(
     sink: &mut Sink<'_>,
 ) -> Solution {
     let mut stepper = Stepper::<P>::new(span.x0, span.times, *span.control, sink);
+    stepper.projection = span.projection;
     while let Some((t, x, slope)) = stepper.request() {
         f(t, x, slope);
         stepper.proceed(sink);
@@ -90,6 +93,7 @@ pub struct Stepper<'a, P> {
     /// Index of the next sample.
     next: usize,
     control: Control,
+    projection: Option<&'a dyn Projection>,
     phase: Phase,
     /// Ending and cost so far.
     solution: Solution,
@@ -171,6 +175,7 @@ impl<'a, P: EmbeddedPair> Stepper<'a, P> {
             times,
             next: 1,
             control,
+            projection: None,
             phase: if times.len() > 1 {
                 Phase::Begin
             } else {
@@ -332,6 +337,9 @@ impl<'a, P: EmbeddedPair> Stepper<'a, P> {
             let Attempt { k, x_new, terms } = &mut self.attempt;
             P::prepare(k, self.size.tried, &self.x, x_new, terms);
         }
+        if let Some(projection) = self.projection {
+            projection.project(&mut self.attempt.x_new);
+        }
         while self.next < self.times.len() && self.times[self.next] <= t_new {
             let time = self.times[self.next];
             if time < t_new {
@@ -467,11 +475,7 @@ mod tests {
         let mut f = |_: f64, x: &[f64], dx: &mut [f64]| dx.copy_from_slice(&[x[1], -x[0].sin()]);
         let mut truth = [0.0; 2];
         let mut sink = |_: usize, x: &[f64]| truth.copy_from_slice(x);
-        let span = Span {
-            x0: &[1.0, 0.0],
-            times: &[0.0, 2.0],
-            control: &control,
-        };
+        let span = Span::new(&[1.0, 0.0], &[0.0, 2.0], &control);
         solve::<Dop853>(&mut f, span, &mut sink);
         let (mut x, mut stage, h) = ([1.0, 0.0], [0.0; 2], 2.0 / f64::from(parts));
         let mut k = vec![0.0; 2 * P::A.len()];

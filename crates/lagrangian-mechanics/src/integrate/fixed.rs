@@ -8,7 +8,12 @@ use super::{Ending, Failure, Sink, Solution, Span, Stepped};
 /// Each interval between sample times is cut into equal steps of at most [`super::Control::step`].
 pub fn solve(
     mut step: impl FnMut(f64, f64, &mut [f64]) -> Stepped,
-    Span { x0, times, control }: Span<'_>,
+    Span {
+        x0,
+        times,
+        control,
+        projection,
+    }: Span<'_>,
     sink: &mut Sink<'_>,
 ) -> Solution {
     let mut x = x0.to_vec();
@@ -41,7 +46,11 @@ pub fn solve(
                 true => Ok(()),
                 false => Err(Failure::NotFinite),
             };
-            if let Err(reason) = step(t, h, &mut x).and_then(|()| finite(&x)) {
+            let stepped = step(t, h, &mut x);
+            if let Some(projection) = projection {
+                projection.project(&mut x);
+            }
+            if let Err(reason) = stepped.and_then(|()| finite(&x)) {
                 solution.ending = Ending::Failed { t, reason };
                 return solution;
             }

@@ -36,6 +36,7 @@ pub use variational::{Mechanics, Rule, Variational};
 
 use serde::{Deserialize, Serialize};
 
+use crate::dynamics::Projection;
 use lagrangian_motion::settings::{Named, named};
 use lagrangian_motion::{Error, Result, Stop};
 
@@ -63,13 +64,26 @@ pub struct Span<'a> {
     pub times: &'a [f64],
     /// Accuracy and maximum cost.
     pub control: &'a Control,
+    /// Projection of the state after each step; `None` where the motion has no relations to keep.
+    pub projection: Option<&'a dyn Projection>,
 }
 
 impl<'a> Span<'a> {
     /// The span of these.
     #[must_use]
     pub fn new(x0: &'a [f64], times: &'a [f64], control: &'a Control) -> Self {
-        Self { x0, times, control }
+        Self {
+            x0,
+            times,
+            control,
+            projection: None,
+        }
+    }
+
+    /// The span with a projection of the state after each step.
+    #[must_use]
+    pub fn keeping(self, projection: Option<&'a dyn Projection>) -> Self {
+        Self { projection, ..self }
     }
 }
 

@@ -13,7 +13,9 @@ use super::named::{Named, Parameter};
 use crate::saved::WEIGHTS;
 use crate::saved::{self, Header, Provenance, SavedModel, Tensor};
 use lagrangian_mechanics::Visited;
-use lagrangian_mechanics::dynamics::{Driven, EulerLagrange, Evaluator, Mechanical, Model};
+use lagrangian_mechanics::dynamics::{
+    Driven, EulerLagrange, Evaluator, Mechanical, Model, Projection,
+};
 use lagrangian_mechanics::expression::{self, Equations, Graph};
 use lagrangian_mechanics::forces::{Actuation, Applied, Dissipation};
 use lagrangian_mechanics::hamiltonian::Hamiltonian;
@@ -341,6 +343,10 @@ impl Model for Learned {
 
     fn driven(&self) -> Option<&dyn Driven> {
         self.model.driven()
+    }
+
+    fn projection(&self) -> Option<&dyn Projection> {
+        self.model.projection()
     }
 
     fn visited(&self) -> Option<&Visited> {

@@ -120,11 +120,7 @@ fn dense_error<P: EmbeddedPair>(rtol: f64) -> (f64, u64) {
             .max((x[0] - samples[k].cos()).abs())
             .max((x[1] + samples[k].sin()).abs());
     };
-    let span = Span {
-        x0: &[1.0, 0.0],
-        times: &samples,
-        control: &control,
-    };
+    let span = Span::new(&[1.0, 0.0], &samples, &control);
     adaptive::solve::<P>(&mut f, span, &mut sink);
     (error, evaluations)
 }

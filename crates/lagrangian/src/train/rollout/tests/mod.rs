@@ -289,11 +289,7 @@ fn a_rollout_in_training_is_that_of_the_model() {
                 max_steps: 100,
                 stop: lagrangian_motion::Stop::default(),
             };
-            let span = lagrangian_mechanics::integrate::Span {
-                x0: &x0,
-                times: &times,
-                control: &control,
-            };
+            let span = lagrangian_mechanics::integrate::Span::new(&x0, &times, &control);
             let mut end = Vec::new();
             let mut sink = |_: usize, x: &[f64]| end = x.to_vec();
             let force = &tau[8..10];
