@@ -19,6 +19,7 @@ from ._ensemble import Coverage, Ensemble, Prediction
 from ._estimators import Estimator, fit
 from ._families import (
     Best,
+    Cartesian,
     Chain,
     Delan,
     Formula,
@@ -43,6 +44,7 @@ __all__ = [
     "Animation",
     "Assessment",
     "Best",
+    "Cartesian",
     "Chain",
     "CheckReport",
     "Coordinate",

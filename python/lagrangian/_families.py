@@ -41,6 +41,7 @@ CLASSES = {
     "chain": "Chain",
     "servo": "Servo",
     "formula": "Formula",
+    "cartesian": "Cartesian",
 }
 
 

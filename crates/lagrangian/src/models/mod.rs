@@ -6,6 +6,7 @@
 //! | `family.rs` | its losses and data, its preparation for training, its saved form |
 //! | `learner.rs` | its residuals and their derivatives |
 
+pub(crate) mod cartesian;
 pub(crate) mod chain;
 pub(crate) mod correlation;
 pub(crate) mod delan;
@@ -29,6 +30,7 @@ pub(crate) mod vin;
 mod weights;
 
 pub use crate::dataset::Momenta;
+pub use cartesian::{CartesianConfig, PointTerm, Points};
 pub use chain::ChainConfig;
 pub use delan::{Delan, DelanConfig, Inertia, Trunks};
 pub(crate) use family::Residuals;
@@ -62,4 +64,5 @@ pub const FAMILIES: &[Entry] = &[
     chain::family::ENTRY,
     servo::family::ENTRY,
     formula::family::ENTRY,
+    cartesian::family::ENTRY,
 ];

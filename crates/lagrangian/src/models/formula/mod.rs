@@ -16,8 +16,10 @@ use num_dual::Dual64;
 use serde::{Deserialize, Serialize};
 
 pub use search::LawVerdict;
+pub(crate) use search::{WINDOW, errors, noise_sizes, scores};
+use term::Position;
+pub(crate) use term::Style;
 pub use term::Term;
-use term::{Position, Style};
 
 use crate::models::learned::{Description, LearnedLagrangian, Stored, WrittenLaw};
 use crate::models::named::Parameter;
@@ -168,7 +170,7 @@ impl Formula {
 }
 
 /// What friction does, for each coordinate that has some.
-fn friction(coordinates: &Coordinates, friction: &Dissipation, style: Style) -> String {
+pub(crate) fn friction(coordinates: &Coordinates, friction: &Dissipation, style: Style) -> String {
     let mut text = String::new();
     for (i, coordinate) in coordinates.0.iter().enumerate() {
         let name = style.name(&coordinate.name);
@@ -214,7 +216,7 @@ fn short(value: f64) -> String {
 }
 
 /// A number with its standard error in brackets, in units of the last digits: 9.810(2).
-fn with_error(value: f64, error: f64) -> String {
+pub(crate) fn with_error(value: f64, error: f64) -> String {
     if !(error > 0.0 && error.is_finite()) {
         return short(value);
     }

@@ -210,7 +210,7 @@ const MOST: u8 = 12;
 
 /// How a formula is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Style {
+pub(crate) enum Style {
     /// As plain text, such as `q1'^2 cos(q1 - q2)`.
     Text,
     /// For LaTeX, such as `\dot{q}_{1}^{2} \cos(q_{1} - q_{2})`.
@@ -264,7 +264,7 @@ const GREEK: [&str; 13] = [
 
 impl Style {
     /// A name such as `q1`, `theta_2` or `hip`.
-    pub(super) fn name(self, name: &str) -> String {
+    pub(crate) fn name(self, name: &str) -> String {
         if self == Self::Text {
             return name.into();
         }
@@ -283,7 +283,7 @@ impl Style {
     }
 
     /// The rate of change of a name.
-    pub(super) fn rate(self, name: &str) -> String {
+    pub(crate) fn rate(self, name: &str) -> String {
         match self {
             Self::Text => format!("{name}'"),
             Self::Latex => format!("\\dot{{{name}}}"),

@@ -24,6 +24,7 @@ mod problem;
 mod tests;
 
 pub(crate) use descent::descend;
+pub(crate) use normal::{BestStart, eliminate};
 pub(crate) use problem::{Problem, Segment};
 
 use lagrangian_motion::{Error, Result};

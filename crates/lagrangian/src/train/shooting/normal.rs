@@ -25,7 +25,7 @@ pub(super) struct Normal {
 }
 
 /// The best start of a segment for a change of the parameters.
-pub(super) struct BestStart {
+pub(crate) struct BestStart {
     /// R⁻¹, `[d, d]`.
     inverse: Vec<f64>,
     /// Qᵀ r, `[d]`.
@@ -35,12 +35,12 @@ pub(super) struct BestStart {
 }
 
 /// A segment without its start.
-pub(super) struct Reduced {
+pub(crate) struct Reduced {
     /// (J − Q Qᵀ J, S), `[m, P + d]`.
-    pub(super) rows: Vec<f64>,
+    pub(crate) rows: Vec<f64>,
     /// r − Q Qᵀ r, `[m]`.
-    pub(super) residual: Vec<f64>,
-    pub(super) start: BestStart,
+    pub(crate) residual: Vec<f64>,
+    pub(crate) start: BestStart,
 }
 
 impl Normal {
@@ -164,7 +164,7 @@ fn product(reduced: &[Reduced], columns: usize, count: usize, (i, j): (usize, us
 
 impl Reduced {
     /// |r|² before the start was eliminated, and the part of it that the start is foreseen to take away.
-    pub(super) fn value(&self) -> [f64; 2] {
+    pub(crate) fn value(&self) -> [f64; 2] {
         let (left, along) = (&self.residual, &self.start.right);
         let gain = dot(along, along);
         [dot(left, left) + gain, gain]
@@ -172,25 +172,26 @@ impl Reduced {
 }
 
 impl BestStart {
-    /// The segment with the best start after a change `delta` of the parameters, which is empty where they are held.
-    pub(super) fn of(&self, segment: &Segment, delta: &[f64]) -> Segment {
+    /// The change of the start to the best one after a change `delta` of the parameters, which is empty where they are held.
+    pub(crate) fn change(&self, delta: &[f64]) -> Vec<f64> {
         let d = self.right.len();
         let along =
             |i: usize| self.right[i] + dot(&self.slopes[i * delta.len()..][..delta.len()], delta);
         let along: Vec<f64> = (0..d).map(along).collect();
         let rows = self.inverse.chunks_exact(d);
-        let start = segment
-            .start
-            .iter()
-            .zip(rows)
-            .map(|(x, row)| x - dot(row, &along))
-            .collect();
+        rows.map(|row| -dot(row, &along)).collect()
+    }
+
+    /// The segment with the best start after a change `delta` of the parameters.
+    pub(super) fn of(&self, segment: &Segment, delta: &[f64]) -> Segment {
+        let pairs = segment.start.iter().zip(self.change(delta));
+        let start = pairs.map(|(x, by)| x + by).collect();
         Segment { start, ..*segment }
     }
 }
 
 /// Eliminates the start from the rows (J, S) `[m, P + d]` and the residuals of a segment.
-pub(super) fn eliminate(
+pub(crate) fn eliminate(
     mut rows: Vec<f64>,
     mut residual: Vec<f64>,
     count: usize,

@@ -19,7 +19,8 @@ use std::cmp::Reverse;
 use nets::Instant;
 use serde::{Deserialize, Serialize};
 
-pub(crate) use rows::WINDOW;
+pub(crate) use refine::{errors, scores};
+pub(crate) use rows::{WINDOW, noise_sizes};
 
 use super::{FormulaConfig, Term};
 use crate::dataset::Dataset;

@@ -327,7 +327,7 @@ fn values(setup: &Setup, units: &[f64], (parameters, errors): (&[f64], &[f64])) 
 }
 
 /// The standard errors of the parameters, of which that at `reference` is held: 0.
-fn errors(information: &Mat<f64>, reference: Option<usize>, misfit: f64) -> Vec<f64> {
+pub(crate) fn errors(information: &Mat<f64>, reference: Option<usize>, misfit: f64) -> Vec<f64> {
     let count = information.nrows();
     let free: Vec<usize> = (0..count).filter(|i| Some(*i) != reference).collect();
     let size: Vec<f64> = (0..count)
@@ -429,7 +429,7 @@ pub(super) fn missing(
 
 /// The slopes of χ² along parameters that are zero, in units of their deviation where the law has none of them, with the known ones
 /// free: for each value its parameter, the values from `friction` on being friction, which only takes energy away.
-fn scores(
+pub(crate) fn scores(
     (information, slope): &(Mat<f64>, Vec<f64>),
     known: &[usize],
     asked: &[(usize, usize)],

@@ -318,7 +318,11 @@ impl Noise {
 }
 
 /// The noise of each position, `[n]`, by differences of the lowest order that leave of the motion no more than those of higher ones.
-fn noise_sizes(coordinates: &Coordinates, samples: &Samples, times: &Timeline) -> Vec<f64> {
+pub(crate) fn noise_sizes(
+    coordinates: &Coordinates,
+    samples: &Samples,
+    times: &Timeline,
+) -> Vec<f64> {
     const ORDERS: std::ops::RangeInclusive<usize> = 3..=12;
     let n = samples.n;
     let positions = positions(samples, times);

@@ -1,0 +1,218 @@
+//! The Lagrangian of points: L = ½ Σ m |ẋ|² − Σ c φ(x), with φ a coordinate or the product of two.
+
+use serde::{Deserialize, Serialize};
+
+use super::family::NAME;
+use crate::models::formula::{Style, with_error};
+use crate::models::learned::Stored;
+use crate::models::named::Parameter;
+use lagrangian_mechanics::lagrangian::{Jet, Jets, Lagrangian};
+use lagrangian_motion::{Constraint, Coordinates, Error, Result};
+
+/// What is known of the points: their coordinates, their potential, how they are joined.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Shape {
+    /// The coordinates of each point.
+    pub(super) points: Vec<Vec<usize>>,
+    /// The one or two coordinates whose product each term of the potential is.
+    pub(super) potential: Vec<Vec<usize>>,
+    /// The relations.
+    pub(super) constraints: Vec<Constraint>,
+    /// χ² over its expectation, where the noise of the data is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) misfit: Option<f64>,
+}
+
+/// A term of the forces on points, with one coefficient.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum PointTerm {
+    /// A term of the potential: the product of one or two coordinates.
+    Potential(Vec<usize>),
+    /// Viscous friction of a point: the force −b ẋ.
+    Friction(usize),
+}
+
+/// Points with masses in a potential, in the order of the parameters: masses, then coefficients of the potential.
+#[derive(Debug, Clone)]
+pub struct Points {
+    pub(super) coordinates: Coordinates,
+    pub(super) shape: Shape,
+    parameters: Vec<f64>,
+    /// The standard error of each parameter; 0 where it is not known.
+    errors: Vec<f64>,
+    /// The mass of each coordinate.
+    masses: Vec<f64>,
+}
+
+impl Points {
+    pub(super) fn new(
+        coordinates: Coordinates,
+        shape: Shape,
+        parameters: Vec<f64>,
+        errors: Vec<f64>,
+    ) -> Result<Self> {
+        let n = coordinates.dof();
+        let expected = shape.points.len() + shape.potential.len();
+        let remedy = "give one for each point and each term of the potential";
+        Error::check_shape("parameters", parameters.len(), expected, remedy)?;
+        Error::check_shape("standard errors", errors.len(), expected, remedy)?;
+        Error::check_finite("parameters", &parameters)?;
+        Error::check_finite("standard errors", &errors)?;
+        let term =
+            |own: &&Vec<usize>| !((1..=2).contains(&own.len()) && own.iter().all(|i| *i < n));
+        if let Some(term) = shape.potential.iter().find(term) {
+            let must = "the product of one or two coordinates";
+            return Err(Error::argument("potential", format!("{term:?}"), must));
+        }
+        let mut masses = vec![0.0; n];
+        for (point, mass) in shape.points.iter().zip(&parameters) {
+            if *mass <= 0.0 {
+                return Err(Error::argument("mass", mass, "above 0"));
+            }
+            point.iter().for_each(|i| masses[*i] = *mass);
+        }
+        Ok(Self {
+            coordinates,
+            shape,
+            parameters,
+            errors,
+            masses,
+        })
+    }
+
+    /// The mass of each point, in units of that of the heaviest where no forces are known.
+    #[must_use]
+    pub fn masses(&self) -> &[f64] {
+        &self.parameters[..self.shape.points.len()]
+    }
+
+    /// The terms of the potential with their coefficients.
+    pub fn potential(&self) -> impl Iterator<Item = (&[usize], f64)> {
+        let coefficients = &self.parameters[self.shape.points.len()..];
+        let terms = self.shape.potential.iter().map(|own| &own[..]);
+        terms.zip(coefficients.iter().copied())
+    }
+
+    pub(super) fn stored(&self) -> Result<Stored> {
+        let stored = Stored::new(NAME, &self.shape, &(), &self.parameters)?;
+        Ok(stored.with(ERRORS, &self.errors))
+    }
+
+    /// The masses and coefficients with their names.
+    pub(super) fn named(&self) -> Vec<Parameter> {
+        let names = |of: &[usize]| {
+            let each = of.iter().map(|i| &*self.coordinates.0[*i].name);
+            each.collect::<Vec<_>>().join(" ")
+        };
+        let mass =
+            |own: &Vec<usize>| (format!("mass of ({})", names(own).replace(' ', ", ")), "kg");
+        let term = |own: &Vec<usize>| match own.len() {
+            1 => (format!("V: {}", names(own)), "N"),
+            _ => (format!("V: {}", names(own)), "N/m"),
+        };
+        let potential = self.shape.potential.iter().map(term);
+        let all = self.shape.points.iter().map(mass).chain(potential);
+        let values = self.parameters.iter().zip(&self.errors);
+        let each = all
+            .zip(values)
+            .map(|((name, unit), (value, error))| Parameter {
+                name,
+                value: *value,
+                unit: unit.into(),
+                standard_error: (*error > 0.0).then_some(*error),
+            });
+        each.collect()
+    }
+
+    /// L as a sum.
+    pub(super) fn written(&self, style: Style) -> String {
+        let space = if style == Style::Text { " " } else { "\\," };
+        let name = |i: &usize| style.name(&self.coordinates.0[*i].name);
+        let mut text = String::from("L =");
+        let mut add = |value: f64, error: f64, of: String| {
+            let first = text.ends_with('=');
+            text.push_str(match (value < 0.0, first) {
+                (true, true) => " -",
+                (true, false) => " - ",
+                (false, true) => " ",
+                (false, false) => " + ",
+            });
+            text.push_str(&with_error(value.abs(), error));
+            text.push_str(space);
+            text.push_str(&of);
+        };
+        let (masses, others) = self.errors.split_at(self.shape.points.len());
+        for ((point, mass), error) in self.shape.points.iter().zip(self.masses()).zip(masses) {
+            let squares = point.iter().map(|i| format!("{}^2", style.rate(&name(i))));
+            let sum = squares.collect::<Vec<_>>().join(" + ");
+            let sum = if point.len() > 1 {
+                format!("({sum})")
+            } else {
+                sum
+            };
+            add(0.5 * mass, 0.5 * error, sum);
+        }
+        for ((term, c), error) in self.potential().zip(others) {
+            let product = match term {
+                [i, j] if i == j => format!("{}^2", name(i)),
+                term => term.iter().map(name).collect::<Vec<_>>().join(space),
+            };
+            add(-c, *error, product);
+        }
+        text
+    }
+}
+
+/// The tensor of the standard errors.
+pub(super) const ERRORS: &str = "standard_errors";
+
+impl Lagrangian for Points {
+    fn coordinates(&self) -> &Coordinates {
+        &self.coordinates
+    }
+
+    fn jets(&self) -> Box<dyn Jets + '_> {
+        Box::new(PointJets(self))
+    }
+}
+
+/// The derivatives of the Lagrangian of points.
+struct PointJets<'a>(&'a Points);
+
+impl Jets for PointJets<'_> {
+    fn jet(&mut self, q: &[f64], qd: &[f64], jet: &mut Jet) {
+        let n = self.0.masses.len();
+        let states = q.len() / n.max(1);
+        jet.resize(states, n);
+        let fields = [&mut jet.lagrangian, &mut jet.dl_dq];
+        let others = [&mut jet.mass_matrix, &mut jet.momentum_drift];
+        let all = fields.into_iter().chain(others);
+        all.for_each(|field| field.fill(0.0));
+        for s in 0..states {
+            let (q, qd) = (&q[s * n..][..n], &qd[s * n..][..n]);
+            for (i, mass) in self.0.masses.iter().enumerate() {
+                jet.mass_matrix[(s * n + i) * n + i] = *mass;
+                jet.momentum[s * n + i] = mass * qd[i];
+                jet.lagrangian[s] += 0.5 * mass * qd[i] * qd[i];
+            }
+            for (term, c) in self.0.potential() {
+                let value: f64 = term.iter().map(|i| q[*i]).product();
+                jet.lagrangian[s] -= c * value;
+                gradient(term, q, |i, slope| jet.dl_dq[s * n + i] -= c * slope);
+            }
+        }
+    }
+}
+
+/// Passes the derivatives of a product of coordinates to `add`.
+pub(super) fn gradient(term: &[usize], q: &[f64], mut add: impl FnMut(usize, f64)) {
+    match *term {
+        [i] => add(i, 1.0),
+        [i, j] => {
+            add(i, q[j]);
+            add(j, q[i]);
+        }
+        _ => (),
+    }
+}

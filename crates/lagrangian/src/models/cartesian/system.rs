@@ -1,0 +1,274 @@
+//! The motion of points under relations, and how it changes with its start and with the parameters.
+//!
+//! M a = F + Jᵀ λ with J a = −J̇ v. Along a direction (δx, δv, δθ), with the same factor of J M⁻¹ Jᵀ,
+//! M δa = δF + Σ λ A δx − δM a + Jᵀ δλ and J δa = −2 vᵀA δv − aᵀA δx (theory.md, section 33).
+
+use super::points::{PointTerm, gradient};
+use lagrangian_mechanics::constrained::Joints;
+use lagrangian_mechanics::integrate::{Dop853, EmbeddedPair};
+use lagrangian_motion::Constraint;
+use lagrangian_motion::solve::dot;
+
+/// The parameters of points: the mass of each, then the coefficient of each term.
+#[derive(Debug, Clone)]
+pub(super) struct Layout {
+    pub(super) n: usize,
+    pub(super) points: Vec<Vec<usize>>,
+    pub(super) constraints: Vec<Constraint>,
+    pub(super) terms: Vec<PointTerm>,
+    /// The point whose mass the others are measured by; `None` where forces give the unit.
+    pub(super) reference: Option<usize>,
+}
+
+impl Layout {
+    /// The number of parameters.
+    pub(super) fn len(&self) -> usize {
+        self.points.len() + self.terms.len()
+    }
+
+    /// The parameters that are free.
+    pub(super) fn free(&self) -> Vec<usize> {
+        (0..self.len())
+            .filter(|k| Some(*k) != self.reference)
+            .collect()
+    }
+
+    /// The mass of each coordinate, for parameters or anything else in their order.
+    pub(super) fn masses(&self, theta: &[f64]) -> Vec<f64> {
+        let mut masses = vec![0.0; self.n];
+        for (point, mass) in self.points.iter().zip(theta) {
+            point.iter().for_each(|i| masses[*i] = *mass);
+        }
+        masses
+    }
+
+    /// Adds `factor` times the force of a term with the coefficient 1.
+    pub(super) fn add_force(&self, term: &PointTerm, factor: f64, x: &[f64], force: &mut [f64]) {
+        let (q, v) = x.split_at(self.n);
+        match term {
+            PointTerm::Potential(of) => gradient(of, q, |i, slope| force[i] -= factor * slope),
+            PointTerm::Friction(point) => {
+                let own = &self.points[*point];
+                own.iter().for_each(|i| force[*i] -= factor * v[*i]);
+            }
+        }
+    }
+
+    /// Adds `factor` times the change of the force of a term with a change of the state: the force of the change, but that of a single
+    /// coordinate is constant.
+    fn add_change(&self, term: &PointTerm, factor: f64, change: &[f64], force: &mut [f64]) {
+        let constant = matches!(term, PointTerm::Potential(of) if of.len() == 1);
+        if !constant {
+            self.add_force(term, factor, change, force);
+        }
+    }
+}
+
+/// Points with parameters, and memory for their motion.
+pub(super) struct System<'a> {
+    layout: &'a Layout,
+    theta: &'a [f64],
+    /// The parameters along which the motion is differentiated.
+    along: &'a [usize],
+    masses: Vec<f64>,
+    inverse: Vec<f64>,
+    joints: Joints,
+    /// The slopes of a step, and the state of a stage.
+    slopes: Vec<Vec<f64>>,
+    stage: Vec<f64>,
+    work: Work,
+}
+
+/// Memory for one evaluation.
+#[derive(Default)]
+struct Work {
+    target: Vec<f64>,
+    /// Σ λ A, `[n, n]`.
+    bent: Vec<f64>,
+    /// aᵀA and vᵀ(A + Aᵀ) of each relation, `[k, n]`.
+    by_place: Vec<f64>,
+    by_speed: Vec<f64>,
+}
+
+/// The inverse of a diagonal, `[n, n]`.
+pub(super) fn inverse(diagonal: &[f64]) -> Vec<f64> {
+    let n = diagonal.len();
+    let mut inverse = vec![0.0; n * n];
+    let each = diagonal.iter().enumerate();
+    each.for_each(|(i, m)| inverse[i * (n + 1)] = 1.0 / m);
+    inverse
+}
+
+impl<'a> System<'a> {
+    pub(super) fn new(layout: &'a Layout, theta: &'a [f64], along: &'a [usize]) -> Self {
+        let masses = layout.masses(theta);
+        Self {
+            joints: Joints::new(layout.n, layout.constraints.len()),
+            inverse: inverse(&masses),
+            masses,
+            layout,
+            theta,
+            along,
+            slopes: vec![Vec::new(); Dop853::ATTEMPT],
+            stage: Vec::new(),
+            work: Work::default(),
+        }
+    }
+
+    /// Moves a state (x, v) and, after it, its derivatives by the parameters and by as many directions of the start as there are, rows of
+    /// `[2 n]` each, by one step of h seconds under constant forces.
+    pub(super) fn step(&mut self, rows: &mut [f64], h: f64, tau: &[f64]) {
+        let mut slopes = std::mem::take(&mut self.slopes);
+        let mut stage = std::mem::take(&mut self.stage);
+        for s in 0..Dop853::ATTEMPT {
+            combine(&mut stage, rows, h, Dop853::A[s], &slopes);
+            slopes[s].resize(rows.len(), 0.0);
+            self.rates(&stage, tau, &mut slopes[s]);
+        }
+        combine(&mut stage, rows, h, Dop853::A[Dop853::END], &slopes);
+        rows.copy_from_slice(&stage);
+        (self.slopes, self.stage) = (slopes, stage);
+    }
+
+    fn rates(&mut self, rows: &[f64], tau: &[f64], rates: &mut [f64]) {
+        let (n, layout) = (self.layout.n, self.layout);
+        let (x, v) = (&rows[..2 * n], &rows[n..2 * n]);
+        self.joints.set(&layout.constraints, &x[..n], &self.inverse);
+        let drifts = layout.constraints.iter().map(|own| -own.drift(v));
+        self.work.target.clear();
+        self.work.target.extend(drifts);
+        let mut own = rates.chunks_exact_mut(2 * n);
+        let Some(first) = own.next() else { return };
+        first[..n].copy_from_slice(v);
+        let a = &mut first[n..];
+        a.copy_from_slice(tau);
+        let (theta, along) = (self.theta, self.along);
+        let coefficients = &theta[layout.points.len()..];
+        for (term, c) in layout.terms.iter().zip(coefficients) {
+            layout.add_force(term, *c, x, a);
+        }
+        a.iter_mut().zip(&self.masses).for_each(|(a, m)| *a /= m);
+        self.joints.correct(a, &self.work.target);
+        if rows.len() > 2 * n {
+            self.bend(v, a);
+        }
+        let a = &*a;
+        for (at, (change, rate)) in rows.chunks_exact(2 * n).skip(1).zip(own).enumerate() {
+            let (place, speed) = change.split_at(n);
+            rate[..n].copy_from_slice(speed);
+            let force = &mut rate[n..];
+            for (force, row) in force.iter_mut().zip(self.work.bent.chunks_exact(n)) {
+                *force = dot(row, place);
+            }
+            for (term, c) in layout.terms.iter().zip(coefficients) {
+                layout.add_change(term, *c, change, force);
+            }
+            if let Some(k) = along.get(at) {
+                match layout.points.get(*k) {
+                    Some(point) => point.iter().for_each(|i| force[*i] -= a[*i]),
+                    None => layout.add_force(&layout.terms[k - layout.points.len()], 1.0, x, force),
+                }
+            }
+            force
+                .iter_mut()
+                .zip(&self.masses)
+                .for_each(|(a, m)| *a /= m);
+            let by = self.work.by_place.chunks_exact(n);
+            let by = by.zip(self.work.by_speed.chunks_exact(n));
+            for (target, (by_place, by_speed)) in self.work.target.iter_mut().zip(by) {
+                *target = -dot(by_place, place) - dot(by_speed, speed);
+            }
+            self.joints.correct(force, &self.work.target);
+        }
+    }
+
+    /// Takes what the relations add to the derivatives at a state with these multipliers.
+    fn bend(&mut self, v: &[f64], a: &[f64]) {
+        let n = v.len();
+        let constraints = &self.layout.constraints;
+        let work = &mut self.work;
+        let all = [&mut work.bent, &mut work.by_place, &mut work.by_speed];
+        for (all, rows) in all
+            .into_iter()
+            .zip([n, constraints.len(), constraints.len()])
+        {
+            all.clear();
+            all.resize(rows * n, 0.0);
+        }
+        for (c, (own, lambda)) in constraints
+            .iter()
+            .zip(self.joints.multipliers())
+            .enumerate()
+        {
+            for (j, k, entry) in &own.products {
+                work.bent[j * n + k] += lambda * entry;
+                work.by_place[c * n + k] += entry * a[*j];
+                work.by_speed[c * n + k] += entry * v[*j];
+                work.by_speed[c * n + j] += entry * v[*k];
+            }
+        }
+    }
+}
+
+/// out = x + h Σ w k.
+fn combine(out: &mut Vec<f64>, x: &[f64], h: f64, weights: &[f64], slopes: &[Vec<f64>]) {
+    out.clear();
+    out.extend_from_slice(x);
+    for (weight, slope) in weights.iter().zip(slopes) {
+        if *weight != 0.0 {
+            let factor = h * weight;
+            let each = out.iter_mut().zip(slope);
+            each.for_each(|(out, slope)| *out += factor * slope);
+        }
+    }
+}
+
+/// The directions of states that keep the relations near a state, `[2 m, 2 n]`: m of places with the velocities that they take, then m of
+/// velocities.
+pub(super) fn directions(layout: &Layout, state: &[f64]) -> Vec<Vec<f64>> {
+    let n = layout.n;
+    let (q, v) = state.split_at(n);
+    let mut joints = Joints::new(n, layout.constraints.len());
+    joints.set(&layout.constraints, q, &inverse(&vec![1.0; n]));
+    let mut target = vec![0.0; layout.constraints.len()];
+    let mut columns: Vec<Vec<f64>> = (0..n)
+        .map(|i| {
+            let mut unit = vec![0.0; n];
+            unit[i] = 1.0;
+            joints.correct(&mut unit, &target);
+            unit
+        })
+        .collect();
+    let mut all = Vec::new();
+    for _ in joints.rank()..n {
+        let size = |x: &Vec<f64>| dot(x, x);
+        let largest = |a: &usize, b: &usize| size(&columns[*a]).total_cmp(&size(&columns[*b]));
+        let Some(best) = (0..columns.len()).max_by(largest) else {
+            break;
+        };
+        let mut own = columns.swap_remove(best);
+        let norm = size(&own).sqrt();
+        own.iter_mut().for_each(|x| *x /= norm);
+        for column in &mut columns {
+            let along = dot(column, &own);
+            column
+                .iter_mut()
+                .zip(&own)
+                .for_each(|(x, by)| *x -= along * by);
+        }
+        all.push(own);
+    }
+    let mut states = Vec::new();
+    for place in &all {
+        for (target, own) in target.iter_mut().zip(&layout.constraints) {
+            let turned = own.products.iter().map(|(j, k, a)| a * v[*j] * place[*k]);
+            *target = -turned.sum::<f64>();
+        }
+        let mut speed = vec![0.0; n];
+        joints.correct(&mut speed, &target);
+        states.push([&place[..], &speed].concat());
+    }
+    let still = vec![0.0; n];
+    states.extend(all.iter().map(|own| [&still[..], own].concat()));
+    states
+}

@@ -1,0 +1,194 @@
+//! Points in Cartesian coordinates that given relations join.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use lagrangian::analytic::{by_name, normal};
+use lagrangian::dataset::random_starts;
+use lagrangian::mechanics::Quantities;
+use lagrangian::models::CartesianConfig;
+use lagrangian::rollout::{free, rollout_many, times};
+use lagrangian::train::FitSpec;
+use lagrangian::trajectory::{Constraint, Coordinates};
+use lagrangian::{
+    Error, Fit, FitConfig, Learned, Prepared, Provenance, Recording, RolloutOptions, SavedModel,
+    Signals, fit, rollout,
+};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+/// Masses of the points of the double pendulum.
+const MASSES: [(&str, f64); 2] = [("mass1", 1.0), ("mass2", 0.7)];
+
+/// The place (x, y) of both points of a double pendulum by its angles, and their velocities.
+fn places(q: &[f64], qd: &[f64]) -> [Vec<f64>; 2] {
+    let (mut place, mut speed) = (Vec::new(), Vec::new());
+    let (mut at, mut v) = ([0.0; 2], [0.0; 2]);
+    for (q, qd) in q.iter().zip(qd) {
+        at = [at[0] + q.sin(), at[1] - q.cos()];
+        v = [v[0] + q.cos() * qd, v[1] + q.sin() * qd];
+        place.extend(at);
+        speed.extend(v);
+    }
+    [place, speed]
+}
+
+/// Recorded places of a double pendulum whose analytic model is in angles, with noise of this deviation; with velocities if asked.
+fn recordings(
+    count: usize,
+    seconds: f64,
+    step: f64,
+    deviation: f64,
+    speeds: bool,
+) -> Vec<Recording> {
+    let system = by_name("double-pendulum", &MASSES).unwrap();
+    let starts = random_starts(&*system, count, 5);
+    let times = times(seconds, step).unwrap();
+    let motions = rollout_many(&*system, &starts, &times, &free, &RolloutOptions::truth()).unwrap();
+    let mut rng = ChaCha8Rng::seed_from_u64(4);
+    let recording = |motion: lagrangian::Rollout| {
+        let motion = motion.trajectory;
+        let mut signals: Signals = Signals::default();
+        for (q, qd) in motion.q.chunks(2).zip(motion.qd.chunks(2)) {
+            let [place, speed] = places(q, qd);
+            let noisy = |x: &f64| x + deviation * normal(&mut rng);
+            signals.q.extend(place.iter().map(noisy));
+            if speeds {
+                signals.qd.extend(speed);
+            }
+        }
+        Recording {
+            name: "swing".into(),
+            coordinates: Coordinates::lines(4),
+            signals,
+            columns: Default::default(),
+            unwrapped: vec![0; 4],
+            sampled: None,
+            t: motion.t,
+        }
+    };
+    motions.into_iter().map(recording).collect()
+}
+
+/// Rods of 1 m from the origin to the first point, and from there to the second.
+fn rods() -> CartesianConfig {
+    let own = |i: usize| (i, i, 1.0);
+    let both = |i: usize| [own(i), own(i + 2), (i, i + 2, -1.0), (i + 2, i, -1.0)];
+    let rod = |name: &str, products: Vec<(usize, usize, f64)>| Constraint {
+        name: name.into(),
+        slopes: vec![],
+        products,
+        constant: Some(-0.5),
+    };
+    CartesianConfig {
+        constraints: vec![
+            rod("first", vec![own(0), own(1)]),
+            rod("second", [both(0), both(1)].concat()),
+        ],
+        points: vec![vec![0, 1], vec![2, 3]],
+    }
+}
+
+fn fitted(recordings: Vec<Recording>, config: CartesianConfig) -> Result<Fit, Error> {
+    let spec = FitSpec::of("cartesian");
+    let prepared = Prepared::new(recordings, Vec::new(), &spec)?;
+    let candidates = FitConfig::candidates(&prepared.dataset, &prepared.estimates, &spec)?;
+    let mut own = candidates[0].config.clone();
+    own.family = config.into();
+    fit(&prepared.dataset, &own, None, &mut ())
+}
+
+#[test]
+fn masses_and_gravity_are_found_from_noisy_positions_with_their_standard_errors() {
+    let fit = fitted(recordings(6, 4.0, 0.02, 1e-3, false), rods()).unwrap();
+    let parameters = fit.model.parameters();
+    let text = fit.model.written().unwrap().text;
+    let masses: Vec<_> = parameters
+        .iter()
+        .filter(|own| own.name.starts_with("mass"))
+        .collect();
+    let ratio = masses[0].value / masses[1].value;
+    let error = masses.iter().find_map(|own| own.standard_error).unwrap();
+    assert!(
+        (ratio * 0.7 - 1.0).abs() < 5.0 * error && error < 0.01,
+        "{ratio} {error} {text}"
+    );
+    let weights: Vec<_> = parameters
+        .iter()
+        .filter(|own| own.name.starts_with("V"))
+        .collect();
+    let names: Vec<&str> = weights.iter().map(|own| &*own.name).collect();
+    assert_eq!(names, ["V: q2", "V: q4"], "{text}");
+    for (weight, mass) in weights.iter().zip(&masses) {
+        let off = (weight.value / mass.value - 9.8).abs();
+        assert!(off < 0.05, "{text}");
+    }
+    assert!(fit.model.written().unwrap().is_law(), "{text}");
+}
+
+#[test]
+fn short_pieces_with_velocities_give_the_motion_and_it_keeps_its_rods() {
+    let fit = fitted(recordings(60, 0.6, 0.1, 0.0, true), rods()).unwrap();
+    let system = by_name("double-pendulum", &MASSES).unwrap();
+    let (q, qd) = ([0.9, -0.4], [0.5, 1.0]);
+    let times = times(10.0, 0.1).unwrap();
+    let options = RolloutOptions::default();
+    let truth = rollout::rollout(&*system, &q, &qd, &times, &free, &options).unwrap();
+    let [place, speed] = places(&q, &qd);
+    let own = rollout::rollout(&fit.model, &place, &speed, &times, &free, &options).unwrap();
+    let states = own.trajectory.q.chunks(4).zip(truth.trajectory.q.chunks(2));
+    for (own, truth) in states {
+        for rod in rods().constraints {
+            assert!(rod.value(own).unwrap().abs() < 1e-10);
+        }
+        let [truth, _] = places(truth, &[0.0; 2]);
+        assert!(
+            own.iter().zip(&truth).all(|(a, b)| (a - b).abs() < 1e-4),
+            "{own:?} {truth:?}"
+        );
+    }
+}
+
+#[test]
+fn a_model_of_points_is_saved_to_the_bit() {
+    let fit = fitted(recordings(20, 0.6, 0.1, 0.0, true), rods()).unwrap();
+    let bytes = fit
+        .model
+        .save(Provenance::default())
+        .unwrap()
+        .to_bytes()
+        .unwrap();
+    let loaded = Learned::load(&SavedModel::from_bytes(&bytes).unwrap()).unwrap();
+    assert_eq!(loaded.written(), fit.model.written());
+    assert_eq!(loaded.parameters(), fit.model.parameters());
+    let [place, speed] = places(&[0.9, -0.4], &[0.5, 1.0]);
+    let own = fit
+        .model
+        .forward_dynamics(&place, &speed, &[0.0; 4])
+        .unwrap();
+    let again = loaded.forward_dynamics(&place, &speed, &[0.0; 4]).unwrap();
+    assert_eq!(own, again);
+    assert_eq!(
+        loaded
+            .save(Provenance::default())
+            .unwrap()
+            .to_bytes()
+            .unwrap(),
+        bytes
+    );
+}
+
+#[test]
+fn settings_that_make_no_sense_are_refused() {
+    let refused = |config: CartesianConfig| {
+        fitted(recordings(4, 0.6, 0.1, 0.0, true), config)
+            .unwrap_err()
+            .to_string()
+    };
+    let none = CartesianConfig::default();
+    assert!(refused(none).contains("relations"));
+    let mut far = rods();
+    far.constraints[0].products.push((7, 7, 1.0));
+    assert!(refused(far).contains("constraint"));
+    let mut shared = rods();
+    shared.points[1][0] = 0;
+    assert!(refused(shared).contains("points"));
+}
