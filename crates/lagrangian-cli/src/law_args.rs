@@ -96,8 +96,8 @@ lines and other linear relations, circles and spheres, rods, and other curves an
 motion may follow by chance (all but rods and circles) need three recordings.
 
 Examples:
-  lagrangian constraints points.csv --q p1x,p1y,p2x,p2y
-  lagrangian constraints camera.csv --q q1,q2,q3,q4 --points q1:q2,q3:q4 --json")]
+  lagrangian constraints points.csv --q x1,y1,x2,y2
+  lagrangian constraints points.csv --q x1,y1,x2,y2 --points x1:y1,x2:y2 --json")]
 pub(crate) struct ConstraintsArgs {
     /// Files with recordings, .csv, .npz, .parquet, .db3, .mcap
     #[arg(required = true)]

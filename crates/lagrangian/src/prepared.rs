@@ -9,7 +9,7 @@ use lagrangian_mechanics::Model;
 use lagrangian_motion::statistics::{column, mean};
 use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
 use lagrangian_recordings::check::{
-    CheckOptions, CheckReport, Item, NOISY_FORCES, Verdict, check, check_validation,
+    CONSTRAINTS, CheckOptions, CheckReport, Item, NOISY_FORCES, Verdict, check, check_validation,
 };
 use lagrangian_recordings::{Estimate, EstimateOptions, Recording, Sampling, are_smooth};
 
@@ -208,10 +208,17 @@ impl Prepared {
         })
     }
 
-    /// Withdraws the findings that recordings have another law than the others, where this model explains what they, and all held-out ones, do
+    /// Withdraws the finding that coordinates depend on each other, where this model keeps the constraints between them, and the findings that recordings have another law than the others, where this model explains what they, and all held-out ones, do
     /// under their forces: the law of the check has few terms.
     pub fn acquit(&mut self, model: &dyn Model) {
         let n = model.coordinates().dof();
+        if model.projection().is_some() {
+            let of_points = |item: &&mut Item| item.name == CONSTRAINTS;
+            for item in self.check.items.iter_mut().filter(of_points) {
+                item.finding += "; the model keeps these constraints";
+                (item.verdict, item.doubtful, item.remedy) = (Verdict::Pass, false, None);
+            }
+        }
         let under = |motion: &Trajectory, part: f64| {
             let mut tau: Vec<f64> = motion.tau.iter().map(|tau| part * tau).collect();
             tau.resize(motion.q.len(), 0.0);

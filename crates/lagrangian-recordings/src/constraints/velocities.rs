@@ -17,6 +17,8 @@ const WINDOW: usize = 25;
 const SHORTEST: usize = 5;
 const STRIDE: usize = 6;
 const WINDOWS: usize = 1000;
+/// What vanishes is so many times nearer to 0 than all else, at least.
+const GAP: f64 = 3.0;
 /// The part of the mean noise that each combination has at least.
 const RIDGE: f64 = 1e-9;
 /// A coordinate has a part in a relation from this part of the largest on.
@@ -115,7 +117,16 @@ impl Search<'_> {
             vec![0.0; size * size],
         );
         diagonalise(&mut whitened, &mut vectors, size);
-        let vanish = (0..size).filter(|i| whitened[i * size + i] < NOISES * NOISES);
+        let sizes: Vec<f64> = (0..size)
+            .map(|i| whitened[i * size + i].max(1.0).sqrt())
+            .collect();
+        let mut order: Vec<usize> = (0..size).collect();
+        order.sort_by(|a, b| sizes[*a].total_cmp(&sizes[*b]));
+        // Between what vanishes and all else there is a gap; where there is none, some of what is left is small by chance.
+        let gap = |i: &usize| sizes[order[*i]] / sizes[order[i - 1]];
+        let ends = (1..size).filter(|i| sizes[order[i - 1]] < NOISES);
+        let end = ends.max_by(|a, b| gap(a).total_cmp(&gap(b)));
+        let vanish = end.filter(|end| gap(end) > GAP).map_or(0, |end| end);
         let of = |at: usize| {
             let own = &vectors[at * size..][..size];
             let c: Vec<f64> = (0..size)
@@ -135,7 +146,7 @@ impl Search<'_> {
                 constant: None,
             }
         };
-        vanish.map(of).collect()
+        order[..vanish].iter().map(|at| of(*at)).collect()
     }
 
     /// The noise of these coordinates; of exact data what the integrals err by between samples.

@@ -1,4 +1,5 @@
-//! An animation of a recorded motion and its prediction: as the robot where its joints are known, else as a chain of equal links.
+//! An animation of a recorded motion and its prediction: as the robot where its joints are known, as points and
+//! rods where constraints join them, else as a chain of equal links.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -9,7 +10,7 @@ use lagrangian::{Model, Trajectory};
 use lagrangian_report::{Animation, Motion, Panel, Shape, Stage, View};
 
 use super::figures::Followed;
-use super::{Page, learned};
+use super::{Page, learned, linkage};
 
 /// The largest number of links of a chain that can be distinguished in motion.
 pub const MOST_LINKS: usize = 8;
@@ -23,7 +24,9 @@ pub(super) fn of(page: &Page, followed: &Followed, links: Option<Links>) -> Opti
     let robot = || robot(page).and_then(|robot| drawn_robot(page, followed, &robot));
     let drawn = match links {
         Some(links) => drawn_chain(page, followed, links),
-        None => robot().or_else(|| drawn_chain(page, followed, self::links(page))),
+        None => robot()
+            .or_else(|| drawn_linkage(page, followed))
+            .or_else(|| drawn_chain(page, followed, self::links(page))),
     };
     let Drawn { panels, what } = drawn?;
     Some(Animation {
@@ -52,16 +55,62 @@ fn robot(page: &Page) -> Option<RigidBodies> {
 /// Both motions by the joints of a robot; `None` where these all coincide.
 fn drawn_robot(page: &Page, followed: &Followed, robot: &RigidBodies) -> Option<Drawn> {
     let skeleton = robot.skeleton();
-    let n = robot.dof();
+    let scene = Scene {
+        place: &|q| skeleton.points(q).ok(),
+        joined: skeleton.parents(),
+        gravity: robot.gravity(),
+    };
+    let what = |seen: &str| {
+        format!(
+            "Drawn are the joints of the robot '{}' and straight lines between them, {seen}.",
+            robot.name(),
+        )
+    };
+    drawn_points(page, followed, &scene, what)
+}
+
+/// Both motions by points that constraints join.
+fn drawn_linkage(page: &Page, followed: &Followed) -> Option<Drawn> {
+    let linkage = page.model.linkage()?;
+    let marks = linkage::marks(linkage);
+    let scene = Scene {
+        place: &|q| Some(marks.iter().map(|mark| mark.place(q)).collect()),
+        joined: marks.iter().map(|mark| mark.joined).collect(),
+        gravity: match linkage.points.iter().any(|own| own.len() == 3) {
+            true => [0.0, 0.0, -1.0],
+            false => [0.0, -1.0, 0.0],
+        },
+    };
+    let what = |seen: &str| format!("Drawn are the points and the rods that join them, {seen}.");
+    drawn_points(page, followed, &scene, what)
+}
+
+/// Points in space that are drawn.
+struct Scene<'a> {
+    /// Their places by the coordinates.
+    place: &'a dyn Fn(&[f64]) -> Option<Vec<[f64; 3]>>,
+    /// The point that each is joined to, an earlier one or itself.
+    joined: Vec<usize>,
+    /// The direction downwards.
+    gravity: [f64; 3],
+}
+
+/// Both motions by points in space; `None` where these all coincide.
+fn drawn_points(
+    page: &Page,
+    followed: &Followed,
+    scene: &Scene<'_>,
+    what: impl Fn(&str) -> String,
+) -> Option<Drawn> {
     let places = |motion: &Trajectory| -> Option<Vec<Vec<[f64; 3]>>> {
-        let rows = motion.q.chunks_exact(n);
-        rows.map(|q| skeleton.points(q).ok()).collect()
+        let rows = motion.q.chunks_exact(motion.dof());
+        rows.map(scene.place).collect()
     };
     let recorded = places(followed.truth)?;
     let some = recorded
         .iter()
         .step_by(recorded.len().div_ceil(FRAMES).max(1));
-    let view = View::of(some.map(Vec::as_slice), robot.gravity());
+    let view = View::of(some.map(Vec::as_slice), scene.gravity);
     let in_plane = |frame: &Vec<[f64; 3]>| -> Vec<[f64; 2]> {
         frame.iter().map(|point| view.place(*point)).collect()
     };
@@ -73,7 +122,7 @@ fn drawn_robot(page: &Page, followed: &Followed, robot: &RigidBodies) -> Option<
             name: motion.name.into(),
             role: motion.role,
             shape: Shape::Points {
-                joined: skeleton.parents(),
+                joined: scene.joined.clone(),
                 stage,
             },
             t: motion.trajectory.t.clone(),
@@ -83,14 +132,9 @@ fn drawn_robot(page: &Page, followed: &Followed, robot: &RigidBodies) -> Option<
     };
     let motions = followed.motions(page.role());
     let panels: Option<Vec<Panel>> = motions.iter().map(panel).collect();
-    let what = format!(
-        "Drawn are the joints of the robot '{}' and straight lines between them, {}.",
-        robot.name(),
-        view.words()
-    );
     Some(Drawn {
         panels: panels?,
-        what,
+        what: what(view.words()),
     })
 }
 

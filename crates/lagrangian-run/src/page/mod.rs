@@ -4,6 +4,7 @@ mod animation;
 mod bands;
 mod figures;
 mod learned;
+mod linkage;
 mod tables;
 
 use std::path::Path;

@@ -271,6 +271,8 @@ pub struct Candidate {
     pub settings: &'static [(&'static str, &'static str)],
     /// Whether it learns the accelerations of the motion, whatever forces were recorded.
     pub by_motion: bool,
+    /// Whether no other model is tried where this one is.
+    pub alone: bool,
     /// Whether it is tried on these data, with the description of a robot or without.
     pub on: fn(data: &Dataset, robot: bool) -> bool,
 }
@@ -318,6 +320,7 @@ impl Candidate {
             with: "",
             settings: &[],
             by_motion: false,
+            alone: false,
             on,
         }
     }
@@ -362,7 +365,8 @@ impl Entry {
         let all = FAMILIES.iter().flat_map(own);
         let mut all: Vec<_> = all.filter(|(_, own)| (own.on)(data, robot)).collect();
         all.sort_by_key(|(_, own)| own.rank);
-        all
+        let alone = all.iter().find(|(_, own)| own.alone).copied();
+        alone.map_or(all, |alone| vec![alone])
     }
 
     /// Whether it takes the description of a robot.

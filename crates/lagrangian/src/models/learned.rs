@@ -21,7 +21,7 @@ use lagrangian_mechanics::forces::{Actuation, Applied, Dissipation};
 use lagrangian_mechanics::hamiltonian::Hamiltonian;
 use lagrangian_mechanics::lagrangian::{Lagrangian, Sum};
 use lagrangian_mechanics::rigid::{RigidBodies, RobotShape};
-use lagrangian_motion::{Coordinates, Result};
+use lagrangian_motion::{Constraint, Coordinates, Result};
 
 /// A fitted model of any family, with the states that its data visited.
 #[derive(Debug, Clone)]
@@ -102,6 +102,17 @@ pub struct ModelParts<'a> {
     pub nominal: Option<&'a RigidBodies>,
     /// The robot that was identified, whose joints are the coordinates.
     pub robot: Option<&'a RigidBodies>,
+    /// The points that are its coordinates, and what joins them.
+    pub linkage: Option<Linkage<'a>>,
+}
+
+/// Points in Cartesian coordinates, and what joins them.
+#[derive(Debug, Clone, Copy)]
+pub struct Linkage<'a> {
+    /// The coordinates of each point.
+    pub points: &'a [Vec<usize>],
+    /// The relations between them.
+    pub constraints: &'a [Constraint],
 }
 
 /// The description of a fitted model.
@@ -451,6 +462,12 @@ impl Learned {
     pub fn robot(&self) -> Option<&RigidBodies> {
         let parts = self.model.parts();
         parts.robot.or(parts.nominal)
+    }
+
+    /// The points that are the coordinates, and what joins them, where the model is one of points.
+    #[must_use]
+    pub fn linkage(&self) -> Option<Linkage<'_>> {
+        self.model.parts().linkage
     }
 
     /// The parameters that have a name and a unit: friction, offsets, gains, rotor inertias, or all of an identified robot. The

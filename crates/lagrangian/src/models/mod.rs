@@ -40,7 +40,7 @@ pub use family::{
 pub use formula::{Evidence, Formula, FormulaConfig, LawVerdict, Term};
 pub use hnn::{Hnn, HnnConfig, HnnStructure};
 pub use learned::{
-    Description, FittedModel, Learned, LearnedLagrangian, ModelParts, Stored, WrittenLaw,
+    Description, FittedModel, Learned, LearnedLagrangian, Linkage, ModelParts, Stored, WrittenLaw,
 };
 pub use lnn::{Form, Lnn, LnnConfig};
 pub use mlp::{Direction, Mlp, MlpConfig, MlpScaling};

@@ -92,6 +92,8 @@ for k in 1 2; do sed '1s/^t,/time,/; 1s/q1/theta/; 1s/tau1/torque/' m.csv > log$
     fixture("noisy.csv", "", "lagrangian simulate double-pendulum --trajectories 8 --duration 4 --noise 0.01 --out noisy.csv"),
     fixture("video.csv", "", "lagrangian simulate double-pendulum --trajectories 8 --duration 4 --out m.csv
 cut -d, -f1-4 m.csv > video.csv; cp m.toml video.toml; rm m.*"),
+    fixture("points.csv", "", "lagrangian simulate double-pendulum --trajectories 8 --duration 3 --noise 0.001 --out m.csv
+awk -F, 'NR == 1 {print \"trajectory,t,x1,y1,x2,y2\"} NR > 1 {x = sin($3); y = -cos($3); print $1 \",\" $2 \",\" x \",\" y \",\" x + sin($4) \",\" y - cos($4)}' OFMT=%.9g CONVFMT=%.9g m.csv > points.csv; rm m.*"),
     fixture("planet.csv", "", "lagrangian simulate kepler --trajectories 4 --duration 10 --out m.csv
 sed '1s/,q1,q2,/,x,y,/' m.csv > planet.csv; printf '[columns]\\nq = [\"x\", \"y\"]\\nqd = [\"qd1\", \"qd2\"]\\n' > planet.toml; rm m.*"),
     fixture("letter.csv", "iiwa7", "lagrangian simulate --urdf iiwa7 --friction 10 --duration 1 --out letter.csv"),
@@ -108,6 +110,9 @@ lagrangian simulate double-pendulum --trajectories 6 --duration 3 --out motion.c
     fixture("examples/", "", "cp -r $REPO/examples .; rm -f examples/sweep/motion.*; sed -i 's/^steps = .*/steps = 20/' examples/sweep/plan.toml"),
     fixture("logs/", "", "mkdir logs; cp $DATA/servo_real/*.csv logs"),
     fixture("run", "export", run!(arm!("data.csv"), "--model delan", "run")),
+    fixture("swings.csv", "", swings!("swings.csv")),
+    fixture("robot.npz", "", arm!("robot.npz")),
+    fixture("run/", "formula ", run!(swings!("data.csv"), "--model formula", "run")),
     fixture("run", "--resume", concat!(swings!("motion.csv"), "
 LAGRANGIAN_QUICK= timeout -s INT 4 lagrangian fit motion.csv --width 16 --seconds 8 --out run --quiet || test -f run/run.toml")),
     fixture("run/", "iiwa7", run!("lagrangian simulate --urdf iiwa7 --drive 5 --friction 10 --duration 4 --step 0.002 --out data.csv", "--model rigid --urdf iiwa7", "run")),

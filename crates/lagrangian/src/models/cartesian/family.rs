@@ -3,9 +3,9 @@
 use super::points::{ERRORS, Points, Shape};
 use super::{CartesianConfig, search};
 use crate::dataset::Dataset;
-use crate::models::family::{self, Abilities, Entry, Family, Plan};
+use crate::models::family::{self, Abilities, Candidate, Entry, Family, Plan};
 use crate::models::formula::{Style, friction};
-use crate::models::learned::{Description, FittedModel, ModelParts, Stored, WrittenLaw};
+use crate::models::learned::{Description, FittedModel, Linkage, ModelParts, Stored, WrittenLaw};
 use crate::models::named::{Named, Parameter};
 use crate::saved::{self, SavedModel, WEIGHTS};
 use crate::train::{Loss, TrainingTask};
@@ -13,6 +13,7 @@ use lagrangian_mechanics::constrained::Constrained;
 use lagrangian_mechanics::dynamics::Mechanical;
 use lagrangian_mechanics::expression::{self, Equations, Graph};
 use lagrangian_motion::{Error, Result};
+use lagrangian_recordings::constraints::{self, Kind, Point, Structure};
 
 /// The row of the table of families.
 pub(crate) const ENTRY: Entry = Entry {
@@ -24,7 +25,11 @@ pub(crate) const ENTRY: Entry = Entry {
     read: family::read::<CartesianConfig>,
     saved_as: &[NAME],
     load: |saved| Ok(load(saved)?.into()),
-    candidates: &[],
+    candidates: &[Candidate {
+        on: |data, robot| !robot && data.train.goal.is_empty() && is_held(data),
+        alone: true,
+        ..Candidate::of_motion(0, "", &[])
+    }],
     jointed: false,
 };
 
@@ -77,16 +82,51 @@ impl Family for CartesianConfig {
 }
 
 impl CartesianConfig {
-    /// The settings with relations: those that are given.
-    fn with_constraints(&self, _dataset: &Dataset) -> Result<Self> {
-        match self.constraints.is_empty() {
-            true => Err(Error::setting(
-                "no relations between the coordinates are given",
-                "give them as `constraints`",
-            )),
-            false => Ok(self.clone()),
+    /// The settings with the relations that are given, or else with those that the positions keep.
+    fn with_constraints(&self, dataset: &Dataset) -> Result<Self> {
+        if !self.constraints.is_empty() {
+            return Ok(self.clone());
+        }
+        let found = structure(dataset, &self.points);
+        if found.found.is_empty() {
+            return Err(Error::setting(
+                "no relation between these coordinates was found: each moves by itself",
+                "take another `family`, such as delan; `lagrangian constraints` shows what is looked for",
+            ));
+        }
+        Ok(Self {
+            constraints: found.found.into_iter().map(|own| own.constraint).collect(),
+            points: found.points.into_iter().map(|own| own.axes).collect(),
+        })
+    }
+}
+
+/// The relations that the fitted positions keep, as they were measured.
+fn structure(dataset: &Dataset, points: &[Vec<usize>]) -> Structure {
+    let (n, times) = (dataset.coordinates.dof(), &dataset.train_times);
+    let measured = Some(&times.measured[0]).filter(|q| !q.is_empty());
+    let q = measured.unwrap_or(&dataset.train.q);
+    let motions: Vec<&[f64]> = times
+        .runs()
+        .filter_map(|run| q.get(run.start * n..run.end * n))
+        .collect();
+    match points.is_empty() {
+        true => constraints::find(&dataset.coordinates, &motions),
+        false => {
+            let points = points
+                .iter()
+                .map(|axes| Point::of(&dataset.coordinates, axes.clone()));
+            constraints::find_between(&dataset.coordinates, points.collect(), &motions)
         }
     }
+}
+
+/// Whether rods or circles hold the coordinates, so that no model without them can be right. Lines and other curves may be paths of single motions.
+fn is_held(dataset: &Dataset) -> bool {
+    let found = structure(dataset, &[]).found;
+    found
+        .iter()
+        .any(|own| matches!(own.kind, Kind::Circle | Kind::Rod))
 }
 
 fn load(saved: &SavedModel) -> Result<Cartesian> {
@@ -122,6 +162,10 @@ impl FittedModel for Cartesian {
     fn parts(&self) -> ModelParts<'_> {
         ModelParts {
             forces: self.inner.applied(),
+            linkage: Some(Linkage {
+                points: &self.inner.lagrangian.shape.points,
+                constraints: self.constraints(),
+            }),
             ..ModelParts::default()
         }
     }
