@@ -5,7 +5,7 @@ use super::family::Cartesian;
 use super::points::{PointTerm, Points, Shape};
 use super::shooting::{Data, Problem, Segment};
 use super::system::{Layout, directions, inverse};
-use crate::dataset::{Dataset, Timeline};
+use crate::dataset::Dataset;
 use crate::models::family::Solution;
 use crate::models::formula::{WINDOW, errors, noise_sizes, scores};
 use crate::train::Observer;
@@ -14,8 +14,8 @@ use lagrangian_mechanics::dynamics::Mechanical;
 use lagrangian_mechanics::forces::Dissipation;
 use lagrangian_motion::solve::dot;
 use lagrangian_motion::solve::quadratic::Quadratic;
-use lagrangian_motion::statistics::{column, deviation, median_size, root_mean_square};
-use lagrangian_motion::{Result, Samples};
+use lagrangian_motion::statistics::{column, deviation, root_mean_square};
+use lagrangian_motion::{Error, Result, Samples};
 
 /// The samples of a segment at first and at last, where recordings are long.
 const HORIZONS: [usize; 2] = [20, 60];
@@ -33,6 +33,9 @@ const LIGHT: f64 = 0.02;
 const MISSING: f64 = 4.5;
 const SIGNIFICANT: f64 = 3.5;
 const FAINT: f64 = 1e-6;
+/// Descents of the first fit, each with the noise of the residuals of the one before, and of a later one.
+const FIRST: usize = 3;
+const LATER: usize = 2;
 /// Rounds of additions.
 const ROUNDS: usize = 4;
 /// The noise, in parts of the motion, below which no term is missing.
@@ -48,7 +51,6 @@ struct Fit<'a> {
     layout: Layout,
     theta: Vec<f64>,
     noise: Vec<f64>,
-    step: f64,
     segments: Vec<Segment>,
     cost: f64,
 }
@@ -64,6 +66,12 @@ pub(super) fn find(
     let candidates = fit.candidates(dataset);
     fit.least_squares(dataset);
     fit.refine(&mut || tell("fitting masses and forces", 0.3));
+    if !fit.cost.is_finite() {
+        return Err(Error::setting(
+            "no masses were found: simulations from the recorded states under these relations do not stay finite",
+            "check that the motions keep the relations, and that times and velocities are right",
+        ));
+    }
     for _ in 0..ROUNDS {
         if !(tell("looking for other forces", 0.6) && fit.add_missing(&candidates)) {
             break;
@@ -114,7 +122,6 @@ impl<'a> Fit<'a> {
                 points,
             },
             theta: Vec::new(),
-            step: median_step(times),
             segments: Vec::new(),
             cost: f64::INFINITY,
             data,
@@ -126,7 +133,6 @@ impl<'a> Fit<'a> {
             layout: &self.layout,
             data: self.data,
             noise: self.noise.clone(),
-            step: self.step,
         }
     }
 
@@ -246,20 +252,28 @@ impl<'a> Fit<'a> {
         (sums, free)
     }
 
-    /// Fits all parameters, then once more with the noise of the residuals.
+    /// Fits all parameters, and again with the noise of the residuals.
     fn refine(&mut self, go_on: &mut dyn FnMut() -> bool) {
+        let passes = if self.segments.is_empty() {
+            FIRST
+        } else {
+            LATER
+        };
         let (mut theta, mut segments) = (self.theta.clone(), self.segments.clone());
         let mut problem = self.problem();
         if segments.is_empty() {
             segments = problem.segments(HORIZONS[0], MOST, &self.data.states());
-            problem.resolve(&theta, &segments, &self.unit);
         }
-        for _ in 0..2 {
-            problem.descend(&mut theta, &mut segments, go_on);
-            problem.noise = problem.noise_of(&theta, &segments, &self.unit);
+        let mut cost = f64::INFINITY;
+        for pass in 1..=passes {
+            problem.resolve(&theta, &mut segments, &self.unit);
+            problem.restart(&theta, &mut segments);
+            cost = problem.descend(&mut theta, &mut segments, go_on);
+            if pass < passes {
+                problem.noise = problem.noise_of(&theta, &segments, &self.unit);
+            }
         }
-        let cost = problem.descend(&mut theta, &mut segments, go_on);
-        (self.noise, self.step) = (problem.noise.clone(), problem.step);
+        self.noise = problem.noise.clone();
         (self.theta, self.segments, self.cost) = (theta, segments, cost);
     }
 
@@ -462,11 +476,4 @@ fn floored(mut sizes: Vec<f64>) -> Vec<f64> {
 /// At most about so many samples, evenly spread.
 fn spread(data: &Samples, count: usize) -> impl Iterator<Item = usize> + use<> {
     (0..data.len()).step_by(data.len().div_ceil(count).max(1))
-}
-
-/// The median step of time.
-fn median_step(times: &Timeline) -> f64 {
-    let of_run = |run: std::ops::Range<usize>| times.t[run].windows(2);
-    let steps = times.runs().flat_map(of_run).map(|t| t[1] - t[0]);
-    median_size(&mut steps.collect::<Vec<_>>().into_iter())
 }

@@ -13,14 +13,16 @@ use lagrangian_motion::Samples;
 use lagrangian_motion::solve::dot;
 use lagrangian_motion::solve::quadratic::Quadratic;
 use lagrangian_motion::solve::ridge::{Ridge, scales};
+use lagrangian_motion::statistics::median_size;
 
 /// The largest number of steps, and of dampings that are tried in each.
 const STEPS: usize = 30;
 const TRIES: usize = 9;
-/// A descent ends when two steps in a row lower the cost by less than this part.
+/// A descent ends when a step lowers the cost by less than this part.
 const ENOUGH: f64 = 1e-4;
-/// The error of a step, in parts of the motion, and the largest number of halvings of a step.
-const EXACT: f64 = 1e-9;
+/// The errors of steps in parts of the noise, and at least in parts of the motion; the largest number of halvings of a step.
+const FINE: f64 = 1e-4;
+const EXACT: f64 = 1e-10;
 const HALVINGS: usize = 7;
 
 /// Recorded motions.
@@ -38,6 +40,10 @@ pub(super) struct Segment {
     begin: usize,
     len: usize,
     start: Vec<f64>,
+    /// The recorded state, of which the start was a correction at first.
+    recorded: Vec<f64>,
+    /// The longest step, s.
+    step: f64,
 }
 
 /// The simulations that are compared with the data.
@@ -46,8 +52,6 @@ pub(super) struct Problem<'a> {
     pub(super) data: Data<'a>,
     /// The noise of each value that is compared.
     pub(super) noise: Vec<f64>,
-    /// The longest step, s.
-    pub(super) step: f64,
 }
 
 /// The equations of all segments without their starts.
@@ -57,11 +61,6 @@ pub(super) struct Normal {
 }
 
 impl Data<'_> {
-    /// The number of values of a sample that are compared.
-    pub(super) fn seen(&self) -> usize {
-        self.samples.n * if self.velocities { 2 } else { 1 }
-    }
-
     /// The measured value `c` of sample `s`.
     pub(super) fn measured(&self, s: usize, c: usize) -> f64 {
         let n = self.samples.n;
@@ -95,7 +94,15 @@ impl Problem<'_> {
                 joints.project(&self.layout.constraints, &unit, &mut start);
                 if len > 1 && len * self.noise.len() > 2 * n && start.iter().all(|x| x.is_finite())
                 {
-                    all.push(Segment { begin, len, start });
+                    let times = &self.data.times.t[begin..begin + len];
+                    let step = median_size(&mut times.windows(2).map(|t| t[1] - t[0]));
+                    all.push(Segment {
+                        begin,
+                        len,
+                        recorded: start.clone(),
+                        start,
+                        step,
+                    });
                 }
             }
         }
@@ -118,7 +125,7 @@ impl Problem<'_> {
             if k + 1 < segment.len {
                 let s = segment.begin + k;
                 let interval = self.data.times.t[s + 1] - self.data.times.t[s];
-                let parts = (interval / self.step - 1e-9).ceil().clamp(1.0, 1e4);
+                let parts = (interval / segment.step - 1e-9).ceil().clamp(1.0, 1e4);
                 for _ in 0..parts as usize {
                     system.step(&mut rows, interval / parts, &samples.tau[s * n..][..n]);
                 }
@@ -194,6 +201,23 @@ impl Problem<'_> {
         Some(normal)
     }
 
+    /// Returns the starts that became worse than the recorded states to these, as those of another minimum.
+    pub(super) fn restart(&self, theta: &[f64], segments: &mut [Segment]) {
+        segments.par_iter_mut().for_each(|own| {
+            let fresh = Segment {
+                start: own.recorded.clone(),
+                ..own.clone()
+            };
+            let [now, again] = [&*own, &fresh].map(|own| {
+                let residuals = self.residuals(theta, own);
+                dot(&residuals, &residuals)
+            });
+            if again < now || !now.is_finite() {
+                *own = fresh;
+            }
+        });
+    }
+
     /// Lowers the cost until it changes little, or `go_on` is false; returns it.
     pub(super) fn descend(
         &self,
@@ -202,7 +226,7 @@ impl Problem<'_> {
         go_on: &mut dyn FnMut() -> bool,
     ) -> f64 {
         let mut cost = self.cost(theta, segments);
-        let (mut damping, mut small) = (1e-6, 0);
+        let mut damping = 1e-6;
         for _ in 0..STEPS {
             if !go_on() {
                 break;
@@ -223,12 +247,7 @@ impl Problem<'_> {
                 }
                 damping *= 10.0;
             }
-            small = if before - cost < ENOUGH * before {
-                small + 1
-            } else {
-                0
-            };
-            if small == 2 || cost >= before {
+            if before - cost <= ENOUGH * before {
                 break;
             }
         }
@@ -289,7 +308,7 @@ impl Problem<'_> {
         }
     }
 
-    /// The noise of each value by the residuals, at least a tiny part of `unit`, and the number of residuals beyond what is free.
+    /// The noise of each value by the residuals, at least a tiny part of `unit`.
     pub(super) fn noise_of(&self, theta: &[f64], segments: &[Segment], unit: &[f64]) -> Vec<f64> {
         let mut squares = vec![0.0; self.noise.len()];
         let mut count = 0.0;
@@ -320,37 +339,30 @@ impl Problem<'_> {
         (residuals as f64 - free as f64).max(1.0)
     }
 
-    /// Halves the step until it is exact on some intervals of the data, from the steps of time.
-    pub(super) fn resolve(&mut self, theta: &[f64], segments: &[Segment], unit: &[f64]) {
-        let every = segments.len().div_ceil(20).max(1);
-        let some: Vec<Segment> = segments.iter().step_by(every).cloned().collect();
-        let ends = |problem: &Self| -> Vec<f64> {
-            let end = |own: &Segment| problem.residuals(theta, own);
-            some.iter().flat_map(end).collect()
-        };
-        let bound = self
-            .noise
-            .iter()
-            .zip(unit)
-            .map(|(noise, unit)| EXACT * unit / noise);
-        let bound = bound.fold(f64::INFINITY, f64::min).max(EXACT);
-        let mut last = ends(self);
-        for _ in 0..HALVINGS {
-            self.step *= 0.5;
-            let finer = ends(self);
-            let error = last.iter().zip(&finer).map(|(a, b)| (a - b).abs());
-            let error = error.fold(0.0, f64::max);
-            if error <= bound {
-                self.step *= 2.0;
-                break;
+    /// Halves the steps of each segment until they are exact beside the noise.
+    pub(super) fn resolve(&self, theta: &[f64], segments: &mut [Segment], unit: &[f64]) {
+        let bound = self.noise.iter().zip(unit);
+        let bound = bound.map(|(noise, unit)| (EXACT * unit / noise).max(FINE));
+        let bound = bound.fold(FINE, f64::max);
+        segments.par_iter_mut().for_each(|own| {
+            let mut last = self.residuals(theta, own);
+            for _ in 0..HALVINGS {
+                own.step *= 0.5;
+                let finer = self.residuals(theta, own);
+                let pairs = last.iter().zip(&finer);
+                let error = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+                if error <= bound {
+                    own.step *= 2.0;
+                    break;
+                }
+                last = finer;
             }
-            last = finer;
-        }
+        });
     }
 }
 
 impl Normal {
-    /// The information JᵀJ of all parameters, and the slope Jᵀr.
+    /// The information `JᵀJ` of all parameters, and the slope Jᵀr.
     pub(super) fn information(&self) -> (Mat<f64>, Vec<f64>) {
         let count = self.sums.size();
         let matrix = Mat::from_fn(count, count, |i, j| self.sums.row(i)[j]);
