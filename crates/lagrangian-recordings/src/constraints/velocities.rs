@@ -160,7 +160,7 @@ impl Search<'_> {
                     .collect::<Vec<_>>()
             });
             let second: Vec<f64> = second.collect();
-            self.cloud.noise[*i].max(root_mean_square(&mut second.into_iter()) / 12.0)
+            self.cloud.noise[*i].max(root_mean_square(&mut second.into_iter()) / 6.0)
         };
         lines.iter().map(of).collect()
     }
