@@ -213,7 +213,9 @@ impl Prepared {
     pub fn acquit(&mut self, model: &dyn Model) {
         let n = model.coordinates().dof();
         if model.projection().is_some() {
-            let of_points = |item: &&mut Item| item.name == CONSTRAINTS;
+            let of_points = |item: &&mut Item| {
+                item.name == CONSTRAINTS || item.name == "coupled" && item.claim.is_some()
+            };
             for item in self.check.items.iter_mut().filter(of_points) {
                 item.finding += "; the model keeps these constraints";
                 (item.verdict, item.doubtful, item.remedy) = (Verdict::Pass, false, None);

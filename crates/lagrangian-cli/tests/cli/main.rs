@@ -4,6 +4,7 @@
 mod bad_input;
 mod commands;
 mod comparing;
+mod constraints;
 mod convert;
 mod ensembles;
 mod excited;
