@@ -140,8 +140,10 @@ impl<'a> Fit<'a> {
     fn candidates(&mut self, dataset: &Dataset) -> Vec<PointTerm> {
         let n = self.layout.n;
         let linear = (0..n).map(|i| vec![i]);
-        let products = (0..n).flat_map(|i| (i..n).map(move |j| vec![i, j]));
-        let potential = linear.chain(products).map(PointTerm::Potential);
+        let squares = (0..n).map(|i| vec![i, i]);
+        let products = (0..n).flat_map(|i| (i + 1..n).map(move |j| vec![i, j]));
+        let potential = linear.chain(squares).chain(products);
+        let potential = potential.map(PointTerm::Potential);
         let all = potential.chain((0..self.layout.points.len()).map(PointTerm::Friction));
         let unit = inverse(&vec![1.0; n]);
         let mut joints = Joints::new(n, self.layout.constraints.len());
