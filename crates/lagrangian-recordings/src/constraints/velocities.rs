@@ -1,7 +1,8 @@
 //! Relations of velocities that are linear in the positions, Σ (b + A x)·ẋ = 0, such as that of a skate that does not slip sideways.
 //!
 //! The derivatives of constraints between positions are among the combinations of ẋ and x ẋ that vanish. What takes a direction that they
-//! leave free is a relation of its own; it integrates where A − Aᵀ vanishes on all motions that are still possible.
+//! leave free is a relation of its own; it integrates where A − Aᵀ vanishes on all motions that are still
+//! possible, and is then not taken.
 
 use lagrangian_motion::Constraint;
 use lagrangian_motion::solve::{diagonalise, inverse_root, product};
@@ -55,22 +56,23 @@ impl Search<'_> {
             let moves = |p: &usize| points[*p].axes.iter().any(|i| sizes[*i] > SMALL * most);
             let about: Vec<usize> = (0..points.len()).filter(moves).collect();
             let names: Vec<&str> = about.iter().map(|p| &*points[*p].name).collect();
-            if !self.add(relation, Kind::Velocity, &about, |_| (String::new(), None)) {
+            let name = format!(
+                "velocities of {} keep a relation that does not integrate",
+                names.join(", ")
+            );
+            let before = self.bases.clone();
+            if !self.add(relation, Kind::Velocity, &about, |_| (name, None)) {
                 return;
             }
-            let integrates = self.integrates();
+            // One that integrates would have been found in the positions: motions that look alike have it by chance.
+            if self.integrates() {
+                self.found.pop();
+                self.bases = before;
+                return;
+            }
             let step = self.step(motions);
             if let Some(own) = self.found.last_mut() {
                 [own.scatter, own.noise] = step;
-                let what = if integrates {
-                    "integrates"
-                } else {
-                    "does not integrate"
-                };
-                own.constraint.name = format!(
-                    "velocities of {} keep a relation that {what}",
-                    names.join(", ")
-                );
             }
         }
     }

@@ -87,7 +87,10 @@ impl CartesianConfig {
         if !self.constraints.is_empty() {
             return Ok(self.clone());
         }
-        let found = structure(dataset, &self.points);
+        let mut found = structure(dataset, &self.points);
+        if found.freedom == 0 {
+            found.found.retain(|own| own.kind != Kind::Velocity);
+        }
         if found.found.is_empty() {
             return Err(Error::setting(
                 "no relation between these coordinates was found: each moves by itself",

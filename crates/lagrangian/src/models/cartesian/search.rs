@@ -36,6 +36,8 @@ const FAINT: f64 = 1e-6;
 /// Descents of the first fit, each with the noise of the residuals of the one before, and of a later one.
 const FIRST: usize = 3;
 const LATER: usize = 2;
+/// A squared error in parts of the motion, below which it is explained whatever its noise.
+const EXACT: f64 = 1e-10;
 /// Rounds of additions.
 const ROUNDS: usize = 4;
 /// The noise, in parts of the motion, below which no term is missing.
@@ -434,7 +436,10 @@ impl<'a> Fit<'a> {
             points: self.layout.points.clone(),
             potential,
             constraints: self.layout.constraints.clone(),
-            misfit: self.misfit(dataset),
+            // Exact data have no noise to compare with.
+            misfit: self
+                .misfit(dataset)
+                .map(|own| if loss < EXACT { own.min(1.0) } else { own }),
         };
         let points = Points::new(dataset.coordinates.clone(), shape, values, errors)?;
         let friction = damped.then(|| Dissipation::viscous(viscous));

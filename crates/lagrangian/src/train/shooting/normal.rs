@@ -178,7 +178,8 @@ impl BestStart {
         let along =
             |i: usize| self.right[i] + dot(&self.slopes[i * delta.len()..][..delta.len()], delta);
         let along: Vec<f64> = (0..d).map(along).collect();
-        let rows = self.inverse.chunks_exact(d);
+        // A start that has no direction to go stays.
+        let rows = self.inverse.chunks_exact(d.max(1));
         rows.map(|row| -dot(row, &along)).collect()
     }
 
