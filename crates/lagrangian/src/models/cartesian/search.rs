@@ -25,6 +25,8 @@ const LOOKED_AT: usize = 1500;
 /// The samples of a least-squares start, and of the comparison of terms.
 const STARTS: usize = 1000;
 const COMPARED: usize = 60;
+/// The largest number of terms.
+const MOST_TERMS: usize = 200;
 /// The part of its size by which a term must differ from those before it.
 const INDEPENDENT: f64 = 1e-6;
 /// The smallest mass that a start may have, in parts of the largest.
@@ -138,15 +140,15 @@ impl<'a> Fit<'a> {
         }
     }
 
-    /// Takes the independent terms that are linear in the coordinates, and returns the others: products, and friction.
+    /// Takes the independent terms that are linear in the coordinates, and returns the others: products, then friction.
     fn candidates(&mut self, dataset: &Dataset) -> Vec<PointTerm> {
         let n = self.layout.n;
-        let linear = (0..n).map(|i| vec![i]);
         let squares = (0..n).map(|i| vec![i, i]);
         let products = (0..n).flat_map(|i| (i + 1..n).map(move |j| vec![i, j]));
-        let potential = linear.chain(squares).chain(products);
-        let potential = potential.map(PointTerm::Potential);
-        let all = potential.chain((0..self.layout.points.len()).map(PointTerm::Friction));
+        let linear = (0..n).map(|i| PointTerm::Potential(vec![i]));
+        let friction = (0..self.layout.points.len()).map(PointTerm::Friction);
+        let others = squares.chain(products).map(PointTerm::Potential);
+        let all = linear.chain(friction).chain(others);
         let unit = inverse(&vec![1.0; n]);
         let mut joints = Joints::new(n, self.layout.constraints.len());
         let states: Vec<Vec<f64>> = spread(&dataset.train, COMPARED)
@@ -184,10 +186,14 @@ impl<'a> Fit<'a> {
                 basis.push(column);
                 kept.push(term);
             }
+            if kept.len() == MOST_TERMS {
+                break;
+            }
         }
         let first = |own: &PointTerm| matches!(own, PointTerm::Potential(of) if of.len() == 1);
-        let (linear, others) = kept.into_iter().partition(first);
+        let (linear, mut others): (Vec<_>, Vec<_>) = kept.into_iter().partition(first);
         self.layout.terms = linear;
+        others.sort_by_key(|own| matches!(own, PointTerm::Friction(_)));
         others
     }
 

@@ -18,6 +18,8 @@ use lagrangian_motion::statistics::median_size;
 /// The largest number of steps, and of dampings that are tried in each.
 const STEPS: usize = 30;
 const TRIES: usize = 9;
+/// The number of segments whose equations are held at a time.
+const HELD: usize = 128;
 /// A descent ends when a step lowers the cost by less than this part.
 const ENOUGH: f64 = 1e-4;
 /// The errors of steps in parts of the noise, and at least in parts of the motion; the largest number of halvings of a step.
@@ -188,15 +190,17 @@ impl Problem<'_> {
             }
             Some((sums, (reduced.start, free)))
         };
-        let parts: Vec<Option<_>> = segments.par_iter().map(part).collect();
         let mut normal = Normal {
             sums: Quadratic::zero(count),
             starts: Vec::with_capacity(segments.len()),
         };
-        for part in parts {
-            let (sums, start) = part?;
-            normal.sums.add(&sums, 1.0);
-            normal.starts.push(start);
+        for some in segments.chunks(HELD) {
+            let parts: Vec<Option<_>> = some.par_iter().map(part).collect();
+            for part in parts {
+                let (sums, start) = part?;
+                normal.sums.add(&sums, 1.0);
+                normal.starts.push(start);
+            }
         }
         Some(normal)
     }
