@@ -23,10 +23,21 @@ pub struct SignalError {
     pub nmse_mean: f64,
 }
 
+/// The part of the largest variance that is rounding.
+const ROUNDING: f64 = 1e-20;
+
 impl SignalError {
     /// The errors from mean squared errors and the variances of the true signals, both `[n]`.
     #[must_use]
-    pub fn new(mse: Vec<f64>, variance: &[f64]) -> Self {
+    pub fn new(mut mse: Vec<f64>, variance: &[f64]) -> Self {
+        // What is held at rest errs by rounding alone.
+        let largest = variance.iter().copied().fold(0.0, f64::max);
+        let rests = |(e, v): &(&mut f64, &f64)| e.max(**v) <= ROUNDING * largest;
+        let still = mse.iter_mut().zip(variance).filter(rests);
+        still.for_each(|(e, _)| *e = 0.0);
+        let variance = variance
+            .iter()
+            .map(|v| if *v <= ROUNDING * largest { 0.0 } else { *v });
         let nmse = mse.iter().zip(variance).map(|(e, v)| e / v).collect();
         Self::of_parts(mse, nmse)
     }
