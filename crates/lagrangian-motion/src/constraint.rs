@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Error, Result};
 
-/// A relation between positions, g(q) = ½ Σ A_jk q_j q_k + Σ b_j q_j + c = 0, or one of velocities alone,
-/// Σ_j (b_j + Σ_k A_jk q_k) q̇_j = 0 (theory.md, section 33).
+/// A relation between positions, g(q) = ½ Σ Aⱼₖ qⱼ qₖ + Σ bⱼ qⱼ + c = 0, or one of velocities alone,
+/// Σⱼ (bⱼ + Σₖ Aⱼₖ qₖ) q̇ⱼ = 0 (theory.md, section 33).
 ///
 /// ```
 /// use lagrangian_motion::Constraint;
@@ -26,10 +26,10 @@ use crate::{Error, Result};
 pub struct Constraint {
     /// What it is, in words.
     pub name: String,
-    /// Pairs (j, b_j).
+    /// Pairs (j, bⱼ).
     #[serde(default)]
     pub slopes: Vec<(usize, f64)>,
-    /// Triples (j, k, A_jk); of a relation between positions A is symmetric, and both halves are listed.
+    /// Triples (j, k, Aⱼₖ); of a relation between positions A is symmetric, and both halves are listed.
     #[serde(default)]
     pub products: Vec<(usize, usize, f64)>,
     /// c; `None` for a relation of velocities that no position shows.
