@@ -123,7 +123,9 @@ pub fn find_between(
     let n = coordinates.dof();
     let is_line = |i: usize| coordinates.0[i].topology == Topology::Line;
     let whole = |motion: &&&[f64]| {
-        motion.len() >= 2 * n && motion.len() % n == 0 && motion.iter().all(|x| x.is_finite())
+        motion.len() >= 2 * n
+            && motion.len().is_multiple_of(n)
+            && motion.iter().all(|x| x.is_finite())
     };
     let motions: Vec<&[f64]> = motions.iter().filter(whole).copied().collect();
     let points: Vec<Point> = points
@@ -265,7 +267,7 @@ impl Search<'_> {
     }
 
     /// The distance from the nearest linear relation of these coordinates, in units of the noise.
-    fn from_line(&self, of: &[usize]) -> f64 {
+    fn distance_from_line(&self, of: &[usize]) -> f64 {
         let all = self
             .cloud
             .relations(&of.iter().map(|i| linear(&[(*i, 1.0)])).collect::<Vec<_>>());
@@ -403,7 +405,8 @@ impl Search<'_> {
     /// The best relation of features of a point that holds, where the point does not move along a line.
     fn holds(&self, features: &[Constraint], of: &[usize]) -> Option<Relation> {
         let best = self.cloud.relations(features).into_iter().next()?;
-        let holds = best.distance < NOISES && self.from_line(of) > CURVED * best.distance.max(1.0);
+        let holds =
+            best.distance < NOISES && self.distance_from_line(of) > CURVED * best.distance.max(1.0);
         holds.then_some(best)
     }
 
