@@ -81,7 +81,7 @@ impl Points {
         })
     }
 
-    /// The mass of each point, in units of that of the heaviest where no forces are known.
+    /// The mass of each point, in units of that of the point that moves most where no forces are known.
     #[must_use]
     pub fn masses(&self) -> &[f64] {
         &self.parameters[..self.shape.points.len()]
