@@ -85,10 +85,13 @@ fn drawn_linkage(page: &Page, followed: &Followed) -> Option<Drawn> {
     drawn_points(page, followed, &scene, what)
 }
 
+/// The places of points by the coordinates.
+type Places<'a> = dyn Fn(&[f64]) -> Option<Vec<[f64; 3]>> + 'a;
+
 /// Points in space that are drawn.
 struct Scene<'a> {
     /// Their places by the coordinates.
-    place: &'a dyn Fn(&[f64]) -> Option<Vec<[f64; 3]>>,
+    place: &'a Places<'a>,
     /// The point that each is joined to, an earlier one or itself.
     joined: Vec<usize>,
     /// The direction downwards.
