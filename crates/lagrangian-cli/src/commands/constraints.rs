@@ -27,7 +27,7 @@ pub(super) fn run(args: &ConstraintsArgs, mode: OutputMode) -> Result<u8> {
     };
     let structure = find_in(&recordings, points).context(
         "cannot look for constraints",
-        "give recordings of one system at a time, with the same columns (--q)",
+        "give recordings of one system at a time, with the same columns (--q), and each point as x1:y1 or x1:y1:z1",
     )?;
     let figures = json!({
         "command": "constraints",

@@ -10,6 +10,8 @@ mod points;
 mod taubin;
 mod velocities;
 
+use std::collections::BTreeSet;
+
 use lagrangian_motion::{Constraint, Coordinates, Error, Result, Topology};
 use serde::Serialize;
 
@@ -177,7 +179,8 @@ pub fn find_between(
 /// Finds the constraints of recorded points.
 ///
 /// # Errors
-/// [`Error::Argument`] for recordings of different coordinates, or none.
+/// [`Error::Argument`] for recordings of different coordinates, or none; for points of other than two or three coordinates, or that
+/// share one.
 pub fn find_in(recordings: &[Recording], points: Option<Vec<Point>>) -> Result<Structure> {
     let first = recordings.first().map(|own| &own.coordinates);
     let same = recordings.iter().all(|own| Some(&own.coordinates) == first);
@@ -185,6 +188,17 @@ pub fn find_in(recordings: &[Recording], points: Option<Vec<Point>>) -> Result<S
         let must = "of one system, with the same coordinates, and at least one";
         return Err(Error::argument("recordings", recordings.len(), must));
     };
+    let mut seen = BTreeSet::new();
+    let all = points.iter().flatten();
+    let wrong = all
+        .flat_map(|own| own.axes.iter().map(move |i| (own, *i)))
+        .find(|(own, i)| {
+            !(2..=3).contains(&own.axes.len()) || *i >= coordinates.dof() || !seen.insert(*i)
+        });
+    if let Some((own, _)) = wrong {
+        let must = "of two or three coordinates each, which no other point has";
+        return Err(Error::argument("points", &own.name, must));
+    }
     let motions: Vec<&[f64]> = recordings.iter().map(|own| &*own.q).collect();
     Ok(match points {
         Some(points) => find_between(coordinates, points, &motions),
