@@ -1,21 +1,21 @@
-//! Models whose coordinates are joined by relations: M q̈ + c = τ − d + Jᵀλ with J q̈ = −J̇ q̇ (theory.md, section 33).
+//! Models whose coordinates are joined by constraints: M q̈ + c = τ − d + Jᵀλ with J q̈ = −J̇ q̇ (theory.md, section 33).
 
 use crate::dynamics::{Balance, Evaluation, Evaluator, Model, Projection};
 use crate::forces::Applied;
 use lagrangian_motion::solve::{SymmetricSolver, dot};
 use lagrangian_motion::{Constraint, Coordinates, Error, Result};
 
-/// A model that moves as another one does, but keeps relations between its coordinates by the forces Jᵀλ that they take.
+/// A model that moves as another one does, but keeps constraints between its coordinates by the forces Jᵀλ that they take.
 ///
-/// A relation that others imply, such as a rod too many, changes nothing. Rollouts begin at the nearest state that keeps the
-/// relations, in the metric of the mass matrix, and return to it after each step.
+/// A constraint that others imply, such as a rod too many, changes nothing. Rollouts begin at the nearest state that keeps the
+/// constraints, in the metric of the mass matrix, and return to it after each step.
 ///
 /// ```
 /// use lagrangian_mechanics::analytic::by_name;
 /// use lagrangian_mechanics::{Constrained, Mechanical, Quantities};
 /// use lagrangian_motion::Constraint;
 ///
-/// // The spring holds the mass at 0; a relation q̇ = 0 holds it anywhere.
+/// // The spring holds the mass at 0; a constraint q̇ = 0 holds it anywhere.
 /// let spring = by_name("mass-spring", &[])?;
 /// let held = Constraint { name: "held".into(), slopes: vec![(0, 1.0)], products: vec![], constant: None };
 /// let held = Constrained::new(Mechanical::conservative(spring.lagrangian()), vec![held])?;
@@ -25,13 +25,13 @@ use lagrangian_motion::{Constraint, Coordinates, Error, Result};
 /// ```
 #[derive(Debug, Clone)]
 pub struct Constrained<M> {
-    /// The model without the relations.
+    /// The model without the constraints.
     pub inner: M,
     constraints: Vec<Constraint>,
 }
 
 impl<M: Model> Constrained<M> {
-    /// The model with these relations.
+    /// The model with these constraints.
     ///
     /// # Errors
     /// As [`Constraint::check`].
@@ -41,13 +41,13 @@ impl<M: Model> Constrained<M> {
         Ok(Self { inner, constraints })
     }
 
-    /// The relations.
+    /// The constraints.
     #[must_use]
     pub fn constraints(&self) -> &[Constraint] {
         &self.constraints
     }
 
-    /// The number of degrees of freedom at a position: of coordinates that move, less that of independent relations.
+    /// The number of degrees of freedom at a position: of coordinates that move, less that of independent constraints.
     ///
     /// # Errors
     /// [`Error::Shape`] for another number of coordinates.
@@ -59,7 +59,7 @@ impl<M: Model> Constrained<M> {
         Ok(n - held - own.joints.rank())
     }
 
-    /// The multipliers λ of the relations at a state under forces, one for each relation; 0 for one that others imply.
+    /// The multipliers λ of the constraints at a state under forces, one for each constraint; 0 for one that others imply.
     ///
     /// # Errors
     /// [`Error::Shape`] for another number of coordinates.
@@ -126,7 +126,7 @@ impl<M: Model> Projection for Constrained<M> {
     }
 }
 
-/// Evaluates a model with relations.
+/// Evaluates a model with constraints.
 struct ConstrainedEvaluator<'a> {
     inner: Box<dyn Evaluator + 'a>,
     coordinates: &'a Coordinates,
@@ -149,7 +149,7 @@ impl ConstrainedEvaluator<'_> {
         }
     }
 
-    /// Takes the mass matrix of a state and the relations there.
+    /// Takes the mass matrix of a state and the constraints there.
     fn join(&mut self, q: &[f64], qd: &[f64]) {
         self.weigh(q, qd);
         self.joints.set(self.constraints, q, &self.inverse);
@@ -180,8 +180,8 @@ impl Evaluator for ConstrainedEvaluator<'_> {
         }
     }
 
-    /// The τ of least size that yields q̈, in the metric of M⁻¹: the part that the relations would take is omitted. Where inputs
-    /// are not the forces themselves, it is that of the model without relations.
+    /// The τ of least size that yields q̈, in the metric of M⁻¹: the part that the constraints would take is omitted. Where inputs
+    /// are not the forces themselves, it is that of the model without constraints.
     fn inverse_dynamics(
         &mut self,
         q: &[f64],
@@ -227,13 +227,13 @@ impl Evaluator for ConstrainedEvaluator<'_> {
         self.inner.applied()
     }
 
-    /// Dry friction as a set of forces beside relations is not solved.
+    /// Dry friction as a set of forces beside constraints is not solved.
     fn balance(&mut self, _: &[f64], _: &[f64], _: &[f64], _: &mut Balance) -> Evaluation {
         Evaluation::Unsupported
     }
 }
 
-/// Rows J of relations with the metric of a mass matrix M: moves x to the nearest x + M⁻¹ Jᵀ λ that has J x = b.
+/// Rows J of constraints with the metric of a mass matrix M: moves x to the nearest x + M⁻¹ Jᵀ λ that has J x = b.
 #[derive(Debug, Clone)]
 pub struct Joints {
     n: usize,
@@ -241,9 +241,9 @@ pub struct Joints {
     rows: Vec<f64>,
     /// J M⁻¹, `[k, n]`.
     spread: Vec<f64>,
-    /// The factor L of J M⁻¹ Jᵀ in the order of pivots, `[k, k]`, a row for each relation.
+    /// The factor L of J M⁻¹ Jᵀ in the order of pivots, `[k, k]`, a row for each constraint.
     factor: Vec<f64>,
-    /// The relations in the order of their pivots.
+    /// The constraints in the order of their pivots.
     order: Vec<usize>,
     rank: usize,
     lambda: Vec<f64>,
@@ -253,7 +253,7 @@ pub struct Joints {
 const DEPENDENT: f64 = 1e-11;
 
 impl Joints {
-    /// No rows yet, of `k` relations between `n` coordinates.
+    /// No rows yet, of `k` constraints between `n` coordinates.
     #[must_use]
     pub fn new(n: usize, k: usize) -> Self {
         Self {
@@ -279,7 +279,7 @@ impl Joints {
         &self.lambda
     }
 
-    /// Takes the rows of relations at q, and factorises J M⁻¹ Jᵀ by Cholesky's method with pivots, for M⁻¹ `[n, n]`.
+    /// Takes the rows of constraints at q, and factorises J M⁻¹ Jᵀ by Cholesky's method with pivots, for M⁻¹ `[n, n]`.
     pub fn set(&mut self, constraints: &[Constraint], q: &[f64], inverse: &[f64]) {
         let (n, k) = (self.n, self.lambda.len());
         let spread = self.spread.chunks_exact_mut(n);
@@ -352,7 +352,7 @@ impl Joints {
         }
     }
 
-    /// Moves a state (q, q̇) to the nearest one that keeps the relations in the metric of M.
+    /// Moves a state (q, q̇) to the nearest one that keeps the constraints in the metric of M.
     pub fn project(&mut self, constraints: &[Constraint], inverse: &[f64], state: &mut [f64]) {
         let (q, qd) = state.split_at_mut(state.len() / 2);
         let size = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
@@ -458,7 +458,7 @@ mod tests {
         Constrained::new(masses(&[1.0, 1.0, 0.6, 0.6], 9.81), rods).unwrap()
     }
 
-    /// The largest violation of relations along a motion, and how much its energy changes.
+    /// The largest violation of constraints along a motion, and how much its energy changes.
     fn violations<M: Model>(
         model: &Constrained<M>,
         state: [&[f64]; 2],

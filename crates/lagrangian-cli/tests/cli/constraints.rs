@@ -69,7 +69,7 @@ fn what_has_no_constraint_says_so_and_what_is_no_point_is_refused() {
     assert!(said.contains("no other point has"), "{said}");
     let said = bench.refuse("fit planet.csv --q q1,q2 --model cartesian --out run");
     assert!(
-        said.contains("no relation between these coordinates was found"),
+        said.contains("no constraint between these coordinates was found"),
         "{said}"
     );
 }

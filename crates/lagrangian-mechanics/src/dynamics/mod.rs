@@ -78,7 +78,7 @@ pub trait Model: Send + Sync {
         None
     }
 
-    /// Projection to the states that keep the relations of the model; `None` for a model without relations.
+    /// Projection to the states that keep the constraints of the model; `None` for a model without constraints.
     fn projection(&self) -> Option<&dyn Projection> {
         None
     }
@@ -89,9 +89,9 @@ pub trait Model: Send + Sync {
     }
 }
 
-/// The nearest states that keep the relations of a model between its coordinates, see [`crate::Constrained`].
+/// The nearest states that keep the constraints of a model between its coordinates, see [`crate::Constrained`].
 pub trait Projection: Sync {
-    /// Moves a state (q, q̇), `[2 n]`, to the nearest one that keeps the relations; not finite where there is none.
+    /// Moves a state (q, q̇), `[2 n]`, to the nearest one that keeps the constraints; not finite where there is none.
     fn project(&self, state: &mut [f64]);
 }
 

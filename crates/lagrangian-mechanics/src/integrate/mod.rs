@@ -64,7 +64,7 @@ pub struct Span<'a> {
     pub times: &'a [f64],
     /// Accuracy and maximum cost.
     pub control: &'a Control,
-    /// Projection of the state after each step; `None` where the motion has no relations to keep.
+    /// Projection of the state after each step; `None` where the motion has no constraints to keep.
     pub projection: Option<&'a dyn Projection>,
 }
 

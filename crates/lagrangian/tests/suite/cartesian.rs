@@ -1,4 +1,4 @@
-//! Points in Cartesian coordinates that given relations join.
+//! Points in Cartesian coordinates that given constraints join.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use lagrangian::analytic::{by_name, normal};
@@ -184,7 +184,7 @@ fn settings_that_make_no_sense_are_refused() {
             .to_string()
     };
     let none = CartesianConfig::default();
-    assert!(refused(none).contains("relations"));
+    assert!(refused(none).contains("constraints"));
     let mut far = rods();
     far.constraints[0].products.push((7, 7, 1.0));
     assert!(refused(far).contains("constraint"));

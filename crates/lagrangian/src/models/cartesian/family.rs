@@ -1,4 +1,4 @@
-//! Points under relations as a family: their data, their saved form.
+//! Points under constraints as a family: their data, their saved form.
 
 use super::points::{ERRORS, Points, Shape};
 use super::{CartesianConfig, search};
@@ -18,7 +18,7 @@ use lagrangian_recordings::constraints::{self, Kind, Point, Structure};
 /// The row of the table of families.
 pub(crate) const ENTRY: Entry = Entry {
     name: NAME,
-    about: "points in Cartesian coordinates, joined by rods and other relations: their masses and forces",
+    about: "points in Cartesian coordinates, joined by rods and other constraints: their masses and forces",
     default: family::default::<CartesianConfig>,
     settings: &[],
     choose: family::no_choice,
@@ -36,7 +36,7 @@ pub(crate) const ENTRY: Entry = Entry {
 /// The name of the family.
 pub(super) const NAME: &str = "cartesian";
 
-/// A fitted model of points under relations.
+/// A fitted model of points under constraints.
 pub(super) type Cartesian = Constrained<Mechanical<Points>>;
 
 impl Family for CartesianConfig {
@@ -45,7 +45,7 @@ impl Family for CartesianConfig {
     }
 
     fn summary(&self) -> String {
-        format!("{} relations between coordinates", self.constraints.len())
+        format!("{} constraints between coordinates", self.constraints.len())
     }
 
     fn abilities(&self) -> Abilities {
@@ -82,7 +82,7 @@ impl Family for CartesianConfig {
 }
 
 impl CartesianConfig {
-    /// The settings with the relations that are given, or else with those that the positions keep.
+    /// The settings with the constraints that are given, or else with those that the positions keep.
     fn with_constraints(&self, dataset: &Dataset) -> Result<Self> {
         if !self.constraints.is_empty() {
             return Ok(self.clone());
@@ -93,7 +93,7 @@ impl CartesianConfig {
         }
         if found.found.is_empty() {
             return Err(Error::setting(
-                "no relation between these coordinates was found: each moves by itself",
+                "no constraint between these coordinates was found: each moves by itself",
                 "take another `family`, such as delan; `lagrangian constraints` shows what is looked for",
             ));
         }
@@ -104,7 +104,7 @@ impl CartesianConfig {
     }
 }
 
-/// The relations that the fitted positions keep, as they were measured.
+/// The constraints that the fitted positions keep, as they were measured.
 fn structure(dataset: &Dataset, points: &[Vec<usize>]) -> Structure {
     let (n, times) = (dataset.coordinates.dof(), &dataset.train_times);
     let measured = Some(&times.measured[0]).filter(|q| !q.is_empty());
@@ -155,7 +155,7 @@ const FITS: f64 = 1.1;
 
 impl FittedModel for Cartesian {
     fn description(&self) -> Description {
-        Description::mechanical(NAME, "Points under relations")
+        Description::mechanical(NAME, "Points under constraints")
     }
 
     fn stored(&self) -> Result<Stored> {
@@ -210,7 +210,7 @@ impl FittedModel for Cartesian {
 
     fn equations(&self, _: Graph) -> Result<Equations> {
         Err(expression::without(
-            "a model with relations between its coordinates",
+            "a model with constraints between its coordinates",
         ))
     }
 }

@@ -1,9 +1,9 @@
-//! Points in Cartesian coordinates, joined by rods, rails and skates: masses and forces, learned beside given relations.
+//! Points in Cartesian coordinates, joined by rods, rails and skates: masses and forces, learned beside given constraints.
 //!
 //! | file | content |
 //! |---|---|
 //! | `points.rs` | the Lagrangian of the points |
-//! | `system.rs` | accelerations under relations, and how they change with state and parameters |
+//! | `system.rs` | accelerations under constraints, and how they change with state and parameters |
 //! | `shooting.rs` | masses and coefficients by simulations whose starts are free, with standard errors |
 //! | `search.rs` | which forces there are: a start by least squares, terms that are missing or nothing |
 //! | `family.rs` | the data of the family, its saved form, its row of the table |
@@ -20,11 +20,11 @@ use lagrangian_motion::{Constraint, Error, Result};
 
 pub use points::{PointTerm, Points};
 
-/// The settings of points that relations join.
+/// The settings of points that constraints join.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CartesianConfig {
-    /// The relations between the coordinates.
+    /// The constraints between the coordinates.
     pub constraints: Vec<Constraint>,
     /// The coordinates of each point, two or three; a coordinate of none is a point of its own.
     pub points: Vec<Vec<usize>>,

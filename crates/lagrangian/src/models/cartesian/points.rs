@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::family::NAME;
-use crate::models::formula::{Style, with_error};
+use crate::models::formula::{Style, push_term};
 use crate::models::learned::Stored;
 use crate::models::named::Parameter;
 use lagrangian_mechanics::lagrangian::{Jet, Jets, Lagrangian};
@@ -17,7 +17,7 @@ pub(super) struct Shape {
     pub(super) points: Vec<Vec<usize>>,
     /// The one or two coordinates whose product each term of the potential is.
     pub(super) potential: Vec<Vec<usize>>,
-    /// The relations.
+    /// The constraints.
     pub(super) constraints: Vec<Constraint>,
     /// χ² over its expectation, where the noise of the data is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -130,18 +130,8 @@ impl Points {
         let space = if style == Style::Text { " " } else { "\\," };
         let name = |i: &usize| style.name(&self.coordinates.0[*i].name);
         let mut text = String::from("L =");
-        let mut add = |value: f64, error: f64, of: String| {
-            let first = text.ends_with('=');
-            text.push_str(match (value < 0.0, first) {
-                (true, true) => " -",
-                (true, false) => " - ",
-                (false, true) => " ",
-                (false, false) => " + ",
-            });
-            text.push_str(&with_error(value.abs(), error));
-            text.push_str(space);
-            text.push_str(&of);
-        };
+        let mut add =
+            |value: f64, error: f64, of: String| push_term(&mut text, [value, error], &of, style);
         let (masses, others) = self.errors.split_at(self.shape.points.len());
         for ((point, mass), error) in self.shape.points.iter().zip(self.masses()).zip(masses) {
             let squares = point.iter().map(|i| format!("{}^2", style.rate(&name(i))));

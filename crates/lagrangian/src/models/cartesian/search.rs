@@ -59,7 +59,7 @@ struct Fit<'a> {
     cost: f64,
 }
 
-/// Fits masses and forces to recorded motions under the relations of the settings.
+/// Fits masses and forces to recorded motions under the constraints of the settings.
 pub(super) fn find(
     dataset: &Dataset,
     config: &CartesianConfig,
@@ -72,8 +72,8 @@ pub(super) fn find(
     fit.refine(&mut || tell("fitting masses and forces", 0.3));
     if !fit.cost.is_finite() {
         return Err(Error::setting(
-            "no masses were found: simulations from the recorded states under these relations do not stay finite",
-            "check that the motions keep the relations, and that times and velocities are right",
+            "no masses were found: simulations from the recorded states under these constraints do not stay finite",
+            "check that the motions keep the constraints, and that times and velocities are right",
         ));
     }
     for _ in 0..ROUNDS {
@@ -197,7 +197,7 @@ impl<'a> Fit<'a> {
         others
     }
 
-    /// Masses and coefficients by the accelerations of the data along the directions that the relations leave; unit masses where these
+    /// Masses and coefficients by the accelerations of the data along the directions that the constraints leave; unit masses where these
     /// give none.
     fn least_squares(&mut self, dataset: &Dataset) {
         let points = self.layout.points.len();

@@ -1,4 +1,4 @@
-//! Masses and coefficients of forces by simulations of many segments, whose starts are free among the states that keep the relations.
+//! Masses and coefficients of forces by simulations of many segments, whose starts are free among the states that keep the constraints.
 //!
 //! Gauss–Newton with Marquardt's damping; the starts are eliminated as in [`crate::train::shooting`].
 

@@ -1,4 +1,4 @@
-//! The motion of points under relations, and how it changes with its start and with the parameters.
+//! The motion of points under constraints, and how it changes with its start and with the parameters.
 //!
 //! M a = F + Jᵀ λ with J a = −J̇ v. Along a direction (δx, δv, δθ), with the same factor of J M⁻¹ Jᵀ,
 //! M δa = δF + Σ λ A δx − δM a + Jᵀ δλ and J δa = −2 vᵀA δv − aᵀA δx (theory.md, section 33).
@@ -85,7 +85,7 @@ struct Work {
     target: Vec<f64>,
     /// Σ λ A, `[n, n]`.
     bent: Vec<f64>,
-    /// aᵀA and vᵀ(A + Aᵀ) of each relation, `[k, n]`.
+    /// aᵀA and vᵀ(A + Aᵀ) of each constraint, `[k, n]`.
     by_place: Vec<f64>,
     by_speed: Vec<f64>,
 }
@@ -182,7 +182,7 @@ impl<'a> System<'a> {
         }
     }
 
-    /// Takes what the relations add to the derivatives at a state with these multipliers.
+    /// Takes what the constraints add to the derivatives at a state with these multipliers.
     fn bend(&mut self, v: &[f64], a: &[f64]) {
         let n = v.len();
         let constraints = &self.layout.constraints;
@@ -223,7 +223,7 @@ fn combine(out: &mut Vec<f64>, x: &[f64], h: f64, weights: &[f64], slopes: &[Vec
     }
 }
 
-/// The directions of states that keep the relations near a state, `[2 m, 2 n]`: m of places with the velocities that they take, then m of
+/// The directions of states that keep the constraints near a state, `[2 m, 2 n]`: m of places with the velocities that they take, then m of
 /// velocities.
 pub(super) fn directions(layout: &Layout, state: &[f64]) -> Vec<Vec<f64>> {
     let n = layout.n;

@@ -151,21 +151,26 @@ impl Formula {
     fn sum(&self, style: Style) -> String {
         let mut text = String::from("L =");
         for ((term, c), error) in self.weighted().zip(&self.shape.evidence.errors) {
-            let first = text.ends_with('=');
-            text.push_str(match (c < 0.0, first) {
-                (true, true) => " -",
-                (true, false) => " - ",
-                (false, true) => " ",
-                (false, false) => " + ",
-            });
-            text.push_str(&with_error(c.abs(), *error));
             let product = term.written(&self.shape.coordinates, style);
-            if !product.is_empty() {
-                text.push_str(if style == Style::Text { " " } else { "\\," });
-                text.push_str(&product);
-            }
+            push_term(&mut text, [c, *error], &product, style);
         }
         text
+    }
+}
+
+/// Adds a term, its coefficient with the standard error, to a sum.
+pub(super) fn push_term(text: &mut String, [c, error]: [f64; 2], product: &str, style: Style) {
+    let first = text.ends_with('=');
+    text.push_str(match (c < 0.0, first) {
+        (true, true) => " -",
+        (true, false) => " - ",
+        (false, true) => " ",
+        (false, false) => " + ",
+    });
+    text.push_str(&with_error(c.abs(), error));
+    if !product.is_empty() {
+        text.push_str(if style == Style::Text { " " } else { "\\," });
+        text.push_str(product);
     }
 }
 
@@ -216,7 +221,7 @@ fn short(value: f64) -> String {
 }
 
 /// A number with its standard error in brackets, in units of the last digits: 9.810(2).
-pub(crate) fn with_error(value: f64, error: f64) -> String {
+fn with_error(value: f64, error: f64) -> String {
     if !(error > 0.0 && error.is_finite()) {
         return short(value);
     }
