@@ -220,6 +220,18 @@ impl Prepared {
                 item.finding += "; the model keeps these constraints";
                 (item.verdict, item.doubtful, item.remedy) = (Verdict::Pass, false, None);
             }
+            let of_one = |item: &&mut Item| item.name == "coupled";
+            for item in self
+                .check
+                .items
+                .iter_mut()
+                .filter(of_one)
+                .filter(|item| item.doubtful)
+            {
+                item.finding +=
+                    "; the model keeps these constraints, which one motion may follow by chance";
+                item.remedy = Some("record another motion".into());
+            }
         }
         let under = |motion: &Trajectory, part: f64| {
             let mut tau: Vec<f64> = motion.tau.iter().map(|tau| part * tau).collect();

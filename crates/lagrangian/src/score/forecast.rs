@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::predictable::natural_period;
 use super::restarts::{RESTARTS, Short, predictions};
-use super::valid_time::{NormalisedError, deviations, differences};
+use super::valid_time::{NormalisedError, deviations, differences, without_rest};
 use lagrangian_mechanics::dynamics::Model;
 use lagrangian_mechanics::rollout::{Hold, Rollout, RolloutOptions};
 use lagrangian_motion::statistics::{deviation, mean, median};
@@ -167,7 +167,7 @@ pub(super) fn forecast(
     let q: Vec<f64> = motions.iter().flat_map(|m| &m.q).copied().collect();
     let spread = Spread {
         coordinates,
-        sigma: deviations(coordinates, &q),
+        sigma: without_rest(deviations(coordinates, &q), motions),
     };
     let (mut hold, mut nominal) = (Hold::Previous, &short.predictions);
     let mut errors = spread.errors(truths, nominal);
@@ -225,7 +225,7 @@ fn disturbed((truth, seed): (&Trajectory, u64)) -> Trajectory {
     motion
 }
 
-/// Deviations of the coordinates over all motions, `[n]`.
+/// Deviations of the coordinates over all motions, `[n]`; ∞ for those that do not count.
 struct Spread<'a> {
     coordinates: &'a Coordinates,
     sigma: Vec<f64>,
@@ -254,7 +254,7 @@ impl Spread<'_> {
             let ends = errors[errors.len().saturating_sub(n)..]
                 .iter()
                 .zip(&self.sigma);
-            grown + ends.map(|(e, s)| (e / s).powi(2)).sum::<f64>() / n as f64
+            grown + ends.map(|(e, s)| (e / s).powi(2)).sum::<f64>() / self.count()
         };
         truths
             .iter()
@@ -263,10 +263,16 @@ impl Spread<'_> {
             .collect()
     }
 
+    /// The number of coordinates that count.
+    fn count(&self) -> f64 {
+        self.sigma.iter().filter(|s| s.is_finite()).count() as f64
+    }
+
     fn distance(&self, a: &[f64], b: &[f64]) -> f64 {
         let pairs = differences(self.coordinates, a, b).zip(&self.sigma);
+        let sum: f64 = pairs.map(|(d, s)| (d / s).powi(2)).sum();
         // An error that is not a number is the largest.
-        mean(&mut pairs.map(|(d, s)| (d / s).powi(2))).min(LOST * LOST)
+        (sum / self.count()).min(LOST * LOST)
     }
 }
 

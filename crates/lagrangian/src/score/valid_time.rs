@@ -1,5 +1,6 @@
 //! The time for which a prediction stayed valid (theory.md, equation 26).
 
+use lagrangian_motion::statistics::root_mean_square;
 use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
 
 /// The time for which a prediction stayed valid.
@@ -18,7 +19,8 @@ pub struct ValidTime {
 ///
 /// exceeds `threshold` (0.5 is usual), with σᵢ the standard deviation of component i of the truth over time
 /// (Vlachas et al., Neural Networks 126, 2020, equation 17). Angles are compared on the circle, and their σ is at
-/// most that of the uniform distribution there, π/√3; a component that does not move has σ = 1.
+/// most that of the uniform distribution there, π/√3; a component that does not move has σ = 1, and a coordinate that deviates by less than
+/// twice its known standard error does not count.
 ///
 /// A prediction that ends before the truth is invalid from there on.
 ///
@@ -80,6 +82,8 @@ pub(super) struct NormalisedError<'a> {
     coordinates: &'a Coordinates,
     /// As [`deviations`], `[n]`.
     pub(super) sigma_q: Vec<f64>,
+    /// The same with ∞ for a coordinate that rests.
+    moving: Vec<f64>,
     /// Deviation of each velocity, `[n]`.
     pub(super) sigma_qd: Vec<f64>,
 }
@@ -87,9 +91,11 @@ pub(super) struct NormalisedError<'a> {
 impl<'a> NormalisedError<'a> {
     pub(super) fn new(truth: &Trajectory, coordinates: &'a Coordinates) -> Self {
         let n = coordinates.dof();
+        let sigma_q = deviations(coordinates, &truth.q);
         Self {
             coordinates,
-            sigma_q: deviations(coordinates, &truth.q),
+            moving: without_rest(sigma_q.clone(), std::slice::from_ref(truth)),
+            sigma_q,
             sigma_qd: (0..n).map(|i| deviation(&truth.qd, n, i)).collect(),
         }
     }
@@ -103,9 +109,34 @@ impl<'a> NormalisedError<'a> {
             let dqd = prediction.qd[j] - truth.qd[j];
             (dq / self.sigma_q[i]).powi(2) + (dqd / self.sigma_qd[i]).powi(2)
         };
-        ((0..n).map(component).sum::<f64>() / (2 * n) as f64).sqrt()
+        let moving = (0..n).filter(|i| self.moving[*i].is_finite());
+        let count = moving.clone().count();
+        (moving.map(component).sum::<f64>() / (2 * count) as f64).sqrt()
     }
 }
+
+/// Deviations with ∞ for each coordinate that rests but for its noise, as the mark of a pivot does: there is nothing to predict.
+pub(super) fn without_rest(sigma: Vec<f64>, motions: &[Trajectory]) -> Vec<f64> {
+    let n = sigma.len();
+    let noise = |i: usize| {
+        let each = motions
+            .iter()
+            .flat_map(|m| m.errors.q.iter().skip(i).step_by(n));
+        root_mean_square(&mut each.copied())
+    };
+    let own = |(i, s): (usize, &f64)| match *s < RESTS * noise(i) {
+        true => f64::INFINITY,
+        false => *s,
+    };
+    let moving: Vec<f64> = sigma.iter().enumerate().map(own).collect();
+    match moving.iter().any(|s| s.is_finite()) {
+        true => moving,
+        false => sigma,
+    }
+}
+
+/// A coordinate rests where it deviates by less than this multiple of its standard error.
+const RESTS: f64 = 2.0;
 
 /// The differences of positions, `[m, n]`, on the circle for angles.
 pub(super) fn differences(

@@ -24,6 +24,17 @@ pub(super) struct Shape {
     pub(super) misfit: Option<f64>,
 }
 
+impl Shape {
+    /// Whether constraints hold each coordinate of a point, so that its mass has no effect.
+    fn is_held(&self, point: &[usize]) -> bool {
+        let holds = |own: &Constraint, i: usize| {
+            let slopes = own.slopes.iter().filter(|(_, b)| *b != 0.0);
+            own.products.is_empty() && own.constant.is_some() && slopes.map(|(j, _)| *j).eq([i])
+        };
+        (point.iter()).all(|i| self.constraints.iter().any(|own| holds(own, *i)))
+    }
+}
+
 /// A term of the forces on points, with one coefficient.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum PointTerm {
@@ -114,8 +125,17 @@ impl Points {
         let potential = self.shape.potential.iter().map(term);
         let all = self.shape.points.iter().map(mass).chain(potential);
         let values = self.parameters.iter().zip(&self.errors);
+        let held = |at: usize| {
+            self.shape
+                .points
+                .get(at)
+                .is_some_and(|own| self.shape.is_held(own))
+        };
         let each = all
             .zip(values)
+            .enumerate()
+            .filter(|(at, _)| !held(*at))
+            .map(|(_, own)| own)
             .map(|((name, unit), (value, error))| Parameter {
                 name,
                 value: *value,
@@ -133,7 +153,8 @@ impl Points {
         let mut add =
             |value: f64, error: f64, of: String| push_term(&mut text, [value, error], &of, style);
         let (masses, others) = self.errors.split_at(self.shape.points.len());
-        for ((point, mass), error) in self.shape.points.iter().zip(self.masses()).zip(masses) {
+        let points = self.shape.points.iter().zip(self.masses()).zip(masses);
+        for ((point, mass), error) in points.filter(|own| !self.shape.is_held(own.0.0)) {
             let squares = point.iter().map(|i| format!("{}^2", style.rate(&name(i))));
             let sum = squares.collect::<Vec<_>>().join(" + ");
             let sum = if point.len() > 1 {
