@@ -43,7 +43,7 @@ fn rods_are_named_and_a_plain_fit_keeps_them() {
     let page = String::from_utf8(bench.read("run/report.html")).unwrap();
     assert!(page.contains("the rods that join them"));
     bench.succeed(
-        "rollout run --q0 1,0,1.6,-0.8 --qd0 0,0,0,0 --duration 3 --step 0.02 --out away.csv",
+        "rollout run/model.safetensors --q0 1,0,1.6,-0.8 --qd0 0,0,0,0 --duration 3 --step 0.02 --out away.csv",
     );
     let away = String::from_utf8(bench.read("away.csv")).unwrap();
     let last: Vec<f64> = away

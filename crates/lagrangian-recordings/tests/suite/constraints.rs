@@ -120,7 +120,14 @@ fn an_ellipse_and_a_plane_in_space_are_found_in_several_motions_alone() {
 fn coordinates_that_move_by_themselves_have_no_constraint() {
     let free: [Places; 3] = [
         |t, k| vec![k * (2.0 * t).sin(), (3.0 * t + k).cos()],
-        |t, k| vec![k * t, k * t - 4.9 * t * t, (t + k).sin(), t * k * k],
+        |t, k| {
+            vec![
+                k * t,
+                k * t - 4.9 * t * t,
+                (t + k).sin(),
+                (1.7 * k * t).cos(),
+            ]
+        },
         |t, k| {
             vec![
                 (1.0 + 0.1 * k) * (k * t).cos(),

@@ -177,14 +177,32 @@ fn a_model_of_points_is_saved_to_the_bit() {
 }
 
 #[test]
+fn constraints_that_are_not_given_are_found() {
+    let fit = fitted(
+        recordings(4, 0.6, 0.1, 0.0, true),
+        CartesianConfig::default(),
+    )
+    .unwrap();
+    let masses: Vec<f64> = fit
+        .model
+        .parameters()
+        .iter()
+        .map(|own| own.value)
+        .take(2)
+        .collect();
+    assert!(
+        (masses[0] / masses[1] * 0.7 - 1.0).abs() < 1e-6,
+        "{masses:?}"
+    );
+}
+
+#[test]
 fn settings_that_make_no_sense_are_refused() {
     let refused = |config: CartesianConfig| {
         fitted(recordings(4, 0.6, 0.1, 0.0, true), config)
             .unwrap_err()
             .to_string()
     };
-    let none = CartesianConfig::default();
-    assert!(refused(none).contains("constraints"));
     let mut far = rods();
     far.constraints[0].products.push((7, 7, 1.0));
     assert!(refused(far).contains("constraint"));
