@@ -363,9 +363,9 @@ def constraints(
     >>> import numpy as np
     >>> import lagrangian as lg
     >>> angle = np.sin(0.1 * np.arange(200))
-    >>> bob = lg.Trajectory(q=np.column_stack([np.sin(angle), -np.cos(angle)]), t=0.02 * np.arange(200), names=["x", "y"])
-    >>> print(lg.constraints(bob))
-    p on a circle about (0.000, 0.000), radius 1.0000
+    >>> bob = 1.5 * np.column_stack([np.sin(angle), -np.cos(angle)])
+    >>> print(lg.constraints(lg.Trajectory(q=bob, t=0.02 * np.arange(200), names=["x", "y"])))
+    p on a circle about (0.000, 0.000), radius 1.500
     degrees of freedom: 1
     """
     motions = trajectories(data, "data")
