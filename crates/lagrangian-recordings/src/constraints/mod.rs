@@ -8,7 +8,6 @@
 mod noise;
 mod points;
 mod taubin;
-mod velocities;
 
 use std::collections::BTreeSet;
 
@@ -47,8 +46,6 @@ pub enum Kind {
     Rod,
     /// A point on another curve or surface of second order.
     Quadric,
-    /// A relation of velocities that no position shows.
-    Velocity,
 }
 
 /// A constraint that was found.
@@ -169,7 +166,6 @@ pub fn find_between(
     if search.motions >= MOTIONS {
         search.straight(&structure.points, &lines);
         search.quadrics(&structure.points);
-        search.velocities(&motions, &structure.points, &lines);
     }
     structure.freedom = n - search.bases.iter().map(Vec::len).max().unwrap_or(0);
     structure.found = search.found;

@@ -100,7 +100,7 @@ impl Cloud {
 /// Features whose gradients are more nearly dependent than this are not told apart.
 const CUTOFF: f64 = 1e-10;
 
-/// Σ c f of features, or of relations of velocities.
+/// Σ c f.
 pub(super) fn combined(features: &[Constraint], c: &[f64]) -> Constraint {
     let (mut slopes, mut products) = (BTreeMap::new(), BTreeMap::new());
     let mut constant = Some(0.0);

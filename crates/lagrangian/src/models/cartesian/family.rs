@@ -87,10 +87,7 @@ impl CartesianConfig {
         if !self.constraints.is_empty() {
             return Ok(self.clone());
         }
-        let mut found = structure(dataset, &self.points);
-        if found.freedom == 0 {
-            found.found.retain(|own| own.kind != Kind::Velocity);
-        }
+        let found = structure(dataset, &self.points);
         if found.found.is_empty() {
             return Err(Error::setting(
                 "no constraint between these coordinates was found: each moves by itself",
