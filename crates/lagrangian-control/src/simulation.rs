@@ -62,7 +62,7 @@ impl<'a> Simulation<'a> {
         let state = [&start.q[..], &start.qd[..]].concat();
         Ok(Self {
             robot: model.evaluator(),
-            plant: model.plant(),
+            plant: model.integration().plant(),
             integrator: Rk4::new(2 * n),
             sensing: Sensing {
                 readout: Readout::new(config.sensors, n, config.seed),
@@ -86,7 +86,7 @@ impl<'a> Simulation<'a> {
     /// same coordinates.
     pub fn change_robot(&mut self, model: &'a dyn Model) {
         self.robot = model.evaluator();
-        self.plant = model.plant();
+        self.plant = model.integration().plant();
     }
 
     /// Time of the next tick, s.

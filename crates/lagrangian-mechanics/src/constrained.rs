@@ -1,6 +1,6 @@
 //! Models whose coordinates are joined by constraints: M q̈ + c = τ − d + Jᵀλ with J q̈ = −J̇ q̇ (theory.md, section 33).
 
-use crate::dynamics::{Balance, Evaluation, Evaluator, Model, Projection};
+use crate::dynamics::{Balance, Evaluation, Evaluator, Integration, Model, Projection};
 use crate::forces::Applied;
 use lagrangian_motion::solve::{SymmetricSolver, dot};
 use lagrangian_motion::{Constraint, Coordinates, Error, Result};
@@ -108,8 +108,8 @@ impl<M: Model> Model for Constrained<M> {
         Box::new(self.constrained())
     }
 
-    fn projection(&self) -> Option<&dyn Projection> {
-        Some(self)
+    fn integration(&self) -> Integration<'_> {
+        Integration::Projected(self)
     }
 }
 

@@ -26,8 +26,8 @@ mod visited;
 
 pub use constrained::Constrained;
 pub use dynamics::{
-    Balance, Driven, EulerLagrange, Evaluation, Evaluator, Mechanical, Model, PhaseFlow, Plant,
-    Projection, Quantities, Slopes, bias, energy, forward, inverse, momenta,
+    Balance, Driven, EulerLagrange, Evaluation, Evaluator, Integration, Mechanical, Model,
+    PhaseFlow, Plant, Projection, Quantities, Slopes, bias, energy, forward, inverse, momenta,
 };
 pub use forces::{
     Actuation, Applied, Command, Directional, Dissipation, Drive, DrySolver, GearFriction, Load,

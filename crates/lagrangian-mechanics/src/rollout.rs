@@ -338,11 +338,11 @@ impl<'a> RolloutState<'a> {
         let n = q0.len();
         let rollout = Rollout::begin(len, n);
         let mut x = [q0, z0].concat();
-        if let Some(projection) = model.projection() {
+        if let Some(projection) = model.integration().projection() {
             projection.project(&mut x);
         }
         Self {
-            projection: model.projection(),
+            projection: model.integration().projection(),
             evaluator: model.evaluator(),
             mechanics: options.method.rule().and_then(|_| model.mechanics()),
             options,

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use lagrangian::mechanics::{Evaluation, Plant};
+use lagrangian::mechanics::{Evaluation, Integration, Plant};
 use lagrangian::{Coordinates, Evaluator, Model as _};
 use lagrangian_run::Cause;
 use pyo3::prelude::*;
@@ -66,8 +66,8 @@ impl lagrangian::Model for Shared {
         self.0.model().evaluator()
     }
 
-    fn plant(&self) -> Option<&dyn Plant> {
-        self.0.model().plant()
+    fn integration(&self) -> Integration<'_> {
+        self.0.model().integration()
     }
 }
 
@@ -143,8 +143,8 @@ impl lagrangian::Model for PythonPlant {
         Box::new(Machine(self))
     }
 
-    fn plant(&self) -> Option<&dyn Plant> {
-        Some(self)
+    fn integration(&self) -> Integration<'_> {
+        Integration::Own(self)
     }
 }
 

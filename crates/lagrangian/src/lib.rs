@@ -119,10 +119,11 @@ pub mod mechanics {
     pub use lagrangian_mechanics::{
         Actuation, Applied, Balance, Canonical, Command, Constrained, Curvature, Directional,
         Dissipation, Drive, Driven, DrySolver, EulerLagrange, Evaluation, Evaluator, GearFriction,
-        Hamiltonian, HamiltonianJet, HamiltonianJets, HamiltonianOf, Jet, Jets, Lagrangian,
-        LagrangianOf, Load, Mechanical, Model, Outcome, PhaseFlow, Plant, Projection, Quantities,
-        Regularity, Scalar, Scaling, Sensitive, Slopes, SpeedChart, Stribeck, Sum, SymmetricSolver,
-        analytic, bias, diagonalise, dot, energy, forward, inverse, inverse_root, momenta, product,
+        Hamiltonian, HamiltonianJet, HamiltonianJets, HamiltonianOf, Integration, Jet, Jets,
+        Lagrangian, LagrangianOf, Load, Mechanical, Model, Outcome, PhaseFlow, Plant, Projection,
+        Quantities, Regularity, Scalar, Scaling, Sensitive, Slopes, SpeedChart, Stribeck, Sum,
+        SymmetricSolver, analytic, bias, diagonalise, dot, energy, forward, inverse, inverse_root,
+        momenta, product,
     };
 }
 

@@ -212,7 +212,7 @@ impl Prepared {
     /// under their forces: the law of the check has few terms.
     pub fn acquit(&mut self, model: &dyn Model) {
         let n = model.coordinates().dof();
-        if model.projection().is_some() {
+        if model.integration().projection().is_some() {
             let of_points = |item: &&mut Item| {
                 item.name == CONSTRAINTS || item.name == "coupled" && item.claim.is_some()
             };

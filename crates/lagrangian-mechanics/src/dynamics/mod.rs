@@ -73,19 +73,49 @@ pub trait Model: Send + Sync {
         None
     }
 
-    /// The model as a plant that integrates itself; `None` where its forward dynamics are to be integrated.
-    fn plant(&self) -> Option<&dyn Plant> {
-        None
-    }
-
-    /// Projection to the states that keep the constraints of the model; `None` for a model without constraints.
-    fn projection(&self) -> Option<&dyn Projection> {
-        None
+    /// What integrates its motion.
+    fn integration(&self) -> Integration<'_> {
+        Integration::Plain
     }
 
     /// States that the data of the fit visited, where they are known.
     fn visited(&self) -> Option<&Visited> {
         None
+    }
+}
+
+/// What integrates the motion of a model.
+#[derive(Clone, Copy)]
+#[allow(
+    missing_debug_implementations,
+    reason = "trait objects have nothing to show"
+)]
+pub enum Integration<'a> {
+    /// Any method, from its forward dynamics.
+    Plain,
+    /// Any method, which returns to the states that keep the constraints of the model after each step.
+    Projected(&'a dyn Projection),
+    /// The model itself.
+    Own(&'a dyn Plant),
+}
+
+impl<'a> Integration<'a> {
+    /// The projection to states that keep constraints.
+    #[must_use]
+    pub fn projection(self) -> Option<&'a dyn Projection> {
+        match self {
+            Self::Projected(projection) => Some(projection),
+            _ => None,
+        }
+    }
+
+    /// The model as a plant that integrates itself.
+    #[must_use]
+    pub fn plant(self) -> Option<&'a dyn Plant> {
+        match self {
+            Self::Own(plant) => Some(plant),
+            _ => None,
+        }
     }
 }
 

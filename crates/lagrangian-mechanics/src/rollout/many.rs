@@ -44,7 +44,7 @@ pub fn rollout_many(
         .par_chunks(lanes)
         .map(|group| match options.method {
             // Its projection is that of one state.
-            _ if model.projection().is_some() => each(group),
+            _ if model.integration().projection().is_some() => each(group),
             Method::Dop853 => Ok(run::<Dop853>(model, group, times, tau, options)),
             Method::Dopri5 => Ok(run::<Dopri5>(model, group, times, tau, options)),
             Method::Rk4 => match grouped::run(model, group, times, tau, options) {

@@ -32,26 +32,12 @@ impl Cloud {
     /// D = Σ ∇f σ² ∇fᵀ (Taubin 1991).
     pub(super) fn relations(&self, features: &[Constraint]) -> Vec<Relation> {
         let k = features.len();
-        let count = self.states().count() as f64;
-        let value = |own: &Constraint, q: &[f64]| own.value(q).unwrap_or_default();
-        let mean = |own| self.states().map(|q| value(own, q)).sum::<f64>() / count;
-        let means: Vec<f64> = features.iter().map(mean).collect();
-        let [mut spread, mut noise, mut slope] = [(); 3].map(|()| vec![0.0; k * k]);
-        for q in self.states() {
-            let values: Vec<f64> = (features.iter().zip(&means))
-                .map(|(own, mean)| value(own, q) - mean)
-                .collect();
-            let rows: Vec<Vec<f64>> = features.iter().map(|own| own.row(q)).collect();
-            for i in 0..k {
-                for j in 0..k {
-                    spread[i * k + j] += values[i] * values[j] / count;
-                    for (s, (a, b)) in self.noise.iter().zip(rows[i].iter().zip(&rows[j])) {
-                        noise[i * k + j] += (s * a) * (s * b) / count;
-                        slope[i * k + j] += a * b / count;
-                    }
-                }
-            }
-        }
+        let Moments {
+            means,
+            mut spread,
+            mut noise,
+            slope,
+        } = self.moments(features);
         let unit: Vec<f64> = (0..k).map(|i| noise[i * k + i].sqrt().recip()).collect();
         if !unit.iter().all(|u| u.is_finite()) {
             return Vec::new();
@@ -94,6 +80,44 @@ impl Cloud {
         let mut all: Vec<Relation> = (0..k).map(of).collect();
         all.sort_by(|a, b| a.distance.total_cmp(&b.distance));
         all
+    }
+}
+
+/// Of features: their means, `[k]`, their covariance, that of their noise and the products of their gradients, `[k, k]`.
+struct Moments {
+    means: Vec<f64>,
+    spread: Vec<f64>,
+    noise: Vec<f64>,
+    slope: Vec<f64>,
+}
+
+impl Cloud {
+    fn moments(&self, features: &[Constraint]) -> Moments {
+        let k = features.len();
+        let count = self.states().count() as f64;
+        let value = |own: &Constraint, q: &[f64]| own.value(q).unwrap_or_default();
+        let mean = |own| self.states().map(|q| value(own, q)).sum::<f64>() / count;
+        let means: Vec<f64> = features.iter().map(mean).collect();
+        let [mut spread, mut noise, mut slope] = [(); 3].map(|()| vec![0.0; k * k]);
+        for q in self.states() {
+            let centred = features.iter().zip(&means);
+            let values: Vec<f64> = centred.map(|(own, mean)| value(own, q) - mean).collect();
+            let rows: Vec<Vec<f64>> = features.iter().map(|own| own.row(q)).collect();
+            for ij in 0..k * k {
+                let (i, j) = (ij / k, ij % k);
+                spread[ij] += values[i] * values[j] / count;
+                for (s, (a, b)) in self.noise.iter().zip(rows[i].iter().zip(&rows[j])) {
+                    noise[ij] += (s * a) * (s * b) / count;
+                    slope[ij] += a * b / count;
+                }
+            }
+        }
+        Moments {
+            means,
+            spread,
+            noise,
+            slope,
+        }
     }
 }
 

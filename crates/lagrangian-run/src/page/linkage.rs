@@ -1,5 +1,6 @@
 //! Points that constraints join, as marks and lines.
 
+use lagrangian::constraints::Constraint;
 use lagrangian::models::Linkage;
 
 /// A mark of a drawing.
@@ -31,58 +32,16 @@ impl Mark {
 
 /// The centres of circles, the points, and of points that are joined to several others a mark for each further line.
 pub(super) fn marks(linkage: Linkage<'_>) -> Vec<Mark> {
-    let (mut centres, mut rods) = (Vec::new(), Vec::new());
-    let curved = linkage
-        .constraints
-        .iter()
-        .filter(|own| own.constant.is_some() && !own.products.is_empty());
-    for own in curved {
-        let touches = |p: &usize| {
-            own.products
-                .iter()
-                .any(|(j, _, _)| linkage.points[*p].contains(j))
-        };
-        let touched: Vec<usize> = (0..linkage.points.len()).filter(touches).collect();
-        match *touched {
-            [a, b] => rods.push((a, b)),
-            [p] => {
-                let square = |i: &usize| {
-                    own.products
-                        .iter()
-                        .find(|(j, k, _)| j == i && k == i)
-                        .map_or(0.0, |own| own.2)
-                };
-                let slope = |i: &usize| {
-                    own.slopes
-                        .iter()
-                        .filter(|(j, _)| j == i)
-                        .map(|(_, b)| b)
-                        .sum::<f64>()
-                };
-                let axes = &linkage.points[p];
-                let round = axes
-                    .iter()
-                    .all(|i| (square(i) - square(&axes[0])).abs() < 1e-9 * square(i).abs());
-                let mut centre = [0.0; 3];
-                (centre.iter_mut().zip(axes)).for_each(|(x, i)| *x = -slope(i) / square(i));
-                if round {
-                    centres.push((centre, p));
-                }
-            }
-            _ => {}
-        }
-    }
+    let Joints { centres, rods } = joints(linkage);
     let count = centres.len();
     let mut marks: Vec<Mark> = Vec::new();
-    for (k, (centre, _)) in centres.iter().enumerate() {
-        marks.push(Mark {
-            of: Of::Centre(*centre),
-            joined: k,
-        });
+    for (joined, (centre, _)) in centres.iter().enumerate() {
+        let of = Of::Centre(*centre);
+        marks.push(Mark { of, joined });
     }
-    let point = |p: usize, joined: usize| Mark {
-        of: Of::Point(linkage.points[p].clone()),
-        joined,
+    let point = |p: usize, joined: usize| {
+        let of = Of::Point(linkage.points[p].clone());
+        Mark { of, joined }
     };
     for p in 0..linkage.points.len() {
         let centre = centres.iter().position(|(_, of)| *of == p);
@@ -95,4 +54,62 @@ pub(super) fn marks(linkage: Linkage<'_>) -> Vec<Mark> {
         }
     }
     marks
+}
+
+/// What joins points.
+#[derive(Default)]
+struct Joints {
+    /// The centres of circles and spheres, each with its point.
+    centres: Vec<([f64; 3], usize)>,
+    /// The pairs of points at one distance.
+    rods: Vec<(usize, usize)>,
+}
+
+fn joints(
+    Linkage {
+        points,
+        constraints,
+    }: Linkage<'_>,
+) -> Joints {
+    let mut joints = Joints::default();
+    let positions = constraints.iter().filter(|own| own.constant.is_some());
+    for own in positions {
+        let touches = |p: &usize| {
+            let mut products = own.products.iter();
+            products.any(|(j, _, _)| points[*p].contains(j))
+        };
+        let touched: Vec<usize> = (0..points.len()).filter(touches).collect();
+        match *touched {
+            [a, b] => joints.rods.push((a, b)),
+            [p] => joints
+                .centres
+                .extend(centre(own, &points[p]).map(|of| (of, p))),
+            _ => {}
+        }
+    }
+    joints
+}
+
+/// The centre of the circle or sphere that a constraint on one point is; `None` for another curve.
+fn centre(own: &Constraint, axes: &[usize]) -> Option<[f64; 3]> {
+    let square = |i: usize| {
+        let mut products = own.products.iter();
+        products
+            .find(|(j, k, _)| (*j, *k) == (i, i))
+            .map_or(0.0, |own| own.2)
+    };
+    let slope = |i: usize| {
+        own.slopes
+            .iter()
+            .filter(|(j, _)| *j == i)
+            .map(|(_, b)| b)
+            .sum::<f64>()
+    };
+    let first = square(*axes.first()?);
+    let round = axes
+        .iter()
+        .all(|i| (square(*i) - first).abs() < 1e-9 * first.abs());
+    let mut centre = [0.0; 3];
+    (centre.iter_mut().zip(axes)).for_each(|(x, i)| *x = -slope(*i) / first);
+    round.then_some(centre)
 }

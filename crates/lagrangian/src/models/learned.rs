@@ -14,7 +14,7 @@ use crate::saved::WEIGHTS;
 use crate::saved::{self, Header, Provenance, SavedModel, Tensor};
 use lagrangian_mechanics::Visited;
 use lagrangian_mechanics::dynamics::{
-    Driven, EulerLagrange, Evaluator, Mechanical, Model, Projection,
+    Driven, EulerLagrange, Evaluator, Integration, Mechanical, Model,
 };
 use lagrangian_mechanics::expression::{self, Equations, Graph};
 use lagrangian_mechanics::forces::{Actuation, Applied, Dissipation};
@@ -356,8 +356,8 @@ impl Model for Learned {
         self.model.driven()
     }
 
-    fn projection(&self) -> Option<&dyn Projection> {
-        self.model.projection()
+    fn integration(&self) -> Integration<'_> {
+        self.model.integration()
     }
 
     fn visited(&self) -> Option<&Visited> {
