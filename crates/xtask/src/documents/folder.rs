@@ -12,7 +12,7 @@ use super::fixtures::{self, Fixture};
 use crate::{built, root, target};
 
 /// The longest that one command may take.
-const LONGEST: Duration = Duration::from_secs(180);
+const LONGEST: Duration = Duration::from_secs(600);
 
 /// Seconds of a fit: seven models share them, and a busy machine gives half.
 const QUICK: &str = "2";
