@@ -284,10 +284,7 @@ impl Joints {
         let (n, k) = (self.n, self.lambda.len());
         let spread = self.spread.chunks_exact_mut(n);
         for ((row, spread), own) in self.rows.chunks_exact_mut(n).zip(spread).zip(constraints) {
-            row.fill(0.0);
-            own.slopes.iter().for_each(|(j, b)| row[*j] += b);
-            let products = own.products.iter();
-            products.for_each(|(j, k, a)| row[*j] += a * q[*k]);
+            own.write_row(q, row);
             let each = spread.iter_mut().zip(inverse.chunks_exact(n));
             each.for_each(|(to, column)| *to = dot(row, column));
         }

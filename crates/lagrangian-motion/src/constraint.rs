@@ -53,10 +53,30 @@ impl Constraint {
     #[must_use]
     pub fn row(&self, q: &[f64]) -> Vec<f64> {
         let mut row = vec![0.0; q.len()];
+        self.write_row(q, &mut row);
+        row
+    }
+
+    /// Writes the row J(q), `[n]`, as [`Constraint::row`].
+    pub fn write_row(&self, q: &[f64], row: &mut [f64]) {
+        row.fill(0.0);
         self.slopes.iter().for_each(|(j, b)| row[*j] += b);
         let products = self.products.iter();
         products.for_each(|(j, k, a)| row[*j] += a * q[*k]);
-        row
+    }
+
+    /// bⱼ, 0 where it is not listed.
+    #[must_use]
+    pub fn slope(&self, j: usize) -> f64 {
+        let own = self.slopes.iter().filter(|own| own.0 == j);
+        own.map(|own| own.1).sum()
+    }
+
+    /// Aⱼⱼ, 0 where it is not listed.
+    #[must_use]
+    pub fn square(&self, j: usize) -> f64 {
+        let own = self.products.iter().filter(|own| (own.0, own.1) == (j, j));
+        own.map(|own| own.2).sum()
     }
 
     /// J̇ q̇, so that J q̈ = −J̇ q̇.

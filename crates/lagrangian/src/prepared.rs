@@ -208,26 +208,18 @@ impl Prepared {
         })
     }
 
-    /// Withdraws the finding that coordinates depend on each other, where this model keeps the constraints between them, and the findings that recordings have another law than the others, where this model explains what they, and all held-out ones, do
-    /// under their forces: the law of the check has few terms.
+    /// Withdraws the finding that coordinates depend on each other, where this model keeps the constraints between them, and the findings
+    /// that recordings have another law than the others, where it explains what they, and all held-out ones, do under their forces: the
+    /// law of the check has few terms.
     pub fn acquit(&mut self, model: &dyn Model) {
         let n = model.coordinates().dof();
-        if model.integration().projection().is_some() {
-            let of_points = |item: &&mut Item| {
-                item.name == CONSTRAINTS || item.name == "coupled" && item.claim.is_some()
-            };
-            for item in self.check.items.iter_mut().filter(of_points) {
+        let keeps = model.integration().projection().is_some();
+        for item in self.check.items.iter_mut().filter(|_| keeps) {
+            let coupled = item.name == "coupled";
+            if item.name == CONSTRAINTS || coupled && item.claim.is_some() {
                 item.finding += "; the model keeps these constraints";
                 (item.verdict, item.doubtful, item.remedy) = (Verdict::Pass, false, None);
-            }
-            let of_one = |item: &&mut Item| item.name == "coupled";
-            for item in self
-                .check
-                .items
-                .iter_mut()
-                .filter(of_one)
-                .filter(|item| item.doubtful)
-            {
+            } else if coupled && item.doubtful {
                 item.finding +=
                     "; the model keeps these constraints, which one motion may follow by chance";
                 item.remedy = Some("record another motion".into());

@@ -332,19 +332,8 @@ impl Search<'_> {
                 "sphere"
             };
             let words = |own: &Constraint| {
-                let curved = own
-                    .products
-                    .iter()
-                    .find(|(j, k, _)| j == k)
-                    .map_or(1.0, |own| own.2);
-                let slope = |i: &usize| {
-                    own.slopes
-                        .iter()
-                        .filter(|(j, _)| j == i)
-                        .map(|(_, b)| b)
-                        .sum::<f64>()
-                };
-                let centre: Vec<f64> = point.axes.iter().map(|i| -slope(i) / curved).collect();
+                let curved = own.square(point.axes[0]);
+                let centre: Vec<f64> = point.axes.iter().map(|i| -own.slope(*i) / curved).collect();
                 let square = centre.iter().map(|c| c * c).sum::<f64>()
                     - 2.0 * own.constant.unwrap_or(0.0) / curved;
                 let radius = square.max(0.0).sqrt();
@@ -373,11 +362,7 @@ impl Search<'_> {
                 continue;
             };
             let words = |own: &Constraint| {
-                let curved = own
-                    .products
-                    .iter()
-                    .find(|(j, k, _)| j == k)
-                    .map_or(1.0, |own| own.2);
+                let curved = own.square(first[0]);
                 let length = (-2.0 * own.constant.unwrap_or(0.0) / curved)
                     .max(0.0)
                     .sqrt();
@@ -466,14 +451,7 @@ fn square(first: &[usize], second: Option<&[usize]>) -> Constraint {
 
 /// A linear relation in words: `x1 = 0.5`, `x1 - x2 = 0.5`.
 fn straight(own: &Constraint, set: &[usize], names: &[&str]) -> String {
-    let slope = |i: &usize| {
-        own.slopes
-            .iter()
-            .filter(|(j, _)| j == i)
-            .map(|(_, b)| b)
-            .sum::<f64>()
-    };
-    let slopes: Vec<f64> = set.iter().map(slope).collect();
+    let slopes: Vec<f64> = set.iter().map(|i| own.slope(*i)).collect();
     let largest = slopes
         .iter()
         .fold(0.0, |a: f64, b| if b.abs() > a.abs() { *b } else { a });

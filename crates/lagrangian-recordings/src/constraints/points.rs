@@ -1,5 +1,7 @@
 //! Which coordinates are those of one point in space.
 
+use std::collections::BTreeMap;
+
 use lagrangian_motion::{Coordinates, Topology};
 use serde::Serialize;
 
@@ -17,26 +19,25 @@ impl Point {
     /// Angles and coordinates of other names belong to no point.
     #[must_use]
     pub fn named(coordinates: &Coordinates) -> Vec<Self> {
-        let mut points: Vec<(Self, Vec<char>)> = Vec::new();
+        let mut points: Vec<(String, BTreeMap<char, usize>)> = Vec::new();
         for (i, coordinate) in coordinates.0.iter().enumerate() {
             let named = place_and_axis(&coordinate.name);
             let Some((stem, axis)) = named.filter(|_| coordinate.topology == Topology::Line) else {
                 continue;
             };
-            match points.iter_mut().find(|(own, _)| own.name == stem) {
-                Some((own, axes)) if !axes.contains(&axis) => {
-                    own.axes.push(i);
-                    axes.push(axis);
+            match points.iter_mut().find(|(own, _)| *own == stem) {
+                Some((_, axes)) => {
+                    axes.entry(axis).or_insert(i);
                 }
-                Some(_) => {}
-                None => {
-                    let axes = vec![i];
-                    points.push((Self { name: stem, axes }, vec![axis]));
-                }
+                None => points.push((stem, BTreeMap::from([(axis, i)]))),
             }
         }
-        let all = points.into_iter().map(|(own, _)| own);
-        all.filter(|own| own.axes.len() > 1).collect()
+        let several = points.into_iter().filter(|(_, axes)| axes.len() > 1);
+        let point = |(name, axes): (String, BTreeMap<char, usize>)| Self {
+            name,
+            axes: axes.into_values().collect(),
+        };
+        several.map(point).collect()
     }
 
     /// A point of these coordinates, named by them.
@@ -104,6 +105,7 @@ mod tests {
             "p1 [0, 1, 2]; p2 [3, 4, 5]"
         );
         assert_eq!(of(&["x", "y", "theta"]), "p [0, 1]");
+        assert_eq!(of(&["y1", "x1"]), "p1 [1, 0]");
         assert_eq!(of(&["q1", "q2", "x", "x"]), "");
     }
 }

@@ -92,24 +92,11 @@ fn joints(
 
 /// The centre of the circle or sphere that a constraint on one point is; `None` for another curve.
 fn centre(own: &Constraint, axes: &[usize]) -> Option<[f64; 3]> {
-    let square = |i: usize| {
-        let mut products = own.products.iter();
-        products
-            .find(|(j, k, _)| (*j, *k) == (i, i))
-            .map_or(0.0, |own| own.2)
-    };
-    let slope = |i: usize| {
-        own.slopes
-            .iter()
-            .filter(|(j, _)| *j == i)
-            .map(|(_, b)| b)
-            .sum::<f64>()
-    };
-    let first = square(*axes.first()?);
+    let first = own.square(*axes.first()?);
     let round = axes
         .iter()
-        .all(|i| (square(*i) - first).abs() < 1e-9 * first.abs());
+        .all(|i| (own.square(*i) - first).abs() < 1e-9 * first.abs());
     let mut centre = [0.0; 3];
-    (centre.iter_mut().zip(axes)).for_each(|(x, i)| *x = -slope(*i) / first);
+    (centre.iter_mut().zip(axes)).for_each(|(x, i)| *x = -own.slope(*i) / first);
     round.then_some(centre)
 }
