@@ -7,6 +7,7 @@
 //! | `forces` | friction d(q̇), smooth or as a set, and the map from inputs to forces |
 //! | `dynamics` | the Euler–Lagrange equation M q̈ + c = τ − d, written once, and quantities of single states |
 //! | `constrained` | models that keep relations between their coordinates |
+//! | `lattice` | many sites that obey one law with their neighbours |
 //! | `hamiltonian` | the trait of H(q, p), Hamilton's equations, the Legendre transform in both directions |
 //! | `expression`, `rigid`, `integrate`, `rollout` | the equations as expressions, rigid bodies, integrators, predicted motions |
 
@@ -20,6 +21,7 @@ pub mod forces;
 pub mod hamiltonian;
 pub mod integrate;
 pub mod lagrangian;
+pub mod lattice;
 pub mod rigid;
 pub mod rollout;
 mod visited;

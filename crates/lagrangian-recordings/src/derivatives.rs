@@ -151,6 +151,9 @@ pub(super) struct Fitted {
     estimates: Vec<Estimate>,
 }
 
+/// The motions of more coordinates are estimated by local polynomials, which take a fraction of the time.
+const MOST_SPLINES: usize = 24;
+
 impl Fitted {
     pub(super) fn of(recording: &Recording, options: &EstimateOptions) -> Result<Self> {
         let mut all = segments(&recording.t, options.gap);
@@ -242,10 +245,10 @@ impl Fitted {
             };
             Some(Spline { source, motion })
         };
-        match options.window {
-            Some(_) => (0..n).map(|_| None).collect(),
-            None => (0..n).into_par_iter().map(spline).collect(),
+        if options.window.is_some() || n > MOST_SPLINES {
+            return (0..n).map(|_| None).collect();
         }
+        (0..n).into_par_iter().map(spline).collect()
     }
 
     /// Estimates all signals by the same low-pass; samples near the ends are omitted.

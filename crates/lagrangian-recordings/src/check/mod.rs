@@ -28,7 +28,7 @@ pub use dependent::CONSTRAINTS;
 pub use drive::NOISY_FORCES;
 pub use evidence::Claim;
 use rayon::prelude::*;
-use regression::JointFits;
+use regression::{JointFits, MOST_JOINTS};
 pub use repeated::check_validation;
 use serde::Serialize;
 pub use signals::LARGEST;
@@ -372,6 +372,13 @@ fn check_all(recorded: &[Recording], options: &CheckOptions) -> CheckReport {
     let all: Vec<&Recording> = recordings.iter().collect();
     shared.extend(drive::disagreement(&all, 0, low_pass));
     items.extend(shared);
+    items.extend(recordings.first().filter(|r| r.dof() > MOST_JOINTS).map(|r| {
+        let finding = format!(
+            "{} coordinates: whether forces, signs and units fit the motion is examined for {MOST_JOINTS} at most",
+            r.dof()
+        );
+        Item::pass(CHECKED, finding)
+    }));
     for (recording, jitter) in recordings.iter().zip(jitter) {
         let mut own = of_one(recording, 1.0);
         own.extend(jitter);

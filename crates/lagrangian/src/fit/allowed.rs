@@ -96,7 +96,8 @@ impl FitConfig {
             return refuse("first batch", first.to_string(), must);
         }
         let residuals = self.batch * self.residuals(dataset.train.n);
-        if matches!(self.optimizer, Optimizer::Natural(_)) && residuals > MAX_RESIDUALS {
+        let solved = self.family.abilities().solved;
+        if !solved && matches!(self.optimizer, Optimizer::Natural(_)) && residuals > MAX_RESIDUALS {
             let value = format!("{} ({residuals} residuals)", self.batch);
             let must =
                 "at most 8192 residuals under the natural gradient: take a smaller batch, or Adam";

@@ -69,6 +69,21 @@ pub trait FittedModel: Model + Any + Debug {
         None
     }
 
+    /// The law of the model on another number of sites.
+    ///
+    /// # Errors
+    /// [`crate::Error::Setting`] for a model that is not a chain of equal sites.
+    fn with_sites(&self, sites: usize) -> Result<Learned> {
+        let _ = sites;
+        Err(crate::Error::setting(
+            format!(
+                "a model of the family {} has no sites",
+                self.description().family
+            ),
+            "fit one of `family` lattice",
+        ))
+    }
+
     /// The equations of the model as expressions of a graph.
     ///
     /// # Errors
@@ -431,6 +446,14 @@ impl Learned {
     /// [`crate::Error::Setting`] for a model whose equations cannot be written down.
     pub fn equations(&self, graph: Graph) -> Result<Equations> {
         self.model.equations(graph)
+    }
+
+    /// The law of a lattice on another number of sites.
+    ///
+    /// # Errors
+    /// [`crate::Error::Setting`] for a model that is not a chain of equal sites; [`crate::Error::Argument`] for too few sites.
+    pub fn with_sites(&self, sites: usize) -> Result<Self> {
+        self.model.with_sites(sites)
     }
 
     /// The Hamiltonian, where the model moves by one in (q, p).

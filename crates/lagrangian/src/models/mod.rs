@@ -13,6 +13,7 @@ pub(crate) mod delan;
 mod family;
 pub(crate) mod formula;
 pub(crate) mod hnn;
+pub(crate) mod lattice;
 mod learned;
 pub(crate) mod lnn;
 pub(crate) mod mlp;
@@ -39,6 +40,7 @@ pub use family::{
 };
 pub use formula::{Evidence, Formula, FormulaConfig, LawVerdict, Term};
 pub use hnn::{Hnn, HnnConfig, HnnStructure};
+pub use lattice::{LatticeConfig, LatticeEnds};
 pub use learned::{
     Description, FittedModel, Learned, LearnedLagrangian, Linkage, ModelParts, Stored, WrittenLaw,
 };
@@ -65,4 +67,5 @@ pub const FAMILIES: &[Entry] = &[
     servo::family::ENTRY,
     formula::family::ENTRY,
     cartesian::family::ENTRY,
+    lattice::family::ENTRY,
 ];

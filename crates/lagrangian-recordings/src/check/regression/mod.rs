@@ -62,6 +62,8 @@ const DEGREES: [usize; 4] = [2, 3, 4, 5];
 const FEW: usize = 4;
 /// Laws that usually leave up to this many times what the best one leaves may accuse.
 const ALIKE: f64 = 2.0;
+/// Of more coordinates than these no forces are explained by a chain of joints: their terms are as many as the square of their number.
+pub(in crate::check) const MOST_JOINTS: usize = 16;
 /// Second cut-off as a fraction of the first.
 const NARROWER: f64 = 0.7;
 
@@ -118,7 +120,7 @@ pub(in crate::check) fn fit_joints(
     options: &CheckOptions,
     farther: bool,
 ) -> Option<JointFits> {
-    let coordinates = &recordings.first()?.coordinates;
+    let coordinates = of_joints(&recordings.first()?.coordinates)?;
     let whole = |r: &&Recording| r.coordinates == *coordinates && !r.tau.is_empty() && usable(r);
     let recordings: Vec<&Recording> = recordings.iter().filter(whole).collect();
     let step = least_step(&recordings)?;
@@ -207,7 +209,7 @@ fn laws<'a>(all: &[&'a Recording], low_pass: Option<f64>) -> Option<Vec<Laws<'a>
 
 /// The usable recordings with forces, or of free motions with forces of 0 where none has any, with their indices.
 fn comparable(recordings: &[&Recording]) -> Option<(Vec<usize>, Vec<Recording>)> {
-    let coordinates = &recordings.first()?.coordinates;
+    let coordinates = of_joints(&recordings.first()?.coordinates)?;
     let is_forced = recordings.iter().any(|r| !r.tau.is_empty());
     let whole =
         |r: &Recording| r.coordinates == *coordinates && r.tau.is_empty() != is_forced && usable(r);
@@ -232,6 +234,11 @@ pub(in crate::check) fn readings(
         None => UNKNOWN / least_step(&all.iter().collect::<Vec<_>>())?,
     };
     Readings::new(all, cutoff)
+}
+
+/// The coordinates, where they are few enough to be joints of one machine.
+fn of_joints(coordinates: &Coordinates) -> Option<&Coordinates> {
+    (coordinates.dof() <= MOST_JOINTS).then_some(coordinates)
 }
 
 fn least_step(recordings: &[&Recording]) -> Option<f64> {

@@ -16,7 +16,9 @@ use num_dual::Dual64;
 use serde::{Deserialize, Serialize};
 
 pub use search::LawVerdict;
-pub(crate) use search::{WINDOW, errors, noise_sizes, scores};
+pub(crate) use search::{
+    STRIDE, Stretch, WINDOW, Weight, errors, noise_sizes, positions, scores, stretches,
+};
 use term::Position;
 pub(crate) use term::Style;
 pub use term::Term;

@@ -20,7 +20,7 @@ use nets::Instant;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use refine::{errors, scores};
-pub(crate) use rows::{WINDOW, noise_sizes};
+pub(crate) use rows::{STRIDE, Stretch, WINDOW, Weight, noise_sizes, positions, stretches};
 
 use super::{FormulaConfig, Term};
 use crate::dataset::Dataset;

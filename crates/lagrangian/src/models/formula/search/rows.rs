@@ -17,7 +17,7 @@ use crate::dataset::{Dataset, Timeline};
 
 /// Samples of a window, and from one window to the next.
 pub(crate) const WINDOW: usize = 25;
-const STRIDE: usize = 6;
+pub(crate) const STRIDE: usize = 6;
 /// The exponent of w = (1 − s²)ᵉ.
 const EXPONENT: i32 = 6;
 /// The least noise of a position, in parts of its deviation: what sampling and estimates of velocities leave of exact data.
@@ -52,31 +52,20 @@ pub(super) struct Row {
 impl Rows {
     /// The rows of these data for these terms, and the noise of each position, `[n]`.
     pub(super) fn of(dataset: &Dataset, terms: &[Term]) -> (Self, Vec<f64>) {
-        let parts = [
-            (&dataset.train, &dataset.train_times, false),
-            (&dataset.validation, &dataset.validation_times, true),
-        ];
         let noise = Noise::of(&dataset.coordinates, &dataset.train, &dataset.train_times);
-        let alone = dataset.validation_times.longest() < WINDOW;
-        let states = parts
-            .map(|(samples, times, _)| Noisy::of(&dataset.coordinates, samples, times, &noise));
-        let mut windows: Vec<Window<'_>> = Vec::new();
-        for ((samples, times, held), states) in parts.into_iter().zip(&states) {
-            for run in times.runs() {
-                let starts = (run.start..(run.end + 1).saturating_sub(WINDOW)).step_by(STRIDE);
-                windows.extend(starts.enumerate().map(|(k, start)| Window {
-                    coordinates: &dataset.coordinates,
-                    samples,
-                    times,
-                    states,
-                    range: start..start + WINDOW,
-                    // A block of windows that share no samples with those of another.
-                    held: if alone { k / 8 % 4 == 3 } else { held },
-                }));
-            }
-        }
-        let every = windows.len().div_ceil(MOST).max(1);
-        let mut windows: Vec<_> = windows.into_iter().step_by(every).collect();
+        let states = [
+            (&dataset.train, &dataset.train_times),
+            (&dataset.validation, &dataset.validation_times),
+        ]
+        .map(|(samples, times)| Noisy::of(&dataset.coordinates, samples, times, &noise));
+        let all = stretches(dataset, MOST).into_iter();
+        let windows = all.map(|stretch| Window {
+            coordinates: &dataset.coordinates,
+            states: &states
+                [usize::from(std::ptr::eq(stretch.samples, &raw const dataset.validation))],
+            stretch,
+        });
+        let mut windows: Vec<Window<'_>> = windows.collect();
         resolved(&mut windows, &noise.sizes);
         let rows = windows
             .par_iter()
@@ -92,23 +81,47 @@ impl Rows {
 }
 
 /// A stretch of a recording.
-struct Window<'a> {
-    coordinates: &'a Coordinates,
-    samples: &'a Samples,
-    times: &'a Timeline,
-    states: &'a Noisy,
-    range: Range<usize>,
-    held: bool,
+pub(crate) struct Stretch<'a> {
+    pub(crate) samples: &'a Samples,
+    pub(crate) times: &'a Timeline,
+    pub(crate) range: Range<usize>,
+    pub(crate) held: bool,
 }
 
-/// w and ẇ at a sample, each times the step of the integral.
-struct Weight {
-    value: f64,
-    rate: f64,
+/// The stretches of all recordings that are fitted and held out, evenly spread where there are more than `most`.
+pub(crate) fn stretches(dataset: &Dataset, most: usize) -> Vec<Stretch<'_>> {
+    let parts = [
+        (&dataset.train, &dataset.train_times, false),
+        (&dataset.validation, &dataset.validation_times, true),
+    ];
+    let alone = dataset.validation_times.longest() < WINDOW;
+    let mut all: Vec<Stretch<'_>> = Vec::new();
+    for (samples, times, held) in parts {
+        for run in times.runs() {
+            let starts = (run.start..(run.end + 1).saturating_sub(WINDOW)).step_by(STRIDE);
+            all.extend(starts.enumerate().map(|(k, start)| Stretch {
+                samples,
+                times,
+                range: start..start + WINDOW,
+                // A block of windows that share no samples with those of another.
+                held: if alone { k / 8 % 4 == 3 } else { held },
+            }));
+        }
+    }
+    let every = all.len().div_ceil(most).max(1);
+    all.into_iter().step_by(every).collect()
 }
 
-impl Window<'_> {
-    fn weights(&self) -> Vec<Weight> {
+/// w, ẇ and ẅ at a sample, each times the step of the integral.
+pub(crate) struct Weight {
+    pub(crate) value: f64,
+    pub(crate) rate: f64,
+    pub(crate) curvature: f64,
+}
+
+impl Stretch<'_> {
+    /// w = (1 − s²)ᵉ at each sample, s from −1 to 1.
+    pub(crate) fn weights(&self) -> Vec<Weight> {
         let t = &self.times.t[self.range.clone()];
         let (first, last) = (t[0], t[t.len() - 1]);
         let (middle, half) = (f64::midpoint(first, last), 0.5 * (last - first));
@@ -117,22 +130,33 @@ impl Window<'_> {
             let step = 0.5 * (t[(k + 1).min(t.len() - 1)] - t[k.saturating_sub(1)]);
             let s = (t[k] - middle) / half;
             let u = (1.0 - s * s).max(0.0);
+            let curved = 2.0 * (e - 1.0) * s * s - u;
             Weight {
                 value: step * u.powi(EXPONENT),
                 rate: step * -2.0 * e * s * u.powi(EXPONENT - 1) / half,
+                curvature: step * 2.0 * e * curved * u.powi(EXPONENT - 2) / (half * half),
             }
         };
         (0..t.len()).map(weight).collect()
     }
+}
 
+/// A stretch of a recording with its states.
+struct Window<'a> {
+    stretch: Stretch<'a>,
+    coordinates: &'a Coordinates,
+    states: &'a Noisy,
+}
+
+impl Window<'_> {
     /// How far ∫ q̇ w and −∫ q ẇ differ, of the worst coordinate in units of its noise: what the velocities do not resolve.
     fn unresolved(&self, noise: &[f64]) -> f64 {
-        let (n, weights) = (noise.len(), self.weights());
+        let (n, weights) = (noise.len(), self.stretch.weights());
         let off = |i: usize| {
             let (mut sum, mut square) = (0.0, 0.0);
-            let origin = self.states.own.q[self.range.start * n + i];
+            let origin = self.states.own.q[self.stretch.range.start * n + i];
             let mut q = origin;
-            for (k, w) in self.range.clone().zip(&weights) {
+            for (k, w) in self.stretch.range.clone().zip(&weights) {
                 q += self
                     .coordinates
                     .difference(i, self.states.own.q[k * n + i], q);
@@ -146,8 +170,8 @@ impl Window<'_> {
     }
 
     fn rows(&self, terms: &[Term]) -> Vec<Row> {
-        let n = self.samples.n;
-        let weights = self.weights();
+        let n = self.stretch.samples.n;
+        let weights = self.stretch.weights();
         let own = self.values(terms, &self.states.own, &weights);
         let mut noise: Vec<Vec<f64>> = vec![Vec::new(); n];
         for copy in &self.states.copies {
@@ -161,18 +185,19 @@ impl Window<'_> {
         let row = |(_, (values, noise))| Row {
             values,
             noise,
-            held: self.held,
+            held: self.stretch.held,
         };
         moving.map(row).collect()
     }
 
     /// The values of each coordinate at these states of all samples.
     fn values(&self, terms: &[Term], state: &State, weights: &[Weight]) -> Vec<Vec<f64>> {
-        let n = self.samples.n;
+        let n = self.stretch.samples.n;
         let width = terms.len() + KINDS * n + 1;
         let mut rows = vec![vec![0.0; width]; n];
-        for (k, w) in self.range.clone().zip(weights) {
-            let [q, qd, tau] = [&state.q, &state.qd, &self.samples.tau].map(|x| &x[k * n..][..n]);
+        for (k, w) in self.stretch.range.clone().zip(weights) {
+            let [q, qd, tau] =
+                [&state.q, &state.qd, &self.stretch.samples.tau].map(|x| &x[k * n..][..n]);
             for (at, term) in terms.iter().enumerate() {
                 let Position { value, slope } = term.position(q);
                 let speed = term.speed(qd);
@@ -261,7 +286,7 @@ impl Noisy {
 }
 
 /// The measured positions.
-fn positions<'a>(samples: &'a Samples, times: &'a Timeline) -> &'a [f64] {
+pub(crate) fn positions<'a>(samples: &'a Samples, times: &'a Timeline) -> &'a [f64] {
     match times.measured[0].is_empty() {
         true => &samples.q,
         false => &times.measured[0],

@@ -1,0 +1,107 @@
+//! Stretches of motion as integrals: ∫ q ẅ dt is that of q̈ w, so that no velocity is needed.
+
+use rayon::prelude::*;
+
+use crate::dataset::Dataset;
+use crate::models::formula::{Stretch, Weight, positions, stretches};
+use lagrangian_motion::Coordinates;
+
+/// A stretch of all sites.
+pub(super) struct Moments {
+    /// q at each sample, `[samples, n]`, without jumps of whole turns.
+    pub(super) q: Vec<f64>,
+    /// ∫ q w, ∫ q̇ w, ∫ q̈ w and ∫ τ w of each site.
+    pub(super) place: Vec<f64>,
+    pub(super) rate: Vec<f64>,
+    pub(super) acceleration: Vec<f64>,
+    pub(super) force: Vec<f64>,
+    /// w at each sample, times the step.
+    pub(super) weights: Vec<f64>,
+    /// The mean square of ∫ q̈ w that the noise of the positions alone makes.
+    pub(super) noise: f64,
+    /// Whether it is held out.
+    pub(super) held: bool,
+}
+
+/// The orders of differences that tell noise from motion.
+const LOWEST: usize = 4;
+const HIGHEST: usize = 12;
+
+/// The stretches of a dataset, `most` at most.
+pub(super) fn moments(dataset: &Dataset, most: usize) -> Vec<Moments> {
+    let all = stretches(dataset, most);
+    all.par_iter()
+        .map(|own| Moments::of(&dataset.coordinates, own))
+        .collect()
+}
+
+impl Moments {
+    fn of(coordinates: &Coordinates, stretch: &Stretch<'_>) -> Self {
+        let n = coordinates.dof();
+        let samples = stretch.range.start * n..stretch.range.end * n;
+        let mut q = positions(stretch.samples, stretch.times)[samples.clone()].to_vec();
+        if n > 0 && coordinates.is_circle(0) {
+            unwind(coordinates, &mut q, n);
+        }
+        let weights = stretch.weights();
+        let integral = |x: &[f64], of: fn(&Weight) -> f64| {
+            let mut sums = vec![0.0; n];
+            for (row, w) in x.chunks_exact(n.max(1)).zip(&weights) {
+                let first = &x[..n];
+                let each = sums.iter_mut().zip(row.iter().zip(first));
+                each.for_each(|(sum, (x, origin))| *sum += of(w) * (x - origin));
+            }
+            sums
+        };
+        let rate = integral(&q, |w| -w.rate);
+        let acceleration = integral(&q, |w| w.curvature);
+        let whole: f64 = weights.iter().map(|w| w.value).sum();
+        let mut place = integral(&q, |w| w.value);
+        let each = place.iter_mut().zip(&q[..n]);
+        each.for_each(|(place, origin)| *place += whole * origin);
+        let tau = &stretch.samples.tau[samples];
+        let mut force = integral(tau, |w| w.value);
+        let each = force.iter_mut().zip(&tau[..n]);
+        each.for_each(|(force, origin)| *force += whole * origin);
+        Self {
+            place,
+            rate,
+            acceleration,
+            force,
+            noise: noise(&q, n) * weights.iter().map(|w| w.curvature.powi(2)).sum::<f64>(),
+            weights: weights.into_iter().map(|w| w.value).collect(),
+            q,
+            held: stretch.held,
+        }
+    }
+}
+
+/// The mean variance of the noise, by the differences of the order that leaves least of the motion.
+fn noise(q: &[f64], n: usize) -> f64 {
+    let mut rows = q.to_vec();
+    let mut least = f64::INFINITY;
+    for order in 1..=HIGHEST {
+        let fewer = rows.len() - n;
+        for k in 0..fewer {
+            rows[k] = rows[k + n] - rows[k];
+        }
+        rows.truncate(fewer);
+        if order >= LOWEST {
+            // The squares of the coefficients of order d add up to (2d)! / d!².
+            let sum: f64 = (1..=order).map(|k| (order + k) as f64 / k as f64).product();
+            let square: f64 = rows.iter().map(|x| x * x).sum();
+            least = least.min(square / fewer.max(1) as f64 / sum);
+        }
+    }
+    least
+}
+
+/// Takes whole turns out of angles: from one sample to the next, and at first from one site to the next.
+fn unwind(coordinates: &Coordinates, q: &mut [f64], n: usize) {
+    for i in 1..n {
+        q[i] = q[i - 1] + coordinates.difference(i, q[i], q[i - 1]);
+    }
+    for k in n..q.len() {
+        q[k] = q[k - n] + coordinates.difference(k % n, q[k], q[k - n]);
+    }
+}

@@ -1,0 +1,248 @@
+//! Which sites are neighbours: the accelerations of all sites regressed on the positions of all others, at first by the difference of
+//! their indices, which is a convolution, then each bond by itself.
+
+use std::f64::consts::TAU;
+
+use rayon::prelude::*;
+
+use super::moments::Moments;
+use super::{LatticeConfig, LatticeEnds};
+use crate::models::formula::{STRIDE, WINDOW};
+use lagrangian_mechanics::lattice::{Bonds, Ends};
+use lagrangian_motion::solve::quadratic::Quadratic;
+use lagrangian_motion::solve::ridge::{Ridge, scales};
+use lagrangian_motion::{Error, Result};
+
+/// The bonds of one law: their pairs as found, and, where it is open what is at the ends, those with walls.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Found {
+    pub(super) offset: usize,
+    /// The pairs, in the order of preference.
+    pub(super) variants: Vec<Vec<[usize; 2]>>,
+}
+
+/// Standard errors beyond which a coupling is no chance, and parts of the largest above which it is one of neighbours, times the root of
+/// the number of sites: the rows of a grid meet at as few sites.
+const SIGNIFICANT: f64 = 5.0;
+const LARGE: f64 = 0.4;
+/// The largest number of offsets; more are no sparse neighbourhood.
+const MOST_OFFSETS: usize = 12;
+/// A bond weaker than this part of most of its kind does not exist, where it is known to this part.
+const WEAK: f64 = 0.3;
+const KNOWN: f64 = 0.15;
+/// The part of sites without a neighbour up to which they are ends.
+const ENDS: f64 = 0.25;
+/// Values of one regression of all offsets at most.
+const MOST_VALUES: usize = 1_000_000_000;
+const RIDGE: f64 = 1e-9;
+/// A wave of this part of the mean is absent.
+const ABSENT: f64 = 1e-4;
+
+/// The bonds of these motions.
+pub(super) fn find(moments: &[Moments], n: usize, config: &LatticeConfig) -> Result<Vec<Found>> {
+    let offsets = match config.neighbours.is_empty() {
+        true => offsets(moments, n)?,
+        false => config.neighbours.clone(),
+    };
+    let ends = match config.ends {
+        LatticeEnds::Find => None,
+        LatticeEnds::Ring => Some(Ends::Ring),
+        LatticeEnds::Walls => Some(Ends::Walls),
+        LatticeEnds::Free => Some(Ends::Free),
+    };
+    let given = |offset: &usize, ends| Found {
+        offset: *offset,
+        variants: vec![Bonds::of_chain(n, *offset, ends)],
+    };
+    if let Some(ends) = ends {
+        return Ok(offsets.iter().map(|own| given(own, ends)).collect());
+    }
+    let known = couplings(moments, n, &offsets);
+    let each = offsets.iter().enumerate();
+    let found = each.filter_map(|(at, offset)| Found::of(n, *offset, &known, at));
+    Ok(found.collect())
+}
+
+/// The offsets at which sites are coupled, the nearest first; the next site where the motions do not tell.
+fn offsets(moments: &[Moments], n: usize) -> Result<Vec<usize>> {
+    let every = (moments.len() * n * n).div_ceil(MOST_VALUES).max(1);
+    let some: Vec<&Moments> = moments.iter().step_by(every).collect();
+    let centred = Centred::of(&some, n);
+    let sum = |of: &[Vec<f64>]| -> Vec<f64> {
+        let along = |shift: usize| -> f64 {
+            let each = of.iter().zip(&centred.places).map(|(own, place)| {
+                let (head, tail) = place.split_at(shift);
+                let turned = tail.iter().chain(head);
+                own.iter().zip(turned).map(|(a, b)| a * b).sum::<f64>()
+            });
+            each.sum()
+        };
+        (0..n).into_par_iter().map(along).collect()
+    };
+    let (gram, across) = (sum(&centred.places), sum(&centred.accelerations));
+    let table: Vec<[f64; 2]> = (0..n)
+        .map(|k| (TAU * k as f64 / n as f64).sin_cos())
+        .map(|(sin, cos)| [cos, sin])
+        .collect();
+    let waves = |x: &[f64], k: usize| -> [f64; 2] {
+        let each = x
+            .iter()
+            .enumerate()
+            .map(|(i, x)| table[i * k % n].map(|w| w * x));
+        each.fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d])
+    };
+    // Waves that the motions hardly have, such as the rest of the whole where its momentum is 0, tell nothing.
+    let floor = ABSENT * gram[0].max(f64::MIN_POSITIVE);
+    let sizes: Vec<f64> = (0..n).into_par_iter().map(|k| waves(&gram, k)[0]).collect();
+    let told = |k: usize| (sizes[k] > floor).then(|| 1.0 / sizes[k]);
+    let spectrum: Vec<[f64; 2]> = (0..n)
+        .into_par_iter()
+        .map(|k| told(k).map_or([0.0; 2], |part| waves(&across, k).map(|x| x * part)))
+        .collect();
+    let coupling = |shift: usize| -> f64 {
+        let each = spectrum.iter().enumerate().map(|(k, [a, b])| {
+            let [cos, sin] = table[shift * k % n];
+            a * cos + b * sin
+        });
+        each.sum::<f64>() / n as f64
+    };
+    let all: Vec<f64> = (0..n).into_par_iter().map(coupling).collect();
+    let square: f64 = centred.accelerations.iter().flatten().map(|a| a * a).sum();
+    let explained: f64 = all.iter().zip(&across).map(|(j, c)| j * c).sum();
+    let rows = (some.len() * n) as f64;
+    let independent = rows * STRIDE as f64 / WINDOW as f64;
+    let noise = (square - explained).max(1e-12 * square) / independent;
+    let inverse = (0..n).filter_map(told).sum::<f64>() / n as f64;
+    let error = (noise * inverse * rows / independent).sqrt();
+    let strength = |offset: usize| all[offset].abs().max(all[n - offset].abs());
+    let largest = (1..=n / 2).map(strength).fold(0.0, f64::max);
+    let least = (SIGNIFICANT * error).max(LARGE / (n as f64).sqrt() * largest);
+    let found: Vec<usize> = (1..=n / 2).filter(|own| strength(*own) > least).collect();
+    match found.len() {
+        0 => Ok(vec![1]),
+        1..=MOST_OFFSETS => Ok(found),
+        many => Err(not_sparse(many)),
+    }
+}
+
+fn not_sparse(many: usize) -> Error {
+    Error::setting(
+        format!(
+            "no lattice: each coordinate is coupled to {} others at least, so that none are its neighbours",
+            2 * many
+        ),
+        "take another `family`, or name the differences of the indices of neighbours with `neighbours`",
+    )
+}
+
+/// Integrals of positions and accelerations without the mean of each site.
+struct Centred {
+    places: Vec<Vec<f64>>,
+    accelerations: Vec<Vec<f64>>,
+}
+
+impl Centred {
+    fn of(moments: &[&Moments], n: usize) -> Self {
+        let centre = |of: fn(&Moments) -> &[f64]| -> Vec<Vec<f64>> {
+            let mut mean = vec![0.0; n];
+            for own in moments {
+                let each = mean.iter_mut().zip(of(own));
+                each.for_each(|(sum, x)| *sum += x / moments.len() as f64);
+            }
+            let less = |own: &&Moments| of(own).iter().zip(&mean).map(|(x, m)| x - m).collect();
+            moments.iter().map(less).collect()
+        };
+        Self {
+            places: centre(|own| &own.place),
+            accelerations: centre(|own| &own.acceleration),
+        }
+    }
+}
+
+/// What each site says of its neighbours at each offset: the coupling to the one before, to the one after, and their standard error.
+type Coupling = Vec<[f64; 3]>;
+
+fn couplings(moments: &[Moments], n: usize, offsets: &[usize]) -> Vec<Coupling> {
+    let all: Vec<&Moments> = moments.iter().collect();
+    let centred = Centred::of(&all, n);
+    let width = 2 * offsets.len() + 1;
+    let of = |i: usize| -> Coupling {
+        let mut sums = Quadratic::zero(width);
+        for (place, acceleration) in centred.places.iter().zip(&centred.accelerations) {
+            let around = offsets.iter().flat_map(|own| [i + n - own, i + own]);
+            let row: Vec<f64> = [i]
+                .into_iter()
+                .chain(around)
+                .map(|j| place[j % n])
+                .collect();
+            sums.add_row(&row, acceleration[i]);
+        }
+        let unknown = vec![[0.0, 0.0, f64::INFINITY]; offsets.len()];
+        let rows = sums.rows as f64 * STRIDE as f64 / WINDOW as f64;
+        if rows <= width as f64 {
+            return unknown;
+        }
+        let scale = scales(width, |k| sums.row(k)[k], f64::MIN_POSITIVE);
+        let Some(ridge) = Ridge::new(|k, j| sums.row(k)[j], scale, RIDGE) else {
+            return unknown;
+        };
+        let inverse = ridge.solve(width, |k, j| f64::from(k == j));
+        let value = |k: usize| -> f64 {
+            let each = sums.right.iter().enumerate();
+            each.map(|(j, right)| inverse[(k, j)] * right).sum()
+        };
+        let x: Vec<f64> = (0..width).map(value).collect();
+        let noise = sums.loss(&x) / (rows - width as f64);
+        let error = |k: usize| (noise * inverse[(k, k)]).sqrt();
+        (0..offsets.len())
+            .map(|at| {
+                let k = 1 + 2 * at;
+                [x[k], x[k + 1], error(k).max(error(k + 1))]
+            })
+            .collect()
+    };
+    (0..n).into_par_iter().map(of).collect()
+}
+
+impl Found {
+    /// The bonds of an offset; `None` where there are none.
+    fn of(n: usize, offset: usize, known: &[Coupling], at: usize) -> Option<Self> {
+        let whole = Bonds::of_chain(n, offset, Ends::Ring);
+        // A bond shows at both of its sites.
+        let strength = |[i, j]: [usize; 2]| {
+            let ([_, after, a], [before, _, b]) = (known[i][at], known[j][at]);
+            (f64::midpoint(after, before).abs(), 0.5 * a.hypot(b))
+        };
+        let mut sizes: Vec<f64> = whole.iter().map(|pair| strength(*pair).0).collect();
+        sizes.sort_by(f64::total_cmp);
+        let usual = sizes[sizes.len() - 1 - sizes.len() / 10];
+        let exists = |pair: &[usize; 2]| {
+            let (size, error) = strength(*pair);
+            size > WEAK * usual || error > KNOWN * usual
+        };
+        let is_open = |pair: &[usize; 2]| strength(*pair).1 > KNOWN * usual;
+        let pairs: Vec<[usize; 2]> = whole.iter().copied().filter(exists).collect();
+        let missing: Vec<[usize; 2]> = whole.iter().copied().filter(|own| !exists(own)).collect();
+        if pairs.is_empty() {
+            return None;
+        }
+        let chain = |ends| Bonds::of_chain(n, offset, ends);
+        // Of bonds across the ends that are not known, all cases are tried.
+        if missing.is_empty() && whole.iter().any(|own| own[0] > own[1] && is_open(own)) {
+            return Some(Self {
+                offset,
+                variants: [Ends::Ring, Ends::Free, Ends::Walls].map(chain).to_vec(),
+            });
+        }
+        let mut variants = vec![pairs.clone()];
+        if !missing.is_empty() && (missing.len() as f64) < ENDS * n as f64 {
+            let walls = missing.into_iter().flat_map(|[i, j]| [[n, j], [i, n]]);
+            let with = pairs.into_iter().chain(walls).collect::<Vec<_>>();
+            // In the order of a chain, where it is one.
+            let walls = chain(Ends::Walls);
+            let alike = with.len() == walls.len() && with.iter().all(|own| walls.contains(own));
+            variants.push(if alike { walls } else { with });
+        }
+        Some(Self { offset, variants })
+    }
+}

@@ -1,0 +1,183 @@
+//! Hamilton's principle of each site and stretch as a row that is linear in the law (theory.md, equation 130m):
+//! ∫ q̈ᵢ w = Σ ± ∫ W′ w ± κ ∫ (q̈ⱼ − q̈ᵢ) w − ∫ U′ w − d ∫ q̇ᵢ w, and with forces m ∫ q̈ᵢ w − … = ∫ τᵢ w.
+
+use rayon::prelude::*;
+
+use super::moments::Moments;
+use lagrangian_mechanics::lattice::{Basis, LatticeShape};
+use lagrangian_motion::Coordinates;
+use lagrangian_motion::solve::quadratic::Quadratic;
+
+/// What a column of rows multiplies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Column {
+    /// A coefficient of W′ of a law of bonds.
+    Bond {
+        /// The law.
+        law: usize,
+        /// The coefficient.
+        at: usize,
+    },
+    /// κ of a law.
+    Inertia {
+        /// The law.
+        law: usize,
+    },
+    /// A coefficient of U′.
+    Site {
+        /// The coefficient.
+        at: usize,
+    },
+    /// Viscous friction d of the sites.
+    Friction,
+    /// The mass of the sites, where forces were recorded.
+    Mass,
+}
+
+/// The columns of a law, in order.
+pub(super) fn columns(shape: &LatticeShape, forced: bool) -> Vec<Column> {
+    let bonds = shape.bonds.iter().enumerate().flat_map(|(law, bonds)| {
+        let each = (0..bonds.basis.count()).map(move |at| Column::Bond { law, at });
+        each.chain([Column::Inertia { law }])
+    });
+    let sites = (0..shape.site.map_or(0, |own| own.count())).map(|at| Column::Site { at });
+    let others = [Column::Friction]
+        .into_iter()
+        .chain(forced.then_some(Column::Mass));
+    bonds.chain(sites).chain(others).collect()
+}
+
+/// Sums over rows of groups of sites, of the stretches that are fitted and held out.
+#[derive(Clone)]
+pub(super) struct Sums {
+    pub(super) fitted: Vec<Quadratic>,
+    pub(super) held: Vec<Quadratic>,
+}
+
+/// Up to this number of sites each has sums of its own.
+const ALONE: usize = 256;
+/// Stretches whose rows are kept at a time.
+const AT_A_TIME: usize = 16;
+
+impl Sums {
+    pub(super) fn of(
+        moments: &[Moments],
+        coordinates: &Coordinates,
+        shape: &LatticeShape,
+        forced: bool,
+    ) -> Self {
+        let n = coordinates.dof();
+        let columns = columns(shape, forced);
+        let width = columns.len();
+        let groups = if n <= ALONE { n } else { 1 };
+        let empty = || vec![Quadratic::zero(width); groups];
+        let mut sums = Self {
+            fitted: empty(),
+            held: empty(),
+        };
+        for some in moments.chunks(AT_A_TIME) {
+            let rows: Vec<Vec<f64>> = some
+                .par_iter()
+                .map(|own| rows(own, coordinates, shape, width, forced))
+                .collect();
+            for (own, rows) in some.iter().zip(&rows) {
+                let to = if own.held {
+                    &mut sums.held
+                } else {
+                    &mut sums.fitted
+                };
+                let target = if forced {
+                    &own.force
+                } else {
+                    &own.acceleration
+                };
+                if groups == n {
+                    let each = to.par_iter_mut().zip(rows.par_chunks_exact(width));
+                    each.zip(target)
+                        .for_each(|((sum, row), y)| sum.add_row(row, *y));
+                    continue;
+                }
+                let part = |part: (&[f64], &[f64])| {
+                    let mut sum = Quadratic::zero(width);
+                    let each = part.0.chunks_exact(width).zip(part.1);
+                    each.for_each(|(row, y)| sum.add_row(row, *y));
+                    sum
+                };
+                let parts: Vec<Quadratic> = rows
+                    .par_chunks(width * ALONE)
+                    .zip(target.par_chunks(ALONE))
+                    .map(part)
+                    .collect();
+                parts.iter().for_each(|own| to[0].add(own, 1.0));
+            }
+        }
+        sums
+    }
+
+    /// The sums of all sites.
+    pub(super) fn all(of: &[Quadratic]) -> Quadratic {
+        let mut sum = of[0].clone();
+        of[1..].iter().for_each(|own| sum.add(own, 1.0));
+        sum
+    }
+}
+
+/// The rows of all sites, `[n, width]`.
+fn rows(
+    own: &Moments,
+    coordinates: &Coordinates,
+    shape: &LatticeShape,
+    width: usize,
+    forced: bool,
+) -> Vec<f64> {
+    let n = own.place.len();
+    let mut rows = vec![0.0; n * width];
+    let mut first = 0;
+    for bonds in &shape.bonds {
+        let count = bonds.basis.count();
+        let mut pull = vec![0.0; count];
+        for [i, j] in bonds.pairs.iter().copied() {
+            pull.fill(0.0);
+            for (q, w) in own.q.chunks_exact(n).zip(&own.weights) {
+                let stretch = coordinates.difference(0, at(q, j), at(q, i));
+                bonds.basis.values(stretch, |k, value| pull[k] += w * value);
+            }
+            let inertia = at(&own.acceleration, j) - at(&own.acceleration, i);
+            for (site, sign) in [(i, 1.0), (j, -1.0)] {
+                let Some(row) = rows.chunks_exact_mut(width).nth(site) else {
+                    continue;
+                };
+                let row = &mut row[first..];
+                let each = row.iter_mut().zip(&pull);
+                each.for_each(|(x, pull)| *x += sign * pull);
+                row[count] += sign * inertia;
+            }
+        }
+        first += count + 1;
+    }
+    for (i, row) in rows.chunks_exact_mut(width).enumerate() {
+        let mut last = first;
+        if let Some(basis) = &shape.site {
+            hold(basis, own, i, &mut row[first..]);
+            last += basis.count();
+        }
+        row[last] = -own.rate[i];
+        if forced {
+            row.iter_mut().for_each(|x| *x = -*x);
+            row[last + 1] = own.acceleration[i];
+        }
+    }
+    rows
+}
+
+/// Subtracts the integrals of the forces that hold a site.
+fn hold(basis: &Basis, own: &Moments, site: usize, row: &mut [f64]) {
+    let n = own.place.len();
+    let each = own.q.iter().skip(site).step_by(n).zip(&own.weights);
+    each.for_each(|(q, w)| basis.values(*q, |k, value| row[k] -= w * value));
+}
+
+/// The value of a site; that of a wall is 0.
+fn at(x: &[f64], site: usize) -> f64 {
+    x.get(site).copied().unwrap_or(0.0)
+}

@@ -1,0 +1,355 @@
+//! The choice between laws: which functions, which ends, equal masses or not.
+
+use super::LatticeConfig;
+use super::family::Misfit;
+use super::law::{EXACT, Fitted, is_spline};
+use super::moments::{Moments, moments};
+use super::neighbours::{self, Found};
+use super::rows::{Column, Sums};
+use crate::dataset::Dataset;
+use crate::train::Observer;
+use lagrangian_mechanics::forces::Dissipation;
+use lagrangian_mechanics::lattice::{Basis, Bonds, Lattice, LatticeShape};
+use lagrangian_motion::solve::quadratic::Quadratic;
+use lagrangian_motion::{Error, Result};
+
+/// Rows of all sites together, at most, and stretches.
+const MOST_ROWS: usize = 100_000;
+const MOST_STRETCHES: usize = 4_000;
+/// The laws that are tried: powers, and splines on so many intervals.
+const DEGREES: [usize; 3] = [1, 3, 5];
+const HARMONICS: [usize; 2] = [1, 2];
+const INTERVALS: [usize; 2] = [8, 16];
+/// Stretches of bonds between angles beyond which they turn.
+const TURNS: f64 = 2.5;
+/// What a law may leave of the motion beyond its noise.
+const REFUSED: f64 = 0.1;
+/// Rounds of fits of masses and of a law by turns, and the change that ends them.
+const ROUNDS: usize = 40;
+const SETTLED: f64 = 1e-12;
+/// A scatter of masses, in units of its standard error, from which on they are unequal.
+const UNEQUAL: f64 = 4.0;
+
+/// A lattice and what the data say of it.
+pub(super) struct Solved {
+    pub(super) lattice: Lattice,
+    /// The standard errors of its parameters, in their order.
+    pub(super) errors: Vec<f64>,
+    pub(super) misfit: Misfit,
+    /// The part of the motion that is left, of the stretches that are fitted and held out.
+    pub(super) left: [f64; 2],
+}
+
+/// Finds the law of a lattice.
+pub(super) fn find(
+    dataset: &Dataset,
+    config: &LatticeConfig,
+    observer: &mut dyn Observer,
+) -> Result<Solved> {
+    let n = dataset.coordinates.dof();
+    let mut tell = |what: &str, share: f64| !observer.stage(what, share).is_break();
+    tell("integrating motions", 0.0);
+    let all = moments(dataset, MOST_STRETCHES);
+    tell("finding neighbours", 0.1);
+    let found = neighbours::find(&all, n, config)?;
+    let every = (all.len() * n).div_ceil(MOST_ROWS).max(1);
+    let some: Vec<Moments> = all.into_iter().step_by(every).collect();
+    let mut best: Option<(Fitted, Sums)> = None;
+    let shapes = shapes(dataset, &found, &some);
+    let count = shapes.len();
+    for (k, shape) in shapes.into_iter().enumerate() {
+        if !tell("fitting laws", 0.2 + 0.6 * k as f64 / count as f64) && best.is_some() {
+            break;
+        }
+        let sums = Sums::of(&some, &dataset.coordinates, &shape, dataset.forced);
+        let Some(law) = Fitted::of(shape, &sums, dataset.forced) else {
+            continue;
+        };
+        if best.as_ref().is_none_or(|(own, _)| law.cost < own.cost) {
+            best = Some((law, sums));
+        }
+    }
+    let (mut law, sums) = best.ok_or_else(nothing)?;
+    let mut masses = vec![1.0; n];
+    if let Some((unequal, own)) = unequal(&law, &sums, dataset.forced) {
+        tell("fitting masses", 0.9);
+        (masses, law) = (unequal, own);
+    }
+    let noise = some.iter().map(|own| own.noise).sum::<f64>() / some.len().max(1) as f64;
+    check(&law, &sums, noise)?;
+    solved(dataset, law, masses, noise)
+}
+
+fn nothing() -> Error {
+    Error::setting(
+        "no law of neighbours explains these motions",
+        "take another `family`, such as delan",
+    )
+}
+
+/// The laws that are tried, the simplest first.
+fn shapes(dataset: &Dataset, found: &[Found], moments: &[Moments]) -> Vec<LatticeShape> {
+    let coordinates = &dataset.coordinates;
+    let circle = coordinates.is_circle(0);
+    let range = |values: &mut dyn Iterator<Item = f64>| {
+        values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+            [low.min(x), high.max(x)]
+        })
+    };
+    let n = coordinates.dof();
+    let states = || {
+        moments
+            .iter()
+            .flat_map(|own| own.q.chunks_exact(n).step_by(4))
+    };
+    let at = |q: &[f64], i: usize| q.get(i).copied().unwrap_or(0.0);
+    let stretches = |pairs: &[[usize; 2]]| {
+        let each = |q: &[f64]| -> Vec<f64> {
+            let own = pairs
+                .iter()
+                .map(|[i, j]| coordinates.difference(0, at(q, *j), at(q, *i)));
+            own.collect()
+        };
+        range(&mut states().flat_map(each))
+    };
+    let places = range(&mut states().flatten().copied());
+    let variants = found
+        .iter()
+        .map(|own| own.variants.len())
+        .max()
+        .unwrap_or(1);
+    let mut all = Vec::new();
+    for variant in 0..variants {
+        let pairs: Vec<&Vec<[usize; 2]>> = found
+            .iter()
+            .map(|own| &own.variants[variant.min(own.variants.len() - 1)])
+            .collect();
+        let ranges: Vec<[f64; 2]> = pairs.iter().map(|own| stretches(own)).collect();
+        let widest = ranges
+            .iter()
+            .flatten()
+            .fold(0.0, |a: f64, b| a.max(b.abs()));
+        let shape = |basis: &dyn Fn([f64; 2]) -> Basis, site: Basis| LatticeShape {
+            bonds: found
+                .iter()
+                .zip(&pairs)
+                .zip(&ranges)
+                .map(|((own, pairs), range)| Bonds {
+                    offset: own.offset,
+                    pairs: (*pairs).clone(),
+                    basis: basis(*range),
+                })
+                .collect(),
+            site: Some(site),
+        };
+        let powers = |degree: usize| Basis::Powers { degree };
+        let harmonics = |count: usize| Basis::Harmonics { count };
+        if circle {
+            let sites = HARMONICS.map(harmonics);
+            all.extend(sites.map(|site| shape(&|_| powers(3), site)));
+            all.extend(sites.map(|site| shape(&|_| site, site)));
+        } else {
+            all.extend(DEGREES.map(|degree| shape(&|_| powers(degree), powers(degree))));
+            all.push(shape(&|_| powers(3), harmonics(1)));
+        }
+        all.extend(INTERVALS.map(|intervals| {
+            let own = |range: [f64; 2]| match circle && widest > TURNS {
+                true => Basis::turning_spline(intervals),
+                false => Basis::spline(range, intervals),
+            };
+            let site = match circle {
+                true => Basis::turning_spline(intervals),
+                false => Basis::spline(places, intervals),
+            };
+            shape(&own, site)
+        }));
+    }
+    all
+}
+
+/// Masses of free motions that the data tell apart, and the law with them; their mean is 1.
+fn unequal(law: &Fitted, sums: &Sums, forced: bool) -> Option<(Vec<f64>, Fitted)> {
+    let n = sums.fitted.len();
+    if forced || n == 1 {
+        return None;
+    }
+    // 1 over each mass, by its rows, and its standard error.
+    let lightness = |law: &Fitted| -> Vec<[f64; 2]> {
+        let each = sums.fitted.iter().map(|own| {
+            let terms = || law.coefficients.iter().enumerate();
+            let pull: f64 = terms().map(|(k, c)| c * own.right[k]).sum();
+            let square: f64 = terms()
+                .map(|(k, c)| {
+                    let row = own.row(k).iter().zip(&law.coefficients);
+                    c * row.map(|(x, c)| x * c).sum::<f64>()
+                })
+                .sum();
+            let lightness = pull / square.max(f64::MIN_POSITIVE);
+            let left = (own.square - lightness * pull).max(EXACT * own.square);
+            [
+                lightness,
+                (left / own.rows.max(1) as f64 / square.max(f64::MIN_POSITIVE) * 4.0).sqrt(),
+            ]
+        });
+        each.collect()
+    };
+    let own = lightness(law);
+    let scatter = own.iter().map(|[x, error]| ((x - 1.0) / error).powi(2));
+    if scatter.sum::<f64>() / (n as f64) < UNEQUAL.powi(2) {
+        return None;
+    }
+    let mut masses: Vec<f64> = vec![1.0; n];
+    let mut best: Option<(Vec<f64>, Fitted)> = None;
+    let mut law = law.clone();
+    for _ in 0..ROUNDS {
+        let next: Vec<f64> = lightness(&law).iter().map(|[x, _]| 1.0 / x).collect();
+        let mean = next.iter().sum::<f64>() / n as f64;
+        if !next.iter().all(|own| *own > 0.0 && own.is_finite()) {
+            return best;
+        }
+        let change = masses
+            .iter_mut()
+            .zip(next)
+            .map(|(own, next)| {
+                let before = std::mem::replace(own, next / mean);
+                ((*own - before) / before).abs()
+            })
+            .fold(0.0, f64::max);
+        let scaled = |of: &[Quadratic]| -> Vec<Quadratic> {
+            let each = of.iter().zip(&masses);
+            each.map(|(own, mass)| Quadratic {
+                gram: own.gram.iter().map(|x| x / (mass * mass)).collect(),
+                right: own.right.iter().map(|x| x / mass).collect(),
+                ..own.clone()
+            })
+            .collect()
+        };
+        let sums = Sums {
+            fitted: scaled(&sums.fitted),
+            held: scaled(&sums.held),
+        };
+        law = Fitted::of(law.shape.clone(), &sums, false)?;
+        best = Some((masses.clone(), law.clone()));
+        if change < SETTLED {
+            break;
+        }
+    }
+    best
+}
+
+/// Refuses a law that does not explain the motions.
+fn check(law: &Fitted, sums: &Sums, noise: f64) -> Result<()> {
+    let at = usize::from(law.whole[1] > 0.0);
+    let beyond = (law.left[at] - noise).max(0.0) / law.whole[at].max(f64::MIN_POSITIVE);
+    if beyond < REFUSED {
+        return Ok(());
+    }
+    let each = law.left_of_each(sums);
+    let worst = (0..each.len()).max_by(|a, b| each[*a].total_cmp(&each[*b]));
+    let mut sorted = each.clone();
+    sorted.sort_by(f64::total_cmp);
+    let differ = each.len() > 1 && sorted[each.len() - 1] > 10.0 * sorted[each.len() / 2];
+    Err(Error::setting(
+        match worst.filter(|_| differ) {
+            Some(site) => format!(
+                "no lattice: its sites differ, since one law leaves {:.0} % of the motion of coordinate {}, and {:.2} % of most",
+                100.0 * each[site],
+                site + 1,
+                100.0 * sorted[each.len() / 2]
+            ),
+            None => format!(
+                "no lattice: one law of neighbours leaves {:.0} % of the motion beyond its noise",
+                100.0 * beyond
+            ),
+        },
+        "take another `family`, or name the differences of the indices of neighbours with `neighbours`, and what is at the ends with `ends`",
+    ))
+}
+
+/// The lattice of a law.
+fn solved(dataset: &Dataset, law: Fitted, masses: Vec<f64>, noise: f64) -> Result<Solved> {
+    let n = dataset.coordinates.dof();
+    let mass = law.part(|own| *own == Column::Mass);
+    let mut parameters = match mass.first() {
+        Some(mass) => vec![*mass; n],
+        None => masses,
+    };
+    let mut errors = vec![0.0; n];
+    let viscous = law.part(|own| *own == Column::Friction)[0];
+    let mut shape = LatticeShape {
+        bonds: Vec::new(),
+        site: None,
+    };
+    let take = |basis: &Basis, is: &dyn Fn(&Column) -> bool| {
+        let each = law
+            .columns
+            .iter()
+            .zip(law.coefficients.iter().zip(&law.errors));
+        let all = each
+            .filter(|(own, _)| is(own))
+            .map(|(_, (x, error))| (*x, *error));
+        trimmed(basis, all.unzip())
+    };
+    for (k, bonds) in law.shape.bonds.iter().enumerate() {
+        let own = take(
+            &bonds.basis,
+            &|own| matches!(own, Column::Bond { law, .. } if *law == k),
+        );
+        let inertia = law.part(|own| *own == Column::Inertia { law: k })[0];
+        let Some((basis, coefficients, sizes)) = own.or_else(|| {
+            (inertia > 0.0).then(|| (Basis::Powers { degree: 0 }, vec![0.0], vec![0.0]))
+        }) else {
+            continue;
+        };
+        shape.bonds.push(Bonds {
+            basis,
+            ..bonds.clone()
+        });
+        parameters.extend(coefficients.iter().chain([&inertia]));
+        errors.extend(sizes.iter().chain([&0.0]));
+    }
+    let site = law.shape.site.as_ref();
+    if let Some((basis, coefficients, sizes)) =
+        site.and_then(|basis| take(basis, &|own| matches!(own, Column::Site { .. })))
+    {
+        shape.site = Some(basis);
+        parameters.extend(coefficients);
+        errors.extend(sizes);
+    }
+    let friction = (viscous > 0.0).then(|| Dissipation::viscous(vec![viscous; n]));
+    let splines = shape
+        .bonds
+        .iter()
+        .map(|own| &own.basis)
+        .chain(&shape.site)
+        .any(is_spline);
+    let relative = |k: usize| law.left[k] / law.whole[k].max(f64::MIN_POSITIVE);
+    Ok(Solved {
+        lattice: Lattice::new(dataset.coordinates.clone(), shape, parameters, friction)?,
+        errors,
+        misfit: Misfit {
+            of_noise: law.left[0] / noise.max(f64::MIN_POSITIVE),
+            left: relative(0),
+            splines,
+        },
+        left: [relative(0), relative(1)],
+    })
+}
+
+/// A basis without the powers and multiples that no coefficient needs, with its coefficients and their errors; `None` for none.
+fn trimmed(
+    basis: &Basis,
+    (mut coefficients, mut errors): (Vec<f64>, Vec<f64>),
+) -> Option<(Basis, Vec<f64>, Vec<f64>)> {
+    let last = coefficients.iter().rposition(|x| *x != 0.0)?;
+    let own = match *basis {
+        Basis::Powers { .. } => Basis::Powers { degree: last },
+        Basis::Harmonics { .. } => Basis::Harmonics {
+            count: last / 2 + 1,
+        },
+        spline => spline,
+    };
+    coefficients.truncate(own.count());
+    errors.truncate(own.count());
+    Some((own, coefficients, errors))
+}
