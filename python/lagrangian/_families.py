@@ -42,6 +42,7 @@ CLASSES = {
     "servo": "Servo",
     "formula": "Formula",
     "cartesian": "Cartesian",
+    "lattice": "Lattice",
 }
 
 

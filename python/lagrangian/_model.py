@@ -51,6 +51,17 @@ class Model(_lagrangian.Model):
         """The number of coordinates."""
         return len(super().coordinates)
 
+    def with_sites(self, sites: int) -> Model:
+        """The law of a chain on another number of sites, as one that was learned on 32 moves 1000.
+
+        Args:
+            sites: The number of sites.
+
+        Raises:
+            LagrangianError: If the model is not a chain of equal sites.
+        """
+        return Model(super().with_sites(sites))
+
     def rollout(
         self,
         q0: ArrayLike,

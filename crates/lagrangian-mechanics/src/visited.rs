@@ -11,6 +11,8 @@ use lagrangian_motion::{Error, Result};
 const SAMPLES: usize = 4000;
 /// Maximum number of representatives that are kept.
 const REPRESENTATIVES: usize = 64;
+/// … of many coordinates fewer, since they are kept: about this many numbers, and at least a state in each part twice.
+const NUMBERS: usize = 16_384;
 /// Number of parts of the samples, in their order, for the distance of each from all others …
 const PARTS: usize = 5;
 /// … and the fraction of the samples for which that distance is inside.
@@ -256,6 +258,7 @@ impl Visited {
     /// distance of the farthest state from them.
     fn represent(&mut self, coordinates: &Coordinates, states: &[Vec<f64>]) -> (Vec<usize>, f64) {
         let mut nearest = vec![f64::INFINITY; states.len()];
+        let most = (NUMBERS / self.scale.len().max(1)).clamp(2 * PARTS, REPRESENTATIVES);
         let (mut chosen, mut next) = (Vec::new(), states.len() / 2);
         loop {
             chosen.push(next);
@@ -269,7 +272,7 @@ impl Visited {
             let Some((k, &distance)) = far else {
                 return (chosen, 0.0);
             };
-            if distance <= 0.0 || chosen.len() >= REPRESENTATIVES.min(states.len()) {
+            if distance <= 0.0 || chosen.len() >= most.min(states.len()) {
                 return (chosen, distance);
             }
             next = k;

@@ -181,6 +181,20 @@ impl Model {
         value(py, &written)
     }
 
+    /// The law of a chain of equal sites on another number of sites.
+    fn with_sites(&self, py: Python<'_>, sites: usize) -> PyResult<Self> {
+        match &*self.body {
+            ModelSource::Learned(model, provenance) => {
+                let model = model.with_sites(sites).or_raise(py)?;
+                Ok(Self::new(ModelSource::Learned(model, provenance.clone())))
+            }
+            _ => {
+                let message = "only a fitted lattice has sites";
+                Err(raise(py, "NotSupported", message))
+            }
+        }
+    }
+
     #[pyo3(signature = (q, qd, tau=None, *, out=None))]
     fn forward_dynamics<'py>(
         &self,

@@ -154,6 +154,11 @@ pub(super) struct Fitted {
 /// The motions of more coordinates are estimated by local polynomials, which take a fraction of the time.
 const MOST_SPLINES: usize = 24;
 
+/// Of many coordinates, some stand for all: each of this many.
+fn every_of(coordinates: usize) -> usize {
+    coordinates.div_ceil(MOST_SPLINES).max(1)
+}
+
 impl Fitted {
     pub(super) fn of(recording: &Recording, options: &EstimateOptions) -> Result<Self> {
         let mut all = segments(&recording.t, options.gap);
@@ -376,6 +381,7 @@ impl Fitted {
         }
         let [mut values, mut standard_errors] = [0.0, 0.0].map(|x| vec![x; recording.len() * n]);
         let step = median_step(&recording.t);
+        let mut chosen: Option<(Source, Choice)> = None;
         for (coordinate, spline) in splines.iter().enumerate() {
             let estimate = |source, window: usize, noise, [inside, ends]: [f64; 2]| Estimate {
                 trajectory: recording.name.clone(),
@@ -409,8 +415,11 @@ impl Fitted {
                 let series = Series::of(recording, y, coordinate);
                 ((*source, series), *order)
             });
+            // Of many coordinates the windows are chosen for some, and hold for those that follow.
+            let known = chosen.filter(|_| coordinate % every_of(n) > 0);
             let out = (&mut values[..], &mut standard_errors[..]);
-            if let Some((source, choice)) = self.by_window(ways, options, out) {
+            chosen = self.by_window(ways, known, options, out);
+            if let Some((source, choice)) = chosen {
                 let errors = [choice.standard_error(), choice.risk.ends.sqrt()];
                 (self.estimates).push(estimate(source, choice.window, choice.noise, errors));
             }
@@ -424,19 +433,27 @@ impl Fitted {
         noise_variance(series, &self.segments, 3, 8).sqrt()
     }
 
-    /// Writes the local polynomials of the source with the smallest risk, and their errors, `[len, n]`.
+    /// Writes the local polynomials of the source with the smallest risk, or of a known one, and their errors, `[len, n]`.
     fn by_window<'a>(
         &self,
-        ways: impl Iterator<Item = ((Source, Series<'a>), usize)>,
+        mut ways: impl Iterator<Item = ((Source, Series<'a>), usize)>,
+        known: Option<(Source, Choice)>,
         options: &EstimateOptions,
         (values, standard_errors): (&mut [f64], &mut [f64]),
     ) -> Option<(Source, Choice)> {
-        let choices = ways.map(|((source, series), order)| {
-            let choice = choose(series, &self.segments, Filter::of_order(order), options);
-            (source, series, choice)
-        });
-        let best = choices.min_by(|a, b| a.2.risk.total().total_cmp(&b.2.risk.total()));
-        let (source, series, choice) = best?;
+        let (source, series, choice) = match known {
+            Some((source, choice)) => {
+                let ((_, series), _) = ways.find(|((own, _), _)| *own == source)?;
+                (source, series, choice)
+            }
+            None => {
+                let choices = ways.map(|((source, series), order)| {
+                    let choice = choose(series, &self.segments, Filter::of_order(order), options);
+                    (source, series, choice)
+                });
+                choices.min_by(|a, b| a.2.risk.total().total_cmp(&b.2.risk.total()))?
+            }
+        };
         let errors = [choice.standard_error(), choice.risk.ends.sqrt()];
         for segment in &self.segments {
             apply(series, choice, segment, values);
@@ -518,7 +535,7 @@ pub fn are_smooth(recordings: &[Recording], options: &EstimateOptions) -> bool {
         let segments = segments(&recording.t, options.gap);
         let n = recording.dof();
         let one = |c| spline::is_smooth(&recording.t, column(&recording.q, n, c), &segments);
-        (0..n).map(one).collect()
+        (0..n).step_by(every_of(n)).map(one).collect()
     };
     let usable = recordings.par_iter().filter(|r| r.validate().is_ok());
     let all: Vec<bool> = usable.flat_map_iter(smooth).collect();

@@ -379,6 +379,9 @@ struct LatticeEvaluator<'a> {
     descent: [Vec<f64>; 3],
 }
 
+/// The largest number of sites whose mass matrix is written out.
+const MOST_PAIRED: usize = 128;
+
 /// A residual of M x = b in parts of b, squared, that is rounding.
 const ROUNDING: f64 = 1e-30;
 
@@ -469,8 +472,12 @@ impl Evaluator for LatticeEvaluator<'_> {
         Evaluation::of(tau, n, 0)
     }
 
+    /// Not of more sites than a matrix of all pairs is good for.
     fn mass_matrix(&mut self, q: &[f64], _: &[f64], mass: &mut [f64]) -> Evaluation {
         let n = self.force.len().max(1);
+        if n > MOST_PAIRED {
+            return Evaluation::Unsupported;
+        }
         let mut unit = vec![0.0; n];
         for mass in mass.chunks_exact_mut(n * n).take(q.len() / n) {
             for (i, row) in mass.chunks_exact_mut(n).enumerate() {

@@ -6,8 +6,10 @@ use super::pairs::Sums;
 use crate::Recording;
 use lagrangian_motion::Signal;
 
-/// Largest number of samples that are compared for a proportion.
+/// Largest number of samples that are compared for a proportion; of many columns fewer, so that all pairs compare about this many.
 const SAMPLES: usize = 4000;
+const FEWEST: usize = 200;
+const ALL: usize = 40_000_000;
 /// Two positions are in proportion where the residual is below this many standard deviations of their noise …
 const NOISES: f64 = 2.0;
 /// … or below this part of the motion.
@@ -30,9 +32,17 @@ pub(super) fn items(recordings: &[Recording]) -> Vec<Item> {
         return Vec::new();
     }
     let count = all[0].len();
+    let noise = |k: usize| {
+        all.iter()
+            .map(|own| own[k].steady_noise())
+            .fold(0.0, f64::max)
+    };
+    let noises: Vec<f64> = (0..count).map(noise).collect();
     let pairs = (0..count).flat_map(|b| (0..b).map(move |a| (a, b)));
     pairs
-        .filter_map(|(a, b)| copy(first, &all, a, b).or_else(|| coupled(first, &all, a, b)))
+        .filter_map(|(a, b)| {
+            copy(first, &all, a, b).or_else(|| coupled(first, &all, [a, b], &noises))
+        })
         .collect()
 }
 
@@ -71,24 +81,29 @@ fn is_parameter(recording: &Recording, a: &Column<'_>, b: &Column<'_>) -> bool {
 }
 
 /// An item where two positions move in proportion in every recording, to within their noise.
-fn coupled(first: &Recording, all: &[Vec<Column<'_>>], a: usize, b: usize) -> Option<Item> {
+fn coupled(
+    first: &Recording,
+    all: &[Vec<Column<'_>>],
+    [a, b]: [usize; 2],
+    noises: &[f64],
+) -> Option<Item> {
     let (x, y) = (&all[0][a], &all[0][b]);
     if x.signal != Signal::Q || y.signal != Signal::Q || is_parameter(first, x, y) {
         return None;
     }
     let mut sums = Sums::default();
     let rows: usize = first.len().max(1) * all.len();
-    let stride = rows.div_ceil(SAMPLES).max(1);
+    let samples = (ALL / all[0].len().pow(2)).clamp(FEWEST, SAMPLES);
+    let stride = rows.div_ceil(samples).max(1);
     for columns in all {
         let mut own = Sums::default();
-        let pairs = columns[a].iter().zip(columns[b].iter()).step_by(stride);
-        pairs.for_each(|(x, y)| own.add(x, y));
+        let [x, y] = [a, b].map(|k| columns[k].iter().step_by(stride));
+        x.zip(y).for_each(|(x, y)| own.add(x, y));
         // Each recording has an offset of its own.
         sums.plus(&own.centred());
     }
     let (slope, left) = sums.line()?;
-    let noise = |k: usize| all.iter().map(|c| c[k].steady_noise()).fold(0.0, f64::max);
-    let noise = noise(b).hypot(slope * noise(a));
+    let noise = noises[b].hypot(slope * noises[a]);
     let seen = (sums.yy / sums.count).sqrt();
     (left < (NOISES * noise).max(EXACT * seen) && seen > 3.0 * noise).then(|| {
         let finding = format!("{} moves with {}, {slope:.4} times as far", y.name, x.name);

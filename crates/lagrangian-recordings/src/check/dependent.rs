@@ -2,7 +2,7 @@
 
 use super::Item;
 use crate::Recording;
-use crate::constraints::{Kind, find};
+use crate::constraints::{Found, Kind, find};
 
 /// The constraints that all recordings keep, but for coordinates that rest.
 pub(super) fn items(recordings: &[Recording]) -> Option<Item> {
@@ -15,7 +15,10 @@ pub(super) fn items(recordings: &[Recording]) -> Option<Item> {
     }
     let motions: Vec<&[f64]> = recordings.iter().map(|r| &*r.signals.q).collect();
     let structure = find(&first.coordinates, &motions);
-    let moving = structure.found.iter().filter(|own| own.kind != Kind::Fixed);
+    let moving = structure
+        .found
+        .iter()
+        .filter(|own| own.kind != Kind::Fixed && !is_centre(own));
     let found: Vec<&str> = moving.map(|own| &*own.constraint.name).collect();
     let finding = format!(
         "{}: {} coordinates depend on each other and have {} degrees of freedom, so that nothing tells their masses and forces apart",
@@ -32,6 +35,13 @@ pub(super) fn items(recordings: &[Recording]) -> Option<Item> {
         "coupled"
     };
     (!found.is_empty()).then(|| Item::doubt(name, finding, remedy))
+}
+
+/// Whether it says that the centre of mass of some bodies rests, as it does where their momentum is 0.
+fn is_centre(found: &Found) -> bool {
+    let slopes = &found.constraint.slopes;
+    let alike = slopes.iter().all(|own| own.1 > 0.0) || slopes.iter().all(|own| own.1 < 0.0);
+    found.kind == Kind::Line && slopes.len() > 2 && alike
 }
 
 /// The name of the item of constraints.

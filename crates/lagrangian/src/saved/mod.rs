@@ -38,7 +38,7 @@ pub const FORMAT: &str = "lagrangian-model";
 pub const VERSION: u32 = 2;
 
 /// The longest header that is read, bytes.
-pub const MAX_HEADER: usize = 1 << 20;
+pub const MAX_HEADER: usize = 1 << 24;
 
 /// The one tensor of a network: all weights, in the order of its `parameters`.
 pub(crate) const WEIGHTS: &str = "parameters";

@@ -63,7 +63,7 @@ const FEW: usize = 4;
 /// Laws that usually leave up to this many times what the best one leaves may accuse.
 const ALIKE: f64 = 2.0;
 /// Of more coordinates than these no forces are explained by a chain of joints: their terms are as many as the square of their number.
-pub(in crate::check) const MOST_JOINTS: usize = 16;
+pub(in crate::check) const MOST_JOINTS: usize = 12;
 /// Second cut-off as a fraction of the first.
 const NARROWER: f64 = 0.7;
 

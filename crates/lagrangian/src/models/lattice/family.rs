@@ -176,8 +176,8 @@ pub(super) struct Misfit {
     pub(super) of_noise: f64,
     /// In parts of the motion.
     pub(super) left: f64,
-    /// Whether splines stand for functions that are not known.
-    pub(super) splines: bool,
+    /// Whether splines, or series that need not end, stand for functions that are not known.
+    pub(super) curved: bool,
 }
 
 /// A misfit up to which the data are explained to their noise; a part of the motion that the steps of integrals leave.
@@ -191,9 +191,10 @@ impl Misfit {
 }
 
 impl Solved {
-    /// Whether it explains the motion to its noise or to a part.
+    /// Whether there are bonds, and it explains the motion to its noise or to a part.
     fn is_right(&self, part: f64) -> bool {
-        self.misfit.is_explained() || self.left.iter().all(|own| *own <= part)
+        let right = self.misfit.is_explained() || self.left.iter().all(|own| *own <= part);
+        right && self.lattice.laws().next().is_some()
     }
 }
 
@@ -277,8 +278,14 @@ impl FittedModel for LearnedLattice {
     }
 
     fn parameters(&self) -> Vec<Parameter> {
-        let named = Named::of(self.coordinates()).terms(self.terms());
-        named.forces(self.parts().forces).list()
+        let mut terms = self.terms();
+        terms.extend(self.lattice.dissipation().map(|own| Parameter {
+            name: "viscous friction of each site".into(),
+            value: own.viscous[0],
+            unit: String::new(),
+            standard_error: None,
+        }));
+        Named::of(self.coordinates()).terms(terms).list()
     }
 
     fn written(&self) -> Option<WrittenLaw> {
@@ -288,14 +295,14 @@ impl FittedModel for LearnedLattice {
             let beside = damped.map(|own| friction(&first, own, style));
             self.sum(style) + &beside.unwrap_or_default()
         };
-        let (verdict, meaning) = match (self.misfit.is_explained(), self.misfit.splines) {
+        let (verdict, meaning) = match (self.misfit.is_explained(), self.misfit.curved) {
             (true, false) => (
                 "law",
                 "the law of each site, as far as these data tell: it explains them to their noise",
             ),
             (true, true) => (
                 "expansion",
-                "one law of neighbours explains the data to their noise; its functions are curves, not formulas",
+                "one law of neighbours explains the data to their noise; its functions are curves or series, not formulas",
             ),
             _ => (
                 "none",

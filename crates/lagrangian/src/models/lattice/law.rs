@@ -40,14 +40,14 @@ impl Fitted {
         let (scale, bend) = (scale_of(&all), bend(&shape, &columns, &all));
         let mut kept = Kept::all(&shape, &columns, [&scale, &bend]);
         let mut best = kept.cost(&all)?;
-        while let Some((cost, fewer)) = kept.fewer(&all) {
-            if cost > best {
-                break;
+        loop {
+            while let Some((cost, fewer)) = kept.fewer(&all).filter(|own| own.0 <= best) {
+                (best, kept) = (cost, fewer);
             }
-            (best, kept) = (cost, fewer);
-        }
-        // Inertia and friction that a motion gains energy from are none.
-        while let Some(fewer) = kept.without_gains(&columns, &all) {
+            // Inertia and friction that a motion gains energy from are none.
+            let Some(fewer) = kept.without_gains(&columns, &all) else {
+                break;
+            };
             kept = fewer;
             best = kept.cost(&all)?;
         }

@@ -16,16 +16,29 @@ mod neighbours;
 mod rows;
 mod search;
 
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// The settings of lattices.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LatticeConfig {
     /// The differences of the indices of neighbours; empty where they are to be found.
+    #[serde(deserialize_with = "whole")]
     pub neighbours: Vec<usize>,
     /// What bounds the sites.
     pub ends: LatticeEnds,
+}
+
+/// Whole numbers, as 1 or as 1.0.
+fn whole<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<usize>, D::Error> {
+    let all: Vec<f64> = Deserialize::deserialize(from)?;
+    let whole = |x: f64| {
+        let is = (0.0..1e9).contains(&x) && x.fract() == 0.0;
+        let must = || D::Error::custom(format!("{x} is no difference of indices"));
+        is.then_some(x as usize).ok_or_else(must)
+    };
+    all.into_iter().map(whole).collect()
 }
 
 /// What bounds the sites of a lattice.

@@ -23,6 +23,16 @@ pub(super) struct Moments {
     pub(super) held: bool,
 }
 
+impl Moments {
+    /// ∫ sin(qⱼ − qᵢ) w, and ∫ sin qᵢ w for a site itself.
+    pub(super) fn sine(&self, i: usize, j: usize) -> f64 {
+        let n = self.place.len();
+        let each = self.q.chunks_exact(n).zip(&self.weights);
+        let angle = |q: &[f64]| if i == j { q[i] } else { q[j] - q[i] };
+        each.map(|(q, w)| w * angle(q).sin()).sum()
+    }
+}
+
 /// The orders of differences that tell noise from motion.
 const LOWEST: usize = 4;
 const HIGHEST: usize = 12;

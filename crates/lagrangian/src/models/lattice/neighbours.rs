@@ -11,7 +11,7 @@ use crate::models::formula::{STRIDE, WINDOW};
 use lagrangian_mechanics::lattice::{Bonds, Ends};
 use lagrangian_motion::solve::quadratic::Quadratic;
 use lagrangian_motion::solve::ridge::{Ridge, scales};
-use lagrangian_motion::{Error, Result};
+use lagrangian_motion::{Coordinates, Error, Result};
 
 /// The bonds of one law: their pairs as found, and, where it is open what is at the ends, those with walls.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,7 +27,7 @@ const SIGNIFICANT: f64 = 5.0;
 const LARGE: f64 = 0.4;
 /// The largest number of offsets; more are no sparse neighbourhood.
 const MOST_OFFSETS: usize = 12;
-/// A bond weaker than this part of most of its kind does not exist, where it is known to this part.
+/// A bond weaker than this part of the strongest of its kind does not exist, where it is known to this part.
 const WEAK: f64 = 0.3;
 const KNOWN: f64 = 0.15;
 /// The part of sites without a neighbour up to which they are ends.
@@ -39,7 +39,12 @@ const RIDGE: f64 = 1e-9;
 const ABSENT: f64 = 1e-4;
 
 /// The bonds of these motions.
-pub(super) fn find(moments: &[Moments], n: usize, config: &LatticeConfig) -> Result<Vec<Found>> {
+pub(super) fn find(
+    moments: &[Moments],
+    coordinates: &Coordinates,
+    config: &LatticeConfig,
+) -> Result<Vec<Found>> {
+    let n = coordinates.dof();
     let offsets = match config.neighbours.is_empty() {
         true => offsets(moments, n)?,
         false => config.neighbours.clone(),
@@ -57,7 +62,7 @@ pub(super) fn find(moments: &[Moments], n: usize, config: &LatticeConfig) -> Res
     if let Some(ends) = ends {
         return Ok(offsets.iter().map(|own| given(own, ends)).collect());
     }
-    let known = couplings(moments, n, &offsets);
+    let known = couplings(moments, n, &offsets, coordinates.is_circle(0));
     let each = offsets.iter().enumerate();
     let found = each.filter_map(|(at, offset)| Found::of(n, *offset, &known, at));
     Ok(found.collect())
@@ -142,6 +147,12 @@ struct Centred {
 }
 
 impl Centred {
+    /// The positions and accelerations of each stretch.
+    fn each(&self) -> impl Iterator<Item = (&[f64], &[f64])> {
+        let accelerations = self.accelerations.iter().map(|own| &own[..]);
+        self.places.iter().map(|own| &own[..]).zip(accelerations)
+    }
+
     fn of(moments: &[&Moments], n: usize) -> Self {
         let centre = |of: fn(&Moments) -> &[f64]| -> Vec<Vec<f64>> {
             let mut mean = vec![0.0; n];
@@ -162,19 +173,19 @@ impl Centred {
 /// What each site says of its neighbours at each offset: the coupling to the one before, to the one after, and their standard error.
 type Coupling = Vec<[f64; 3]>;
 
-fn couplings(moments: &[Moments], n: usize, offsets: &[usize]) -> Vec<Coupling> {
+fn couplings(moments: &[Moments], n: usize, offsets: &[usize], circle: bool) -> Vec<Coupling> {
     let all: Vec<&Moments> = moments.iter().collect();
     let centred = Centred::of(&all, n);
     let width = 2 * offsets.len() + 1;
     let of = |i: usize| -> Coupling {
         let mut sums = Quadratic::zero(width);
-        for (place, acceleration) in centred.places.iter().zip(&centred.accelerations) {
+        for (own, (place, acceleration)) in moments.iter().zip(centred.each()) {
             let around = offsets.iter().flat_map(|own| [i + n - own, i + own]);
-            let row: Vec<f64> = [i]
-                .into_iter()
-                .chain(around)
-                .map(|j| place[j % n])
-                .collect();
+            let value = |j: usize| match circle {
+                true => own.sine(i, j % n),
+                false => place[j % n],
+            };
+            let row: Vec<f64> = [i].into_iter().chain(around).map(value).collect();
             sums.add_row(&row, acceleration[i]);
         }
         let unknown = vec![[0.0, 0.0, f64::INFINITY]; offsets.len()];
@@ -215,33 +226,33 @@ impl Found {
         };
         let mut sizes: Vec<f64> = whole.iter().map(|pair| strength(*pair).0).collect();
         sizes.sort_by(f64::total_cmp);
-        let usual = sizes[sizes.len() - 1 - sizes.len() / 10];
+        // Where the rows of a grid meet, few of a kind exist.
+        let usual = sizes[sizes.len() - 1 - sizes.len() / 100];
         let exists = |pair: &[usize; 2]| {
             let (size, error) = strength(*pair);
             size > WEAK * usual || error > KNOWN * usual
         };
-        let is_open = |pair: &[usize; 2]| strength(*pair).1 > KNOWN * usual;
-        let pairs: Vec<[usize; 2]> = whole.iter().copied().filter(exists).collect();
-        let missing: Vec<[usize; 2]> = whole.iter().copied().filter(|own| !exists(own)).collect();
+        let (pairs, missing): (Vec<_>, Vec<_>) = whole.iter().partition(|own| exists(own));
         if pairs.is_empty() {
             return None;
         }
         let chain = |ends| Bonds::of_chain(n, offset, ends);
-        // Of bonds across the ends that are not known, all cases are tried.
-        if missing.is_empty() && whole.iter().any(|own| own[0] > own[1] && is_open(own)) {
+        // Where all but those across the ends exist, the fit of each case tells; that which was found comes first.
+        if missing.iter().all(|own: &[usize; 2]| own[0] > own[1]) {
             return Some(Self {
                 offset,
-                variants: [Ends::Ring, Ends::Free, Ends::Walls].map(chain).to_vec(),
+                variants: match missing.is_empty() {
+                    true => [Ends::Ring, Ends::Walls, Ends::Free],
+                    false => [Ends::Free, Ends::Walls, Ends::Ring],
+                }
+                .map(chain)
+                .to_vec(),
             });
         }
         let mut variants = vec![pairs.clone()];
-        if !missing.is_empty() && (missing.len() as f64) < ENDS * n as f64 {
+        if (missing.len() as f64) < ENDS * n as f64 {
             let walls = missing.into_iter().flat_map(|[i, j]| [[n, j], [i, n]]);
-            let with = pairs.into_iter().chain(walls).collect::<Vec<_>>();
-            // In the order of a chain, where it is one.
-            let walls = chain(Ends::Walls);
-            let alike = with.len() == walls.len() && with.iter().all(|own| walls.contains(own));
-            variants.push(if alike { walls } else { with });
+            variants.push(pairs.into_iter().chain(walls).collect());
         }
         Some(Self { offset, variants })
     }

@@ -86,6 +86,7 @@ impl Sums {
                 } else {
                     &mut sums.fitted
                 };
+                let accelerations = Accelerations::of(shape, n, own.noise, forced);
                 let target = if forced {
                     &own.force
                 } else {
@@ -94,7 +95,11 @@ impl Sums {
                 if groups == n {
                     let each = to.par_iter_mut().zip(rows.par_chunks_exact(width));
                     each.zip(target)
-                        .for_each(|((sum, row), y)| sum.add_row(row, *y));
+                        .enumerate()
+                        .for_each(|(i, ((sum, row), y))| {
+                            sum.add_row(row, *y);
+                            accelerations.correct(i, sum);
+                        });
                     continue;
                 }
                 let part = |part: (&[f64], &[f64])| {
@@ -109,6 +114,7 @@ impl Sums {
                     .map(part)
                     .collect();
                 parts.iter().for_each(|own| to[0].add(own, 1.0));
+                (0..n).for_each(|i| accelerations.correct(i, &mut to[0]));
             }
         }
         sums
@@ -119,6 +125,62 @@ impl Sums {
         let mut sum = of[0].clone();
         of[1..].iter().for_each(|own| sum.add(own, 1.0));
         sum
+    }
+}
+
+/// The columns of a stretch that are accelerations, whose noise would make them look smaller than they are.
+struct Accelerations {
+    /// The mean square of the noise.
+    noise: f64,
+    /// The column of κ of each law, with the number of bonds of each site.
+    inertia: Vec<(usize, Vec<f64>)>,
+    /// The column of the mass, where forces were recorded.
+    mass: Option<usize>,
+}
+
+impl Accelerations {
+    fn of(shape: &LatticeShape, n: usize, noise: f64, forced: bool) -> Self {
+        let columns = columns(shape, forced);
+        let inertia = columns.iter().enumerate().filter_map(|(k, own)| {
+            let Column::Inertia { law } = own else {
+                return None;
+            };
+            let mut bonds = vec![0.0; n];
+            let sites = shape.bonds[*law].pairs.iter().flatten();
+            sites.for_each(|i| {
+                if let Some(count) = bonds.get_mut(*i) {
+                    *count += 1.0;
+                }
+            });
+            Some((k, bonds))
+        });
+        Self {
+            noise,
+            inertia: inertia.collect(),
+            mass: columns.iter().position(|own| *own == Column::Mass),
+        }
+    }
+
+    /// Subtracts what the noise adds to the sums of a site: the acceleration of the site itself is in all of these columns, those of its
+    /// neighbours in one each.
+    fn correct(&self, site: usize, sum: &mut Quadratic) {
+        let width = sum.size();
+        for (k, bonds) in &self.inertia {
+            for (j, others) in &self.inertia {
+                let own = if k == j { bonds[site] } else { 0.0 };
+                sum.gram[k * width + j] -= self.noise * (bonds[site] * others[site] + own);
+            }
+            match self.mass {
+                Some(mass) => {
+                    sum.gram[k * width + mass] -= self.noise * bonds[site];
+                    sum.gram[mass * width + k] -= self.noise * bonds[site];
+                }
+                None => sum.right[*k] += self.noise * bonds[site],
+            }
+        }
+        if let Some(mass) = self.mass {
+            sum.gram[mass * width + mass] -= self.noise;
+        }
     }
 }
 

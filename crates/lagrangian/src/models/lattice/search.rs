@@ -51,7 +51,7 @@ pub(super) fn find(
     tell("integrating motions", 0.0);
     let all = moments(dataset, MOST_STRETCHES);
     tell("finding neighbours", 0.1);
-    let found = neighbours::find(&all, n, config)?;
+    let found = neighbours::find(&all, &dataset.coordinates, config)?;
     let every = (all.len() * n).div_ceil(MOST_ROWS).max(1);
     let some: Vec<Moments> = all.into_iter().step_by(every).collect();
     let mut best: Option<(Fitted, Sums)> = None;
@@ -317,12 +317,14 @@ fn solved(dataset: &Dataset, law: Fitted, masses: Vec<f64>, noise: f64) -> Resul
         errors.extend(sizes);
     }
     let friction = (viscous > 0.0).then(|| Dissipation::viscous(vec![viscous; n]));
-    let splines = shape
-        .bonds
-        .iter()
-        .map(|own| &own.basis)
-        .chain(&shape.site)
-        .any(is_spline);
+    // High powers are a series that need not end.
+    let open = |own: &Basis| match own {
+        Basis::Powers { degree } => *degree > DEGREES[1],
+        Basis::Harmonics { count } => *count == HARMONICS[HARMONICS.len() - 1],
+        spline => is_spline(spline),
+    };
+    let bases = shape.bonds.iter().map(|own| &own.basis);
+    let curved = bases.chain(&shape.site).any(open);
     let relative = |k: usize| law.left[k] / law.whole[k].max(f64::MIN_POSITIVE);
     Ok(Solved {
         lattice: Lattice::new(dataset.coordinates.clone(), shape, parameters, friction)?,
@@ -330,7 +332,7 @@ fn solved(dataset: &Dataset, law: Fitted, masses: Vec<f64>, noise: f64) -> Resul
         misfit: Misfit {
             of_noise: law.left[0] / noise.max(f64::MIN_POSITIVE),
             left: relative(0),
-            splines,
+            curved,
         },
         left: [relative(0), relative(1)],
     })
