@@ -123,7 +123,7 @@ pub mod mechanics {
         Lagrangian, LagrangianOf, Load, Mechanical, Model, Outcome, PhaseFlow, Plant, Projection,
         Quantities, Regularity, Scalar, Scaling, Sensitive, Slopes, SpeedChart, Stribeck, Sum,
         SymmetricSolver, analytic, bias, diagonalise, dot, energy, forward, inverse, inverse_root,
-        momenta, product,
+        lattice, momenta, product,
     };
 }
 

@@ -1,7 +1,7 @@
 //! A module of WebAssembly for browsers without relaxed SIMD, made from the one with it.
 
 use wasm_encoder::reencode::{self, Reencode};
-use wasm_encoder::{CodeSection, Function, Instruction, Module, ValType};
+use wasm_encoder::{CodeSection, Function, Instruction, Module, RawSection, ValType};
 use wasmparser::{FunctionBody, Operator, Parser, Payload, Validator, WasmFeatures};
 
 /// The same module, each fused multiply-add as a product and a sum, and each other relaxed instruction as the one of plain SIMD
@@ -24,6 +24,25 @@ pub(crate) fn plain(module: &[u8]) -> Result<Vec<u8>, String> {
     let checked = Validator::new_with_features(features).validate_all(&plain);
     checked.map(|_| plain).map_err(|e| words(&e))
 }
+
+/// The same module without names of functions and other custom sections, a tenth of what a browser would load.
+///
+/// # Errors
+/// Where the bytes are no module.
+pub(crate) fn stripped(module: &[u8]) -> Result<Vec<u8>, String> {
+    let mut bare = Module::new();
+    for payload in Parser::new(0).parse_all(module) {
+        let payload = payload.map_err(|e| format!("the module: {e}"))?;
+        if let Some((id, range)) = payload.as_section().filter(|own| own.0 != CUSTOM) {
+            let data = &module[range.start as usize..range.end as usize];
+            bare.section(&RawSection { id, data });
+        }
+    }
+    Ok(bare.finish())
+}
+
+/// The id of custom sections.
+const CUSTOM: u8 = 0;
 
 /// The number of parameters of each function of the code section.
 fn parameters(module: &[u8]) -> wasmparser::Result<Vec<u32>> {
@@ -151,6 +170,19 @@ mod tests {
             }
         }
         operators
+    }
+
+    #[test]
+    fn a_module_without_names_is_the_same_module() {
+        let bare = module(&[Instruction::F64x2RelaxedMadd]);
+        let custom = wasm_encoder::CustomSection {
+            name: "name".into(),
+            data: vec![7; 300].into(),
+        };
+        let mut named = bare.clone();
+        named.extend(Module::new().section(&custom).as_slice()[8..].iter());
+        assert_eq!(stripped(&named), Ok(bare));
+        assert!(stripped(&named[..20]).is_err());
     }
 
     #[test]

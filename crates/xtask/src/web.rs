@@ -182,6 +182,7 @@ fn page(root: &Path, module: &Path) -> Result<(), String> {
     let place = web.join("wasm");
     fs::create_dir_all(&place).map_err(|e| format!("cannot make {}: {e}", place.display()))?;
     let relaxed = fs::read(module).map_err(|e| format!("cannot read {}: {e}", module.display()))?;
+    let relaxed = plain::stripped(&relaxed)?;
     let plain = plain::plain(&relaxed)?;
     for (name, bytes) in [("relaxed.wasm", relaxed), ("plain.wasm", plain)] {
         let file = place.join(name);

@@ -15,6 +15,7 @@ mod formula;
 mod hamiltonian;
 mod identification;
 mod identities;
+mod lattice;
 mod networks;
 mod nominal;
 mod order;
