@@ -32,6 +32,8 @@ class Best(Estimator):
         searches: The number of searches for the joints, each from other random directions. A whole number from 1. Default: 8.
         friction: The terms of the friction of gears (arXiv 2410.08650). One of ``m1``, ``m2``, ``m3``, ``m4``, ``m5``, ``m6``. Default: by held-out motions.
         weight: The moment m g l of the first link's weight, N·m: without a torque only ratios to it are learned. A number above 0, from 1e-9 to 1e9. Default: 1.
+        neighbours: The differences of the indices of neighbours, such as 1 in a chain, or 1 and 32 in a grid of rows of 32. Numbers above 0, from 1 to 1e6. Default: found.
+        ends: What bounds the sites. One of ``find``, ``ring``, ``walls``, ``free``. Default: find.
         loss: What is compared with the data. One of ``acceleration``, ``acceleration-relative``, ``acceleration-l1``, ``torque``, ``torque-l1``, ``torque-acceleration``, ``torque-power``, ``positions``, ``positions-trapezoidal``, ``rollout``. Default: acceleration; rollout for neural-ode; positions for vin; torque for delan where torques are recorded and accelerations certain to 0.5 %.
         optimizer: Natural gradient, or Adam. One of ``natural``, ``adam``. Default: natural; adam where the data are noisy and accelerations or torques compared.
         batch: Samples in a batch. A whole number from 1. Default: natural gradient 128 by time and 256 by steps, Adam 512.
@@ -78,6 +80,8 @@ class Best(Estimator):
     searches: int | None
     friction: Literal["m1", "m2", "m3", "m4", "m5", "m6"] | None
     weight: float | None
+    neighbours: Sequence[float] | None
+    ends: Literal["find", "ring", "walls", "free"] | None
     loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None
     optimizer: Literal["natural", "adam"] | None
     batch: int | None
@@ -126,6 +130,8 @@ class Best(Estimator):
         searches: int | None = ...,
         friction: Literal["m1", "m2", "m3", "m4", "m5", "m6"] | None = ...,
         weight: float | None = ...,
+        neighbours: Sequence[float] | None = ...,
+        ends: Literal["find", "ring", "walls", "free"] | None = ...,
         loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None = ...,
         optimizer: Literal["natural", "adam"] | None = ...,
         batch: int | None = ...,
@@ -1227,6 +1233,100 @@ class Cartesian(Estimator):
     def __init__(
         self,
         *,
+        loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None = ...,
+        optimizer: Literal["natural", "adam"] | None = ...,
+        batch: int | None = ...,
+        batch_first: int | None = ...,
+        damping: Literal["schedule", "loss", "adaptive"] | None = ...,
+        learning_rate: float | None = ...,
+        weight_decay: float | None = ...,
+        forward: float | None = ...,
+        patience: int | None = ...,
+        horizon: int | None = ...,
+        integrator: Literal["rk4", "stormer-verlet", "implicit-midpoint"] | None = ...,
+        substeps: int | None = ...,
+        observe: Literal["states", "positions"] | None = ...,
+        starts: Literal["recorded", "free"] | None = ...,
+        growth: float | None = ...,
+        warm_start: float | None = ...,
+        steps: int | None = ...,
+        seconds: float | None = ...,
+        seed: int = ...,
+        validate_fraction: float = ...,
+        smooth: bool = ...,
+        low_pass: float | None = ...,
+        baseline: int = ...,
+        delay: float | Sequence[float] = ...,
+        nominal: str | os.PathLike[str] | None = ...,
+        joints: Sequence[str] = ...,
+    ) -> None: ...
+
+class Lattice(Estimator):
+    """many sites that obey one law with their neighbours: chains, rings, grids.
+    
+    Args:
+        neighbours: The differences of the indices of neighbours, such as 1 in a chain, or 1 and 32 in a grid of rows of 32. Numbers above 0, from 1 to 1e6. Default: found.
+        ends: What bounds the sites. One of ``find``, ``ring``, ``walls``, ``free``. Default: find.
+        loss: What is compared with the data. One of ``acceleration``, ``acceleration-relative``, ``acceleration-l1``, ``torque``, ``torque-l1``, ``torque-acceleration``, ``torque-power``, ``positions``, ``positions-trapezoidal``, ``rollout``. Default: acceleration; rollout for neural-ode; positions for vin; torque for delan where torques are recorded and accelerations certain to 0.5 %.
+        optimizer: Natural gradient, or Adam. One of ``natural``, ``adam``. Default: natural; adam where the data are noisy and accelerations or torques compared.
+        batch: Samples in a batch. A whole number from 1. Default: natural gradient 128 by time and 256 by steps, Adam 512.
+        batch_first: Samples of the first batch, growing to `batch`: for the shortest fits. A whole number from 1. Default: as many as later.
+        damping: How the damping of the natural gradient falls. One of ``schedule``, ``loss``, ``adaptive``. Default: loss for a fit by time, schedule for one by steps or under the loss rollout.
+        learning_rate: Learning rate at the start. A number above 0, from 1e-12 to 1000. Default: by the optimiser.
+        weight_decay: Weight decay of Adam. A number 0 or above, at most 1000. Default: 0.
+        forward: Weight of the accelerations after a fit of torques: inertia is added to the drives where it lowers the sum of the nMSE of all torques and that of all accelerations times this weight; 0 adds none. A number 0 or above, at most 1e6. Default: 0.00015.
+        patience: Number of validations without improvement, one every 25 steps, after which the fit ends. A whole number from 1.
+        horizon: Samples that are predicted from each start. A whole number from 1. Default: 5.
+        integrator: Method that a model is trained through. One of ``rk4``, ``stormer-verlet``, ``implicit-midpoint``. Default: rk4.
+        substeps: Its steps from one sample to the next. A whole number from 1. Default: 1.
+        observe: What of a rollout is compared with the data. One of ``states``, ``positions``. Default: states.
+        starts: Start each segment at the recorded state, or at one that is learned with the weights (noisy data). One of ``recorded``, ``free``. Default: recorded.
+        growth: Part of the fit in which the horizon grows from 1. A number 0 or above, at most 0.9. Default: 0.5.
+        warm_start: Part of the fit in which accelerations are fitted first. A number 0 or above, at most 0.9. Default: 0.
+        steps: The number of steps; the same seed then gives the same bits.
+        seconds: The number of seconds, 60 by default.
+        seed: Seed of weights, split and batches.
+        validate_fraction: Part of the data that is held back for validation, where no other is given.
+        smooth: Smooth measured q and q̇ over windows that are chosen from the data.
+        low_pass: Cut-off of a low-pass of motion and forces, Hz; 0 for none. Found from the data by default.
+        baseline: Distance of neighbours of a loss of positions, in samples.
+        delay: Delays of the forces, s: one for all coordinates, or one for each.
+        nominal: URDF of a nominal model, whose omissions a network learns.
+        joints: Joints of the robot in the order of the data.
+    """
+    neighbours: Sequence[float] | None
+    ends: Literal["find", "ring", "walls", "free"] | None
+    loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None
+    optimizer: Literal["natural", "adam"] | None
+    batch: int | None
+    batch_first: int | None
+    damping: Literal["schedule", "loss", "adaptive"] | None
+    learning_rate: float | None
+    weight_decay: float | None
+    forward: float | None
+    patience: int | None
+    horizon: int | None
+    integrator: Literal["rk4", "stormer-verlet", "implicit-midpoint"] | None
+    substeps: int | None
+    observe: Literal["states", "positions"] | None
+    starts: Literal["recorded", "free"] | None
+    growth: float | None
+    warm_start: float | None
+    steps: int | None
+    seconds: float | None
+    seed: int
+    validate_fraction: float
+    smooth: bool
+    low_pass: float | None
+    baseline: int
+    delay: float | Sequence[float]
+    nominal: str | os.PathLike[str] | None
+    joints: Sequence[str]
+    def __init__(
+        self,
+        *,
+        neighbours: Sequence[float] | None = ...,
+        ends: Literal["find", "ring", "walls", "free"] | None = ...,
         loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None = ...,
         optimizer: Literal["natural", "adam"] | None = ...,
         batch: int | None = ...,

@@ -18,6 +18,7 @@ mod constraint;
 mod coordinates;
 pub mod error;
 pub mod noise;
+pub mod parallel;
 mod samples;
 pub mod settings;
 mod shown;

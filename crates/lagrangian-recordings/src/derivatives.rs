@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 use serde::Serialize;
 
 use super::Recording;
@@ -403,8 +403,8 @@ impl Fitted {
                 continue;
             }
             if let Some(Spline { source, motion }) = spline {
-                for (k, (state, error)) in motion.states.iter().zip(&motion.errors).enumerate() {
-                    let at = k * n + coordinate;
+                let rows = (coordinate..values.len()).step_by(n);
+                for (at, (state, error)) in rows.zip(motion.states.iter().zip(&motion.errors)) {
                     (values[at], standard_errors[at]) = (state[order], error[order]);
                 }
                 let errors = motion.errors(order, &self.segments);
@@ -419,10 +419,10 @@ impl Fitted {
             let known = chosen.filter(|_| coordinate % every_of(n) > 0);
             let out = (&mut values[..], &mut standard_errors[..]);
             chosen = self.by_window(ways, known, options, out);
-            if let Some((source, choice)) = chosen {
-                let errors = [choice.standard_error(), choice.risk.ends.sqrt()];
-                (self.estimates).push(estimate(source, choice.window, choice.noise, errors));
-            }
+            let own = chosen.map(|(source, choice)| {
+                estimate(source, choice.window, choice.noise, choice.errors())
+            });
+            self.estimates.extend(own);
         }
         *self.signals.get_mut(signal) = values;
         *self.errors.get_mut(signal) = standard_errors;
@@ -454,7 +454,7 @@ impl Fitted {
                 choices.min_by(|a, b| a.2.risk.total().total_cmp(&b.2.risk.total()))?
             }
         };
-        let errors = [choice.standard_error(), choice.risk.ends.sqrt()];
+        let errors = choice.errors();
         for segment in &self.segments {
             apply(series, choice, segment, values);
             for k in segment.clone() {

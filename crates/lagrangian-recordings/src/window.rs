@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 
 use super::EstimateOptions;
 use super::local_polynomial::{Filter, Series, around};
@@ -34,6 +34,11 @@ impl Choice {
     /// Estimated standard error of the derivative.
     pub(crate) fn standard_error(self) -> f64 {
         self.risk.inside.sqrt()
+    }
+
+    /// The same, and that at the ends of the data.
+    pub(crate) fn errors(self) -> [f64; 2] {
+        [self.standard_error(), self.risk.ends.sqrt()]
     }
 }
 

@@ -15,7 +15,7 @@ mod valid_time;
 use std::ops::Range;
 use std::time::Duration;
 
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 use serde::Serialize;
 
 use lagrangian_mechanics::dynamics::Model;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 use serde::Serialize;
 
 use super::boundary::Boundary;

@@ -3,8 +3,8 @@
 use lagrangian::rollout::{free, rollout_many};
 use lagrangian::score::{THRESHOLD, valid_prediction_time};
 use lagrangian::{Model, Result, Rollout, RolloutOptions, State};
+use lagrangian_motion::parallel::prelude::*;
 use lagrangian_motion::statistics::median;
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::largest_lyapunov_exponent;

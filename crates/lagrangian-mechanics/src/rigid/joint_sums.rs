@@ -10,7 +10,7 @@ use std::ops::Range;
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 
 use super::bodies::RigidBodies;
 use super::regressor::PER_BODY;

@@ -1,6 +1,6 @@
 //! Many rollouts at once: on all threads, and with the evaluations of several rollouts in one batch.
 
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 
 use super::round::Round;
 use super::{

@@ -27,7 +27,7 @@ use std::collections::BTreeMap;
 pub use dependent::CONSTRAINTS;
 pub use drive::NOISY_FORCES;
 pub use evidence::Claim;
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 use regression::{JointFits, MOST_JOINTS};
 pub use repeated::check_validation;
 use serde::Serialize;
@@ -477,7 +477,7 @@ fn same_coordinates(recordings: &[Recording]) -> Item {
     }
     let named = first.coordinates.0.iter().enumerate();
     let names: Vec<String> = named.map(|(i, c)| describe(first, i, &c.name)).collect();
-    Item::pass("coordinates", names.join(", "))
+    Item::pass("coordinates", signals::listed(&names))
 }
 
 fn describe(recording: &Recording, i: usize, name: &str) -> String {

@@ -62,7 +62,7 @@ pub(super) fn excitation(recordings: &[Recording]) -> Option<Item> {
         return Some(Item::pass("excitation", finding));
     }
     let names: Vec<&str> = still.iter().map(|i| &*coordinates.0[*i].name).collect();
-    let finding = format!("{} never moves", names.join(", "));
+    let finding = format!("{} never moves", listed(&names));
     let remedy = "omit it with `q`, or excite it: nothing about it can be learned";
     Some(Item::warn("excitation", finding, remedy))
 }
@@ -161,7 +161,7 @@ fn ranges(recording: &Recording, columns: &[Column<'_>], errors: f64) -> Item {
             item = doubt.claims(Some(c.coordinate), 1.0);
         }
     }
-    item.finding = texts.join(", ");
+    item.finding = listed(&texts);
     item
 }
 
@@ -303,8 +303,18 @@ impl Item {
             self = self.value(name, figure);
             bad.extend(is_bad.then_some(name));
         }
-        self.finding += &texts.join(", ");
-        self.warn_if(!bad.is_empty(), format!("{} {remedy}", bad.join(", ")))
+        self.finding += &listed(&texts);
+        self.warn_if(!bad.is_empty(), format!("{} {remedy}", listed(&bad)))
+    }
+}
+
+/// Texts in a row; of many the first.
+pub(super) fn listed<T: AsRef<str>>(texts: &[T]) -> String {
+    const MOST: usize = 24;
+    let few: Vec<&str> = texts.iter().take(MOST).map(AsRef::as_ref).collect();
+    match texts.len().saturating_sub(MOST) {
+        0 => few.join(", "),
+        others => format!("{}, and {others} others", few.join(", ")),
     }
 }
 

@@ -13,7 +13,7 @@ mod smoother;
 use std::f64::consts::LN_10;
 use std::ops::Range;
 
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 
 use super::local_polynomial::median_step;
 use intensity::Fitted;

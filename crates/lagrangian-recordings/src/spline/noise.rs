@@ -2,7 +2,7 @@
 
 use std::f64::consts::LN_10;
 
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 
 use super::process::{Observation, Problem, Process};
 use super::smoother::ORDER_OF_NOISE;

@@ -8,7 +8,7 @@ use super::noise::{FOUND, Noise};
 use super::{Fitted, Motion, ORDERS, Piece, Scaled, few, parts};
 use std::ops::Range;
 
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 
 /// The order of the process in which noise is found.
 pub(super) const ORDER_OF_NOISE: usize = 3;

@@ -123,13 +123,17 @@ type JudgementOf = fn(&Score, usize, &Assessment) -> Option<Judgement>;
 
 /// A row of values of the coordinates, with their units.
 fn with_units(coordinates: &Coordinates, values: &[f64]) -> impl Iterator<Item = String> {
-    let pairs = coordinates.0.iter().zip(values);
+    let pairs = coordinates.0.iter().zip(values).take(MOST_COLUMNS);
     pairs.map(|(own, value)| format!("{} {}", short(*value), own.unit))
 }
+
+/// Of more coordinates a table has the first.
+const MOST_COLUMNS: usize = 24;
 
 /// The header of a table with columns of the coordinates.
 fn header<'a>(first: &[&'a str], coordinates: &'a Coordinates) -> Vec<&'a str> {
     let names = coordinates.0.iter().map(|own| own.name.as_str());
+    let names = names.take(MOST_COLUMNS);
     first.iter().copied().chain(names).collect()
 }
 

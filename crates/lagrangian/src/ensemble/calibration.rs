@@ -1,6 +1,6 @@
 //! The errors of an ensemble on samples that its members have not seen.
 
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::{Ask, Prediction, Spread, asked, forward, inverse, spread};

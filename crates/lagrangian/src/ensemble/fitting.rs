@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 
 use super::bags::{Bags, motion};
 use super::calibration::{Calibration, Errors};

@@ -170,7 +170,9 @@ pub fn fit(
         Plan::Solve(solve) => solve_at_once(dataset, &*solve, observer),
         Plan::Train(model) => {
             // Once inside the pool, its threads need not be woken for every step.
-            rayon::scope(|_| descend(dataset, config, &model, resume, observer))
+            lagrangian_motion::parallel::scope(|_| {
+                descend(dataset, config, &model, resume, observer)
+            })
         }
     }?;
     if of_torques && config.forward > 0.0 {

@@ -9,6 +9,7 @@ use serde_json::Value;
 
 use super::FAMILIES;
 use super::family::{EXPERIMENT, experiment};
+use super::lattice::family::LearnedLattice;
 use super::named::{Named, Parameter};
 use crate::saved::WEIGHTS;
 use crate::saved::{self, Header, Provenance, SavedModel, Tensor};
@@ -67,21 +68,6 @@ pub trait FittedModel: Model + Any + Debug {
     fn with_added_inertia(&self, added: &[f64]) -> Option<Learned> {
         let _ = added;
         None
-    }
-
-    /// The law of the model on another number of sites.
-    ///
-    /// # Errors
-    /// [`crate::Error::Setting`] for a model that is not a chain of equal sites.
-    fn with_sites(&self, sites: usize) -> Result<Learned> {
-        let _ = sites;
-        Err(crate::Error::setting(
-            format!(
-                "a model of the family {} has no sites",
-                self.description().family
-            ),
-            "fit one of `family` lattice",
-        ))
     }
 
     /// The equations of the model as expressions of a graph.
@@ -453,7 +439,14 @@ impl Learned {
     /// # Errors
     /// [`crate::Error::Setting`] for a model that is not a chain of equal sites; [`crate::Error::Argument`] for too few sites.
     pub fn with_sites(&self, sites: usize) -> Result<Self> {
-        self.model.with_sites(sites)
+        let lattice = self.downcast_ref::<LearnedLattice>();
+        let none = || {
+            crate::Error::setting(
+                format!("a model of the family {} has no sites", self.family()),
+                "fit one of `family` lattice",
+            )
+        };
+        lattice.ok_or_else(none)?.with_sites(sites)
     }
 
     /// The Hamiltonian, where the model moves by one in (q, p).

@@ -1,6 +1,6 @@
 //! Predictions over short times, one after another.
 
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 use serde::Serialize;
 
 use super::valid_time::differences;

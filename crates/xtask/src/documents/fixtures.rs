@@ -94,6 +94,11 @@ for k in 1 2; do sed '1s/^t,/time,/; 1s/q1/theta/; 1s/tau1/torque/' m.csv > log$
 cut -d, -f1-4 m.csv > video.csv; cp m.toml video.toml; rm m.*"),
     fixture("points.csv", "", "lagrangian simulate double-pendulum --trajectories 8 --duration 3 --noise 0.001 --out m.csv
 awk -F, 'NR == 1 {print \"trajectory,t,x1,y1,x2,y2\"} NR > 1 {x = sin($3); y = -cos($3); print $1 \",\" $2 \",\" x \",\" y \",\" x + sin($4) \",\" y - cos($4)}' OFMT=%.9g CONVFMT=%.9g m.csv > points.csv; rm m.*"),
+    fixture("chain.csv", "", "awk 'BEGIN {srand(1); n = 12; printf \"trajectory,t\"; for (i = 1; i <= n; i++) printf \",q%d\", i; print \"\"
+for (m = 0; m < 6; m++) {for (i = 0; i < n; i++) {q[i] = rand() - 0.5; v[i] = rand() - 0.5}
+for (k = 0; k < 150; k++) {printf \"%d,%.9g\", m, 0.02 * k; for (i = 0; i < n; i++) printf \",%.9g\", q[i]; print \"\"
+for (s = 0; s < 10; s++) {for (i = 0; i < n; i++) q[i] += 0.001 * v[i]; for (i = 0; i < n; i++) {r = q[(i + 1) % n] - q[i]; f[i] = r + r * r * r}
+for (i = 0; i < n; i++) {v[i] += 0.002 * (f[i] - f[(i + n - 1) % n]); q[i] += 0.001 * v[i]}}}}}' > chain.csv"),
     fixture("planet.csv", "", "lagrangian simulate kepler --trajectories 4 --duration 10 --out m.csv
 sed '1s/,q1,q2,/,x,y,/' m.csv > planet.csv; printf '[columns]\\nq = [\"x\", \"y\"]\\nqd = [\"qd1\", \"qd2\"]\\n' > planet.toml; rm m.*"),
     fixture("letter.csv", "iiwa7", "lagrangian simulate --urdf iiwa7 --friction 10 --duration 1 --out letter.csv"),

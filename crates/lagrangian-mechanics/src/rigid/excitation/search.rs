@@ -6,9 +6,9 @@
 
 use std::ops::ControlFlow;
 
+use lagrangian_motion::parallel::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
 
 use super::criterion::IdentificationTarget;
 use super::series::{Series, Table, Timing, motion};

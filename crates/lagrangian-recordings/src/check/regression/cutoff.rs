@@ -5,7 +5,7 @@
 //! after each cut-off in turn as the reference: a regression after 5 Hz must predict forces up to 3, 5, 8 … Hz. The best cut-off has the
 //! smallest mean logarithm of all these errors (ADR 0070).
 
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 
 use super::Filtered;
 use super::least_squares::Part;

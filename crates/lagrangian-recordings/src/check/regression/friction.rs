@@ -1,6 +1,6 @@
 //! Friction by joint: the force of a joint contains the friction of that joint, which dissipates energy.
 
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 
 use super::least_squares::{Part, RIDGE, jackknife};
 use super::terms::{FrictionCoupling, RUBBING, Terms, friction_at};

@@ -8,7 +8,7 @@
 //!
 //! A coordinate that has no force in any recording, as in free motions, is predicted by its acceleration (`undriven`).
 
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 
 use super::least_squares::{OpenLaw, Part};
 use super::terms::{Shapes, Terms};

@@ -19,7 +19,7 @@ mod source;
 mod terms;
 mod undriven;
 
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 
 use super::{CheckOptions, time};
 use crate::Recording;

@@ -3,7 +3,7 @@
 //! Gauss–Newton with Marquardt's damping; the starts are eliminated as in [`crate::train::shooting`].
 
 use faer::Mat;
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 
 use super::system::{Layout, System, directions, inverse};
 use crate::dataset::Timeline;

@@ -5,9 +5,9 @@
 //! square error on the block that was omitted. Joints are weighted by that error, so that one with much friction does
 //! not hide the information in the others.
 
+use lagrangian_motion::parallel::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
 
 use super::refine::Refinement;
 use crate::dataset::{Dataset, shuffle};

@@ -208,7 +208,7 @@ struct Architecture {
 
 /// A fitted lattice.
 #[derive(Debug, Clone)]
-pub(super) struct LearnedLattice {
+pub(crate) struct LearnedLattice {
     lattice: Lattice,
     /// The standard error of each parameter; 0 where it is not known.
     errors: Vec<f64>,
@@ -317,18 +317,6 @@ impl FittedModel for LearnedLattice {
         })
     }
 
-    fn with_sites(&self, sites: usize) -> Result<Learned> {
-        let lattice = self.lattice.resized(sites)?;
-        let own = &self.errors[self.coordinates().dof()..];
-        let errors = [&vec![self.errors[0]; sites], own].concat();
-        Ok(Self {
-            lattice,
-            errors,
-            misfit: self.misfit.clone(),
-        }
-        .into())
-    }
-
     fn equations(&self, _: Graph) -> Result<Equations> {
         Err(expression::without("a lattice"))
     }
@@ -344,6 +332,19 @@ struct PartOfLaw<'a> {
 }
 
 impl LearnedLattice {
+    /// The law on another number of sites.
+    pub(crate) fn with_sites(&self, sites: usize) -> Result<Learned> {
+        let lattice = self.lattice.resized(sites)?;
+        let own = &self.errors[self.coordinates().dof()..];
+        let errors = [&vec![self.errors[0]; sites], own].concat();
+        Ok(Self {
+            lattice,
+            errors,
+            misfit: self.misfit.clone(),
+        }
+        .into())
+    }
+
     fn site(&self, style: Style, offset: usize) -> String {
         let name = &self.coordinates().0[0].name;
         let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());

@@ -1,6 +1,6 @@
 //! Stretches of motion as integrals: ∫ q ẅ dt is that of q̈ w, so that no velocity is needed.
 
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 
 use crate::dataset::Dataset;
 use crate::models::formula::{Stretch, Weight, positions, stretches};

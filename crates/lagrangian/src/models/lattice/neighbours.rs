@@ -1,9 +1,10 @@
 //! Which sites are neighbours: the accelerations of all sites regressed on the positions of all others, at first by the difference of
 //! their indices, which is a convolution, then each bond by itself.
 
+use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 
 use super::moments::Moments;
 use super::{LatticeConfig, LatticeEnds};
@@ -47,7 +48,13 @@ pub(super) fn find(
     let n = coordinates.dof();
     let offsets = match config.neighbours.is_empty() {
         true => offsets(moments, n)?,
-        false => config.neighbours.clone(),
+        false => config
+            .neighbours
+            .iter()
+            .copied()
+            .collect::<BTreeSet<_>>()
+            .into_iter()
+            .collect(),
     };
     let ends = match config.ends {
         LatticeEnds::Find => None,

@@ -1,7 +1,7 @@
 //! Hamilton's principle of each site and stretch as a row that is linear in the law (theory.md, equation 130m):
 //! ∫ q̈ᵢ w = Σ ± ∫ W′ w ± κ ∫ (q̈ⱼ − q̈ᵢ) w − ∫ U′ w − d ∫ q̇ᵢ w, and with forces m ∫ q̈ᵢ w − … = ∫ τᵢ w.
 
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 
 use super::moments::Moments;
 use lagrangian_mechanics::lattice::{Basis, LatticeShape};

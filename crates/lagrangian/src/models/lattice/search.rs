@@ -7,9 +7,11 @@ use super::moments::{Moments, moments};
 use super::neighbours::{self, Found};
 use super::rows::{Column, Sums};
 use crate::dataset::Dataset;
+use crate::models::formula::{STRIDE, WINDOW};
 use crate::train::Observer;
 use lagrangian_mechanics::forces::Dissipation;
 use lagrangian_mechanics::lattice::{Basis, Bonds, Lattice, LatticeShape};
+use lagrangian_motion::solve::dot;
 use lagrangian_motion::solve::quadratic::Quadratic;
 use lagrangian_motion::{Error, Result};
 
@@ -90,81 +92,98 @@ fn nothing() -> Error {
 /// The laws that are tried, the simplest first.
 fn shapes(dataset: &Dataset, found: &[Found], moments: &[Moments]) -> Vec<LatticeShape> {
     let coordinates = &dataset.coordinates;
-    let circle = coordinates.is_circle(0);
-    let range = |values: &mut dyn Iterator<Item = f64>| {
-        values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
-            [low.min(x), high.max(x)]
-        })
-    };
     let n = coordinates.dof();
     let states = || {
-        moments
-            .iter()
-            .flat_map(|own| own.q.chunks_exact(n).step_by(4))
+        let each = moments.iter().map(|own| own.q.chunks_exact(n).step_by(4));
+        each.flatten()
     };
     let at = |q: &[f64], i: usize| q.get(i).copied().unwrap_or(0.0);
-    let stretches = |pairs: &[[usize; 2]]| {
-        let each = |q: &[f64]| -> Vec<f64> {
-            let own = pairs
-                .iter()
-                .map(|[i, j]| coordinates.difference(0, at(q, *j), at(q, *i)));
-            own.collect()
-        };
-        range(&mut states().flat_map(each))
+    let stretches = |pairs: &Vec<[usize; 2]>| {
+        let stretch = |q: &[f64], [i, j]: [usize; 2]| coordinates.difference(0, at(q, j), at(q, i));
+        range(states().flat_map(|q| pairs.iter().map(move |pair| stretch(q, *pair))))
     };
-    let places = range(&mut states().flatten().copied());
-    let variants = found
-        .iter()
-        .map(|own| own.variants.len())
-        .max()
-        .unwrap_or(1);
+    let places = range(states().flatten().copied());
+    let most = found.iter().map(|own| own.variants.len()).max();
     let mut all = Vec::new();
-    for variant in 0..variants {
-        let pairs: Vec<&Vec<[usize; 2]>> = found
-            .iter()
-            .map(|own| &own.variants[variant.min(own.variants.len() - 1)])
-            .collect();
-        let ranges: Vec<[f64; 2]> = pairs.iter().map(|own| stretches(own)).collect();
-        let widest = ranges
-            .iter()
-            .flatten()
-            .fold(0.0, |a: f64, b| a.max(b.abs()));
-        let shape = |basis: &dyn Fn([f64; 2]) -> Basis, site: Basis| LatticeShape {
-            bonds: found
-                .iter()
-                .zip(&pairs)
-                .zip(&ranges)
-                .map(|((own, pairs), range)| Bonds {
-                    offset: own.offset,
-                    pairs: (*pairs).clone(),
-                    basis: basis(*range),
-                })
-                .collect(),
-            site: Some(site),
+    for variant in 0..most.unwrap_or(1) {
+        let own = |own: &Found| {
+            let pairs = own.variants[variant.min(own.variants.len() - 1)].clone();
+            (own.offset, stretches(&pairs), pairs)
         };
-        let powers = |degree: usize| Basis::Powers { degree };
-        let harmonics = |count: usize| Basis::Harmonics { count };
-        if circle {
-            let sites = HARMONICS.map(harmonics);
-            all.extend(sites.map(|site| shape(&|_| powers(3), site)));
-            all.extend(sites.map(|site| shape(&|_| site, site)));
-        } else {
-            all.extend(DEGREES.map(|degree| shape(&|_| powers(degree), powers(degree))));
-            all.push(shape(&|_| powers(3), harmonics(1)));
-        }
-        all.extend(INTERVALS.map(|intervals| {
-            let own = |range: [f64; 2]| match circle && widest > TURNS {
-                true => Basis::turning_spline(intervals),
-                false => Basis::spline(range, intervals),
-            };
-            let site = match circle {
-                true => Basis::turning_spline(intervals),
-                false => Basis::spline(places, intervals),
-            };
-            shape(&own, site)
+        let bonds: Vec<_> = found.iter().map(own).collect();
+        let farthest = bonds.iter().flat_map(|own| own.1);
+        let turns = farthest.fold(0.0, |most: f64, x| most.max(x.abs())) > TURNS;
+        let laws = match coordinates.is_circle(0) {
+            true => laws_of_angles(turns),
+            false => laws_of_lines(places),
+        };
+        all.extend(laws.into_iter().map(|(bond, site)| {
+            LatticeShape {
+                bonds: bonds
+                    .iter()
+                    .map(|(offset, range, pairs)| Bonds {
+                        offset: *offset,
+                        pairs: pairs.clone(),
+                        basis: bond.on(*range),
+                    })
+                    .collect(),
+                site: Some(site),
+            }
         }));
     }
     all
+}
+
+/// The smallest and the largest value.
+fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    let none = [f64::INFINITY, f64::NEG_INFINITY];
+    values.fold(none, |[low, high], x| [low.min(x), high.max(x)])
+}
+
+/// The functions of bonds, before the range of their stretches is known.
+#[derive(Clone, Copy)]
+enum BondBasis {
+    Known(Basis),
+    Spline(usize),
+}
+
+impl BondBasis {
+    fn on(self, range: [f64; 2]) -> Basis {
+        match self {
+            Self::Known(basis) => basis,
+            Self::Spline(intervals) => Basis::spline(range, intervals),
+        }
+    }
+}
+
+/// The functions of bonds and of sites that are lines between these places.
+fn laws_of_lines(places: [f64; 2]) -> Vec<(BondBasis, Basis)> {
+    let powers = |degree: usize| Basis::Powers { degree };
+    let mut laws: Vec<_> = (DEGREES.iter())
+        .map(|degree| (BondBasis::Known(powers(*degree)), powers(*degree)))
+        .collect();
+    let wave = Basis::Harmonics { count: 1 };
+    laws.push((BondBasis::Known(powers(3)), wave));
+    laws.extend(INTERVALS.map(|own| (BondBasis::Spline(own), Basis::spline(places, own))));
+    laws
+}
+
+/// The same of angles, whose bonds may turn.
+fn laws_of_angles(turns: bool) -> Vec<(BondBasis, Basis)> {
+    let harmonics = HARMONICS.map(|count| Basis::Harmonics { count });
+    let cubic = BondBasis::Known(Basis::Powers { degree: 3 });
+    let mut laws: Vec<_> = harmonics.map(|own| (cubic, own)).to_vec();
+    laws.extend(harmonics.map(|own| (BondBasis::Known(own), own)));
+    laws.extend(INTERVALS.map(|own| {
+        let site = Basis::turning_spline(own);
+        let bond = if turns {
+            BondBasis::Known(site)
+        } else {
+            BondBasis::Spline(own)
+        };
+        (bond, site)
+    }));
+    laws
 }
 
 /// Masses of free motions that the data tell apart, and the law with them; their mean is 1.
@@ -173,27 +192,7 @@ fn unequal(law: &Fitted, sums: &Sums, forced: bool) -> Option<(Vec<f64>, Fitted)
     if forced || n == 1 {
         return None;
     }
-    // 1 over each mass, by its rows, and its standard error.
-    let lightness = |law: &Fitted| -> Vec<[f64; 2]> {
-        let each = sums.fitted.iter().map(|own| {
-            let terms = || law.coefficients.iter().enumerate();
-            let pull: f64 = terms().map(|(k, c)| c * own.right[k]).sum();
-            let square: f64 = terms()
-                .map(|(k, c)| {
-                    let row = own.row(k).iter().zip(&law.coefficients);
-                    c * row.map(|(x, c)| x * c).sum::<f64>()
-                })
-                .sum();
-            let lightness = pull / square.max(f64::MIN_POSITIVE);
-            let left = (own.square - lightness * pull).max(EXACT * own.square);
-            [
-                lightness,
-                (left / own.rows.max(1) as f64 / square.max(f64::MIN_POSITIVE) * 4.0).sqrt(),
-            ]
-        });
-        each.collect()
-    };
-    let own = lightness(law);
+    let own = lightness(law, sums);
     let scatter = own.iter().map(|[x, error]| ((x - 1.0) / error).powi(2));
     if scatter.sum::<f64>() / (n as f64) < UNEQUAL.powi(2) {
         return None;
@@ -202,7 +201,7 @@ fn unequal(law: &Fitted, sums: &Sums, forced: bool) -> Option<(Vec<f64>, Fitted)
     let mut best: Option<(Vec<f64>, Fitted)> = None;
     let mut law = law.clone();
     for _ in 0..ROUNDS {
-        let next: Vec<f64> = lightness(&law).iter().map(|[x, _]| 1.0 / x).collect();
+        let next: Vec<f64> = lightness(&law, sums).iter().map(|[x, _]| 1.0 / x).collect();
         let mean = next.iter().sum::<f64>() / n as f64;
         if !next.iter().all(|own| *own > 0.0 && own.is_finite()) {
             return best;
@@ -215,26 +214,44 @@ fn unequal(law: &Fitted, sums: &Sums, forced: bool) -> Option<(Vec<f64>, Fitted)
                 ((*own - before) / before).abs()
             })
             .fold(0.0, f64::max);
-        let scaled = |of: &[Quadratic]| -> Vec<Quadratic> {
-            let each = of.iter().zip(&masses);
-            each.map(|(own, mass)| Quadratic {
-                gram: own.gram.iter().map(|x| x / (mass * mass)).collect(),
-                right: own.right.iter().map(|x| x / mass).collect(),
-                ..own.clone()
-            })
-            .collect()
-        };
-        let sums = Sums {
-            fitted: scaled(&sums.fitted),
-            held: scaled(&sums.held),
-        };
-        law = Fitted::of(law.shape.clone(), &sums, false)?;
+        let [fitted, held] = [&sums.fitted, &sums.held].map(|own| scaled(own, &masses));
+        law = Fitted::of(law.shape.clone(), &Sums { fitted, held }, false)?;
         best = Some((masses.clone(), law.clone()));
         if change < SETTLED {
             break;
         }
     }
     best
+}
+
+/// 1 over the mass of each site, by its rows, and its standard error.
+fn lightness(law: &Fitted, sums: &Sums) -> Vec<[f64; 2]> {
+    let terms = || law.coefficients.iter().copied().enumerate();
+    let own = |own: &Quadratic| {
+        let pull: f64 = terms().map(|(k, c)| c * own.right[k]).sum();
+        let square: f64 = terms()
+            .map(|(k, c)| c * dot(own.row(k), &law.coefficients))
+            .sum();
+        let square = square.max(f64::MIN_POSITIVE);
+        let lightness = pull / square;
+        let left = (own.square - lightness * pull).max(EXACT * own.square);
+        let overlap = WINDOW as f64 / STRIDE as f64;
+        [
+            lightness,
+            (left / own.rows.max(1) as f64 / square * overlap).sqrt(),
+        ]
+    };
+    sums.fitted.iter().map(own).collect()
+}
+
+/// The sums of rows that are divided by the mass of their site.
+fn scaled(of: &[Quadratic], masses: &[f64]) -> Vec<Quadratic> {
+    let each = of.iter().zip(masses).map(|(own, mass)| Quadratic {
+        gram: own.gram.iter().map(|x| x / (mass * mass)).collect(),
+        right: own.right.iter().map(|x| x / mass).collect(),
+        ..own.clone()
+    });
+    each.collect()
 }
 
 /// Refuses a law that does not explain the motions.
@@ -317,14 +334,8 @@ fn solved(dataset: &Dataset, law: Fitted, masses: Vec<f64>, noise: f64) -> Resul
         errors.extend(sizes);
     }
     let friction = (viscous > 0.0).then(|| Dissipation::viscous(vec![viscous; n]));
-    // High powers are a series that need not end.
-    let open = |own: &Basis| match own {
-        Basis::Powers { degree } => *degree > DEGREES[1],
-        Basis::Harmonics { count } => *count == HARMONICS[HARMONICS.len() - 1],
-        spline => is_spline(spline),
-    };
     let bases = shape.bonds.iter().map(|own| &own.basis);
-    let curved = bases.chain(&shape.site).any(open);
+    let curved = bases.chain(&shape.site).any(is_open);
     let relative = |k: usize| law.left[k] / law.whole[k].max(f64::MIN_POSITIVE);
     Ok(Solved {
         lattice: Lattice::new(dataset.coordinates.clone(), shape, parameters, friction)?,
@@ -336,6 +347,15 @@ fn solved(dataset: &Dataset, law: Fitted, masses: Vec<f64>, noise: f64) -> Resul
         },
         left: [relative(0), relative(1)],
     })
+}
+
+/// Whether functions are no formula: splines, and high powers or multiples, which are a series that need not end.
+fn is_open(basis: &Basis) -> bool {
+    match basis {
+        Basis::Powers { degree } => *degree > DEGREES[1],
+        Basis::Harmonics { count } => *count == HARMONICS[HARMONICS.len() - 1],
+        spline => is_spline(spline),
+    }
 }
 
 /// A basis without the powers and multiples that no coefficient needs, with its coefficients and their errors; `None` for none.

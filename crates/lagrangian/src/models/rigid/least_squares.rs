@@ -2,7 +2,7 @@
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 
 use crate::dataset::Dataset;
 use lagrangian_mechanics::dynamics::Mechanical;

@@ -3,7 +3,7 @@
 //! A machine with more terms, or fitted over longer simulations, explains the motions of its fit better, and others often
 //! worse. Motions with equal goals, as at several gains, are held out together.
 
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 
 use super::motion::Recorded;
 use super::parameters::{Friction, Layout};

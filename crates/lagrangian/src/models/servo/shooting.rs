@@ -8,7 +8,7 @@ mod covariance;
 
 use std::ops::Range;
 
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 
 pub(crate) use covariance::standard_errors;
 

@@ -1,6 +1,6 @@
 //! The loss of a network on a batch and its gradient, on several threads with equal bits whatever their number.
 
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 
 use crate::train::learner::{Learner, Work};
 use crate::train::loss::Loss;
@@ -93,7 +93,7 @@ impl<T: Real> Batches<T> {
                 }
             }
         };
-        if lanes == 1 || rayon::current_num_threads() == 1 {
+        if lanes == 1 || lagrangian_motion::parallel::current_num_threads() == 1 {
             self.lanes.iter_mut().enumerate().for_each(work);
         } else {
             self.lanes.par_iter_mut().enumerate().for_each(work);

@@ -13,7 +13,7 @@ pub(crate) use lanes::Batches;
 
 use std::ops::Add;
 
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 
 use block::{BLOCK, Block, Direction, level};
 use nets::{Packed, Terms};

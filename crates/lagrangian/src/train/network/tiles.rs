@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 
 use super::block::{BLOCK, Block};
 use super::products::tile_of_residuals;
@@ -48,7 +48,7 @@ impl Tiles {
         };
         Self {
             tiles: in_squares(blocks.len()).into_iter().map(tile).collect(),
-            scratch: (0..rayon::current_num_threads())
+            scratch: (0..lagrangian_motion::parallel::current_num_threads())
                 .filter_map(scratch)
                 .collect(),
             count,
@@ -155,7 +155,7 @@ fn fill<S: Real>(
 ) {
     let net = learner.net();
     tiles.par_iter_mut().for_each(|tile| {
-        let mine = rayon::current_thread_index().unwrap_or(0) % scratch.len();
+        let mine = lagrangian_motion::parallel::current_thread_index().unwrap_or(0) % scratch.len();
         let mut mine = scratch[mine].lock().unwrap_or_else(PoisonError::into_inner);
         let (scratch, raw) = own(&mut mine);
         let (left, right) = (&blocks[tile.row], &blocks[tile.column]);

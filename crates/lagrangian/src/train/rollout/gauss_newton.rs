@@ -6,7 +6,7 @@
 
 use std::ops::Add;
 
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 
 use super::config::{RolloutLoss, SEGMENTS};
 use super::flow::Flow;

@@ -1,6 +1,6 @@
 //! The gradient of a rollout loss by the weights, by back-propagation through the steps.
 
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 
 use super::config::{RolloutLoss, SEGMENTS};
 use super::flow::Flow;

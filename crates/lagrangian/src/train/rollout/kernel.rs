@@ -1,6 +1,6 @@
 //! The kernel of the residuals of a rollout loss: J Jᵀ between single evaluations, and their combination by the chain rule.
 
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 
 use super::config::SEGMENTS;
 use super::gauss_newton::GaussNewton;

@@ -4,7 +4,7 @@ use faer::linalg::matmul::matmul;
 use faer::linalg::solvers::Solve;
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 
 use super::problem::{BLOCK, Problem, Segment};
 use lagrangian_motion::solve::dot;

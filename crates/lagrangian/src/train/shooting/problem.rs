@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use faer::Mat;
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 
 use super::normal::{Normal, Reduced, eliminate};
 use super::path::{At, Course, Path, Wanted};

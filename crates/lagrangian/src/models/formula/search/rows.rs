@@ -3,9 +3,9 @@
 
 use std::ops::Range;
 
+use lagrangian_motion::parallel::prelude::*;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
 
 use super::super::term::{Position, Term};
 use super::smooth::{self, Polynomial};

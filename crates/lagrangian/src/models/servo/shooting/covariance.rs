@@ -6,7 +6,7 @@
 //! ties parameters to their start is part of both.
 
 use faer::Mat;
-use rayon::prelude::*;
+use lagrangian_motion::parallel::prelude::*;
 
 use super::{LANES, RIDGE, Shooting, Stage};
 use crate::models::correlation::correlation;
