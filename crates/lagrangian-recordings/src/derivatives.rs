@@ -403,10 +403,8 @@ impl Fitted {
                 continue;
             }
             if let Some(Spline { source, motion }) = spline {
-                let rows = (coordinate..values.len()).step_by(n);
-                for (at, (state, error)) in rows.zip(motion.states.iter().zip(&motion.errors)) {
-                    (values[at], standard_errors[at]) = (state[order], error[order]);
-                }
+                let out = [&mut values, &mut standard_errors];
+                motion.write(order, (coordinate, n), out.map(|own| &mut own[..]));
                 let errors = motion.errors(order, &self.segments);
                 (self.estimates).push(estimate(*source, motion.window, motion.noise, errors));
                 continue;

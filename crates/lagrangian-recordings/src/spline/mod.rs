@@ -63,6 +63,19 @@ impl Motion {
         !self.exact || order > 0 && !self.with_rates
     }
 
+    /// Writes the derivative of this order and its errors as a column of `[len, n]`.
+    pub(super) fn write(
+        &self,
+        order: usize,
+        (column, n): (usize, usize),
+        [values, errors]: [&mut [f64]; 2],
+    ) {
+        for (k, (state, error)) in self.states.iter().zip(&self.errors).enumerate() {
+            let at = k * n + column;
+            (values[at], errors[at]) = (state[order], error[order]);
+        }
+    }
+
     /// Standard errors of the derivative of this order, root mean square: all samples but half a window at the ends of
     /// the segments, and those.
     pub(super) fn errors(&self, order: usize, segments: &[Range<usize>]) -> [f64; 2] {

@@ -297,20 +297,11 @@ fn solved(dataset: &Dataset, law: Fitted, masses: Vec<f64>, noise: f64) -> Resul
         bonds: Vec::new(),
         site: None,
     };
-    let take = |basis: &Basis, is: &dyn Fn(&Column) -> bool| {
-        let each = law
-            .columns
-            .iter()
-            .zip(law.coefficients.iter().zip(&law.errors));
-        let all = each
-            .filter(|(own, _)| is(own))
-            .map(|(_, (x, error))| (*x, *error));
-        trimmed(basis, all.unzip())
-    };
     for (k, bonds) in law.shape.bonds.iter().enumerate() {
-        let own = take(
+        let own = taken(
+            &law,
             &bonds.basis,
-            &|own| matches!(own, Column::Bond { law, .. } if *law == k),
+            |own| matches!(own, Column::Bond { law, .. } if *law == k),
         );
         let inertia = law.part(|own| *own == Column::Inertia { law: k })[0];
         let Some((basis, coefficients, sizes)) = own.or_else(|| {
@@ -327,7 +318,7 @@ fn solved(dataset: &Dataset, law: Fitted, masses: Vec<f64>, noise: f64) -> Resul
     }
     let site = law.shape.site.as_ref();
     if let Some((basis, coefficients, sizes)) =
-        site.and_then(|basis| take(basis, &|own| matches!(own, Column::Site { .. })))
+        site.and_then(|basis| taken(&law, basis, |own| matches!(own, Column::Site { .. })))
     {
         shape.site = Some(basis);
         parameters.extend(coefficients);
@@ -356,6 +347,17 @@ fn is_open(basis: &Basis) -> bool {
         Basis::Harmonics { count } => *count == HARMONICS[HARMONICS.len() - 1],
         spline => is_spline(spline),
     }
+}
+
+/// The curve of some columns of a law, as [`trimmed`].
+fn taken(
+    law: &Fitted,
+    basis: &Basis,
+    is: impl Fn(&Column) -> bool,
+) -> Option<(Basis, Vec<f64>, Vec<f64>)> {
+    let values = law.coefficients.iter().zip(&law.errors);
+    let each = law.columns.iter().zip(values).filter(|(own, _)| is(own));
+    trimmed(basis, each.map(|(_, (x, error))| (*x, *error)).unzip())
 }
 
 /// A basis without the powers and multiples that no coefficient needs, with its coefficients and their errors; `None` for none.
