@@ -154,7 +154,7 @@ pub(super) struct Fitted {
 /// The motions of more coordinates are estimated by local polynomials, which take a fraction of the time.
 const MOST_SPLINES: usize = 24;
 
-/// Of many coordinates, some stand for all: each of this many.
+/// Of many coordinates, the windows are chosen for some, each of this many, and hold for those that follow.
 fn every_of(coordinates: usize) -> usize {
     coordinates.div_ceil(MOST_SPLINES).max(1)
 }
@@ -403,8 +403,7 @@ impl Fitted {
                 continue;
             }
             if let Some(Spline { source, motion }) = spline {
-                let out = [&mut values, &mut standard_errors];
-                motion.write(order, (coordinate, n), out.map(|own| &mut own[..]));
+                motion.write(order, (coordinate, n), [&mut values, &mut standard_errors]);
                 let errors = motion.errors(order, &self.segments);
                 (self.estimates).push(estimate(*source, motion.window, motion.noise, errors));
                 continue;
@@ -413,7 +412,6 @@ impl Fitted {
                 let series = Series::of(recording, y, coordinate);
                 ((*source, series), *order)
             });
-            // Of many coordinates the windows are chosen for some, and hold for those that follow.
             let known = chosen.filter(|_| coordinate % every_of(n) > 0);
             let out = (&mut values[..], &mut standard_errors[..]);
             chosen = self.by_window(ways, known, options, out);

@@ -68,7 +68,7 @@ impl Motion {
         &self,
         order: usize,
         (column, n): (usize, usize),
-        [values, errors]: [&mut [f64]; 2],
+        [values, errors]: [&mut Vec<f64>; 2],
     ) {
         for (k, (state, error)) in self.states.iter().zip(&self.errors).enumerate() {
             let at = k * n + column;
