@@ -14,6 +14,18 @@ use crate::metrics::Metric;
 /// The largest number of dots of a parity figure.
 const DOTS: usize = 2000;
 
+/// The coordinates that have figures: all, or of many a few, evenly spread.
+fn shown(coordinates: usize) -> impl Iterator<Item = usize> {
+    const MANY: usize = 24;
+    const FEW: usize = 12;
+    let every = if coordinates > MANY {
+        coordinates.div_ceil(FEW)
+    } else {
+        1
+    };
+    (0..coordinates).step_by(every)
+}
+
 /// The energy H at every sample, J; `None` for a model without energy.
 #[must_use]
 pub fn energies(model: &dyn Model, motion: &Trajectory) -> Option<Vec<f64>> {
@@ -50,7 +62,7 @@ impl<'a> Followed<'a> {
         // The energy is beside the loss, so that each coordinate has a row of its own.
         let mut figures: Vec<Figure> = self.energy(page).into_iter().collect();
         let outside = learned::outside(page.model, &self.predicted);
-        figures.extend((0..coordinates.dof()).flat_map(|i| {
+        figures.extend(shown(coordinates.dof()).flat_map(|i| {
             [
                 self.marked(trajectories(coordinates, i, &motions), &outside),
                 phase_portrait(coordinates, i, &motions),
@@ -167,5 +179,6 @@ pub(super) fn parities(page: &Page, accelerations: &[Option<Accelerations>]) -> 
             ..figure
         }
     };
-    (0..n).filter(|_| !truth.is_empty()).map(figure).collect()
+    let some = shown(n).filter(|_| !truth.is_empty());
+    some.map(figure).collect()
 }
