@@ -10,7 +10,7 @@ use crate::models::formula::{Style, WINDOW, friction, push_term};
 use crate::models::learned::{Description, FittedModel, Learned, ModelParts, Stored, WrittenLaw};
 use crate::models::named::{Named, Parameter};
 use crate::saved::{self, SavedModel, WEIGHTS};
-use crate::train::{Loss, Observer, TrainingTask};
+use crate::train::{Loss, MAX_DOF, Observer, TrainingTask};
 use lagrangian_mechanics::dynamics::{Evaluator, Model};
 use lagrangian_mechanics::expression::{self, Equations, Graph};
 use lagrangian_mechanics::forces::Applied;
@@ -77,15 +77,19 @@ const SETTINGS: &[Setting] = &[
 /// The smallest number of sites, and that from which on a lattice is looked for where no family is named.
 const FEWEST: usize = 4;
 const MANY: usize = 8;
-/// The part of the motion that it may leave for a plain fit to take it.
-const TAKEN: f64 = 0.02;
+/// The part of the motion that it may leave for a plain fit to take it: of few enough coordinates for other families, and of more.
+const TAKEN: [f64; 2] = [1e-3, 0.02];
+/// The largest number of sites whose neighbours are looked for.
+const MOST: usize = 20_000;
 
 /// Whether one law of neighbours explains these motions.
 fn is_one(dataset: &Dataset) -> bool {
     let config = LatticeConfig::default();
-    dataset.coordinates.dof() >= MANY
+    let n = dataset.coordinates.dof();
+    let part = TAKEN[usize::from(n > MAX_DOF)];
+    n >= MANY
         && config.refuse(dataset).is_ok()
-        && search::find(dataset, &config, &mut ()).is_ok_and(|own| own.is_right(TAKEN))
+        && search::find(dataset, &config, &mut ()).is_ok_and(|own| own.is_right(part))
 }
 
 impl LatticeConfig {
@@ -94,6 +98,10 @@ impl LatticeConfig {
         let n = coordinates.dof();
         if n < FEWEST {
             let must = "at least 4 coordinates: a law of neighbours is one of many sites";
+            return Err(Error::argument("q", n, must));
+        }
+        if n > MOST && self.neighbours.is_empty() {
+            let must = "at most 20000 coordinates, or their neighbours given (`neighbours`)";
             return Err(Error::argument("q", n, must));
         }
         let first = coordinates.0[0].topology;

@@ -15,9 +15,10 @@ use lagrangian_motion::solve::dot;
 use lagrangian_motion::solve::quadratic::Quadratic;
 use lagrangian_motion::{Error, Result};
 
-/// Rows of all sites together, at most, and stretches.
+/// Rows of all sites together, at most; stretches, and the values of all of them.
 const MOST_ROWS: usize = 100_000;
-const MOST_STRETCHES: usize = 4_000;
+const STRETCHES: [usize; 2] = [50, 4_000];
+const MOST_VALUES: usize = 20_000_000;
 /// The laws that are tried: powers, and splines on so many intervals.
 const DEGREES: [usize; 3] = [1, 3, 5];
 const HARMONICS: [usize; 2] = [1, 2];
@@ -51,7 +52,8 @@ pub(super) fn find(
     let n = dataset.coordinates.dof();
     let mut tell = |what: &str, share: f64| !observer.stage(what, share).is_break();
     tell("integrating motions", 0.0);
-    let all = moments(dataset, MOST_STRETCHES);
+    let [fewest, most] = STRETCHES;
+    let all = moments(dataset, (MOST_VALUES / (WINDOW * n)).clamp(fewest, most));
     tell("finding neighbours", 0.1);
     let found = neighbours::find(&all, &dataset.coordinates, config)?;
     let every = (all.len() * n).div_ceil(MOST_ROWS).max(1);
