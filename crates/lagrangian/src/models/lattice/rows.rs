@@ -1,4 +1,4 @@
-//! Hamilton's principle of each site and stretch as a row that is linear in the law (theory.md, equation 130m):
+//! Hamilton's principle of each site and stretch as a row that is linear in the law (theory.md, equation 130k):
 //! ∫ q̈ᵢ w = Σ ± ∫ W′ w ± κ ∫ (q̈ⱼ − q̈ᵢ) w − ∫ U′ w − d ∫ q̇ᵢ w, and with forces m ∫ q̈ᵢ w − … = ∫ τᵢ w.
 
 use lagrangian_motion::parallel::prelude::*;
@@ -75,6 +75,7 @@ impl Sums {
             fitted: empty(),
             held: empty(),
         };
+        let accelerations = Accelerations::of(shape, n, &columns);
         for some in moments.chunks(AT_A_TIME) {
             let rows: Vec<Vec<f64>> = some
                 .par_iter()
@@ -86,7 +87,6 @@ impl Sums {
                 } else {
                     &mut sums.fitted
                 };
-                let accelerations = Accelerations::of(shape, n, own.noise, forced);
                 let target = if forced {
                     &own.force
                 } else {
@@ -98,7 +98,7 @@ impl Sums {
                         .enumerate()
                         .for_each(|(i, ((sum, row), y))| {
                             sum.add_row(row, *y);
-                            accelerations.correct(i, sum);
+                            accelerations.correct(i, own.noise, sum);
                         });
                     continue;
                 }
@@ -114,7 +114,7 @@ impl Sums {
                     .map(part)
                     .collect();
                 parts.iter().for_each(|own| to[0].add(own, 1.0));
-                (0..n).for_each(|i| accelerations.correct(i, &mut to[0]));
+                (0..n).for_each(|i| accelerations.correct(i, own.noise, &mut to[0]));
             }
         }
         sums
@@ -128,10 +128,8 @@ impl Sums {
     }
 }
 
-/// The columns of a stretch that are accelerations, whose noise would make them look smaller than they are.
+/// The columns that are accelerations, whose noise would make them look smaller than they are.
 struct Accelerations {
-    /// The mean square of the noise.
-    noise: f64,
     /// The column of κ of each law, with the number of bonds of each site.
     inertia: Vec<(usize, Vec<f64>)>,
     /// The column of the mass, where forces were recorded.
@@ -139,8 +137,7 @@ struct Accelerations {
 }
 
 impl Accelerations {
-    fn of(shape: &LatticeShape, n: usize, noise: f64, forced: bool) -> Self {
-        let columns = columns(shape, forced);
+    fn of(shape: &LatticeShape, n: usize, columns: &[Column]) -> Self {
         let inertia = columns.iter().enumerate().filter_map(|(k, own)| {
             let Column::Inertia { law } = own else {
                 return None;
@@ -155,31 +152,30 @@ impl Accelerations {
             Some((k, bonds))
         });
         Self {
-            noise,
             inertia: inertia.collect(),
             mass: columns.iter().position(|own| *own == Column::Mass),
         }
     }
 
-    /// Subtracts what the noise adds to the sums of a site: the acceleration of the site itself is in all of these columns, those of its
+    /// Subtracts what noise of this mean square adds to the sums of a site: the acceleration of the site itself is in all of these columns, those of its
     /// neighbours in one each.
-    fn correct(&self, site: usize, sum: &mut Quadratic) {
+    fn correct(&self, site: usize, noise: f64, sum: &mut Quadratic) {
         let width = sum.size();
         for (k, bonds) in &self.inertia {
             for (j, others) in &self.inertia {
                 let own = if k == j { bonds[site] } else { 0.0 };
-                sum.gram[k * width + j] -= self.noise * (bonds[site] * others[site] + own);
+                sum.gram[k * width + j] -= noise * (bonds[site] * others[site] + own);
             }
             match self.mass {
                 Some(mass) => {
-                    sum.gram[k * width + mass] -= self.noise * bonds[site];
-                    sum.gram[mass * width + k] -= self.noise * bonds[site];
+                    sum.gram[k * width + mass] -= noise * bonds[site];
+                    sum.gram[mass * width + k] -= noise * bonds[site];
                 }
-                None => sum.right[*k] += self.noise * bonds[site],
+                None => sum.right[*k] += noise * bonds[site],
             }
         }
         if let Some(mass) = self.mass {
-            sum.gram[mass * width + mass] -= self.noise;
+            sum.gram[mass * width + mass] -= noise;
         }
     }
 }
@@ -240,6 +236,6 @@ fn hold(basis: &Basis, own: &Moments, site: usize, row: &mut [f64]) {
 }
 
 /// The value of a site; that of a wall is 0.
-fn at(x: &[f64], site: usize) -> f64 {
+pub(super) fn at(x: &[f64], site: usize) -> f64 {
     x.get(site).copied().unwrap_or(0.0)
 }

@@ -5,7 +5,7 @@ use super::family::Misfit;
 use super::law::{EXACT, Fitted, is_spline};
 use super::moments::{Moments, moments};
 use super::neighbours::{self, Found};
-use super::rows::{Column, Sums};
+use super::rows::{Column, Sums, at};
 use crate::dataset::Dataset;
 use crate::models::formula::{STRIDE, WINDOW};
 use crate::train::Observer;
@@ -99,7 +99,6 @@ fn shapes(dataset: &Dataset, found: &[Found], moments: &[Moments]) -> Vec<Lattic
         let each = moments.iter().map(|own| own.q.chunks_exact(n).step_by(4));
         each.flatten()
     };
-    let at = |q: &[f64], i: usize| q.get(i).copied().unwrap_or(0.0);
     let stretches = |pairs: &Vec<[usize; 2]>| {
         let stretch = |q: &[f64], [i, j]: [usize; 2]| coordinates.difference(0, at(q, j), at(q, i));
         range(states().flat_map(|q| pairs.iter().map(move |pair| stretch(q, *pair))))
