@@ -109,7 +109,10 @@ impl<M: Model> Model for Constrained<M> {
     }
 
     fn integration(&self) -> Integration<'_> {
-        Integration::Projected(self)
+        match self.constraints.is_empty() {
+            true => self.inner.integration(),
+            false => Integration::Projected(self),
+        }
     }
 }
 

@@ -20,6 +20,33 @@ fn film(bench: &Workbench) {
 const COLUMNS: &str = "--q x1,y1,x2,y2";
 
 #[test]
+fn bodies_that_nothing_joins_are_fitted_with_the_forces_between_them() {
+    let bench = Workbench::new();
+    bench.succeed("simulate n-body --trajectories 6 --duration 3 --noise 0.001 --out bodies.csv");
+    let fitted = bench.run("fit bodies.csv --out run --quiet --json");
+    let fitted = fitted.json();
+    assert_eq!(fitted["family"], "cartesian");
+    assert_eq!(fitted["law"]["verdict"], "law", "{fitted}");
+    let law = fitted["law"]["text"].as_str().unwrap();
+    assert!(law.contains("|(q3, q4) - (q5, q6)|^-1"), "{law}");
+    let points = "--points q1:q2,q3:q4,q5:q6";
+    let conserved = bench.succeed(&format!(
+        "conserved run/model.safetensors bodies.csv {points}"
+    ));
+    let kept = |name: &str| {
+        let mut lines = conserved.stdout.lines();
+        let line = lines.find(|line| line.trim_start().starts_with(name));
+        line.is_some_and(|line| line.contains(" conserved"))
+    };
+    assert!(
+        kept("total momentum along x") && kept("angular momentum"),
+        "{}",
+        conserved.stdout
+    );
+    bench.succeed("export run/model.safetensors --c bodies");
+}
+
+#[test]
 fn rods_are_named_and_a_plain_fit_keeps_them() {
     let bench = Workbench::new();
     film(&bench);

@@ -72,7 +72,11 @@ impl Basis {
         }
     }
 
-    pub(super) fn check(&self) -> Result<()> {
+    /// Refuses a basis without functions, or of too many.
+    ///
+    /// # Errors
+    /// [`Error::Argument`] for the number of functions, or the intervals of splines.
+    pub fn check(&self) -> Result<()> {
         if !(1..=MOST).contains(&self.count()) {
             return Err(Error::argument(
                 "basis",
@@ -125,6 +129,33 @@ impl Basis {
                 let slopes = slopes(u);
                 for (k, (value, slope)) in values.into_iter().zip(slopes).enumerate() {
                     add(self.index(index + k), value + slope * beyond / step);
+                }
+            }
+        }
+    }
+
+    /// The same of the slope of each function.
+    pub fn rates(&self, x: f64, mut add: impl FnMut(usize, f64)) {
+        match *self {
+            Self::Powers { degree } => {
+                let mut power = 1.0;
+                for k in 1..=degree {
+                    add(k, k as f64 * power);
+                    power *= x;
+                }
+            }
+            Self::Harmonics { count } => {
+                for k in 0..count {
+                    let multiple = (k + 1) as f64;
+                    let (sin, cos) = (multiple * x).sin_cos();
+                    add(2 * k, multiple * cos);
+                    add(2 * k + 1, -multiple * sin);
+                }
+            }
+            Self::Spline { step, .. } => {
+                let (index, u, _) = self.place(x);
+                for (k, slope) in slopes(u).into_iter().enumerate() {
+                    add(self.index(index + k), slope / step);
                 }
             }
         }
@@ -241,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn the_slope_of_an_integral_is_the_curve() {
+    fn a_curve_is_the_slope_of_its_integral_and_has_the_slope_that_it_says() {
         let all = [
             Basis::Powers { degree: 4 },
             Basis::Harmonics { count: 2 },
@@ -259,6 +290,13 @@ mod tests {
                 assert!(
                     (slope - value).abs() < 1e-8,
                     "{basis:?} at {x}: {slope} {value}"
+                );
+                let curve = |x: f64| sum(&coefficients, |add| basis.values(x, add));
+                let slope = (curve(x + 1e-6) - curve(x - 1e-6)) / 2e-6;
+                let rate = sum(&coefficients, |add| basis.rates(x, add));
+                assert!(
+                    (slope - rate).abs() < 1e-5 * (1.0 + rate.abs()),
+                    "{basis:?} at {x}: {slope} {rate}"
                 );
             }
         }

@@ -8,7 +8,7 @@ use crate::dataset::Dataset;
 use crate::fit::refine::{fit_and_refine, noise, to_be_refined};
 use crate::fit::screening::{self, HeldOut, ROUNDING, Screened, WITH_FRICTION, screen};
 use crate::fit::{Fit, FitConfig, OptimizerName, fit};
-use crate::models::{Candidate, Entry, WrittenLaw};
+use crate::models::{Candidate, Entry};
 use crate::saved;
 use crate::score::{CandidateResult, HALF, torque_error};
 use crate::train::checkpoint::Checkpoint;
@@ -268,12 +268,12 @@ fn law_alone(
         seconds: clock.elapsed().as_secs_f64(),
         failure: match (&fitted, &written) {
             (Err(error), _) => Some(error.to_string()),
-            (Ok(_), Some(written)) if !written.is_law() => Some(written.meaning.clone()),
+            (Ok(_), Some(written)) if !written.explains => Some(written.meaning.clone()),
             _ => None,
         },
         ..CandidateResult::default()
     });
-    let (fit, written) = (fitted.ok()?, written.filter(WrittenLaw::is_law)?);
+    let (fit, written) = (fitted.ok()?, written.filter(|own| own.explains)?);
     let reason = format!("{}: {}", written.text, written.meaning);
     chosen
         .choices

@@ -205,6 +205,9 @@ pub struct WrittenLaw {
     pub verdict: String,
     /// What that means.
     pub meaning: String,
+    /// Whether it explains the data so well that a fit that names no family tries no other model.
+    #[serde(skip)]
+    pub explains: bool,
 }
 
 impl WrittenLaw {

@@ -31,7 +31,7 @@ pub(crate) mod vin;
 mod weights;
 
 pub use crate::dataset::Momenta;
-pub use cartesian::{CartesianConfig, PointTerm, Points};
+pub use cartesian::{CartesianConfig, PointTerm, Points, Radial, RadialLaw};
 pub use chain::ChainConfig;
 pub use delan::{Delan, DelanConfig, Inertia, Trunks};
 pub(crate) use family::Residuals;

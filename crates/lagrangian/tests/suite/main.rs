@@ -3,6 +3,7 @@
 //! Tests that need a process of their own are separate: those of allocations, and of the instructions that the kernels use.
 
 mod bad_robots;
+mod bodies;
 mod cartesian;
 mod chain;
 mod delan;

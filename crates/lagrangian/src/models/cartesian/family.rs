@@ -3,8 +3,8 @@
 use super::points::{ERRORS, Points, Shape};
 use super::{CartesianConfig, search};
 use crate::dataset::Dataset;
-use crate::models::family::{self, Abilities, Candidate, Entry, Family, Plan};
-use crate::models::formula::{Style, friction};
+use crate::models::family::{self, Abilities, Candidate, Entry, Family, Plan, Solution};
+use crate::models::formula::{Style, WINDOW, friction};
 use crate::models::learned::{Description, FittedModel, Linkage, ModelParts, Stored, WrittenLaw};
 use crate::models::named::{Named, Parameter};
 use crate::saved::{self, SavedModel, WEIGHTS};
@@ -12,8 +12,8 @@ use crate::train::{Loss, TrainingTask};
 use lagrangian_mechanics::constrained::Constrained;
 use lagrangian_mechanics::dynamics::Mechanical;
 use lagrangian_mechanics::expression::{self, Equations, Graph};
-use lagrangian_motion::{Error, Result};
-use lagrangian_recordings::constraints::{self, Kind, Point, Structure};
+use lagrangian_motion::{Coordinates, Error, Result, Topology};
+use lagrangian_recordings::constraints::{self, Found, Kind, Point, Structure};
 
 /// The row of the table of families.
 pub(crate) const ENTRY: Entry = Entry {
@@ -25,13 +25,22 @@ pub(crate) const ENTRY: Entry = Entry {
     read: family::read::<CartesianConfig>,
     saved_as: &[NAME],
     load: |saved| Ok(load(saved)?.into()),
-    candidates: &[Candidate {
-        on: |data, robot| !robot && data.train.goal.is_empty() && is_held(data),
-        alone: true,
-        ..Candidate::of_motion(0, "", &[])
-    }],
+    candidates: &[
+        Candidate {
+            on: |data, robot| !robot && data.train.goal.is_empty() && is_held(data),
+            alone: true,
+            ..Candidate::of_motion(0, "", &[])
+        },
+        Candidate {
+            on: |data, robot| !robot && data.train.goal.is_empty() && are_free(data),
+            ..Candidate::of_motion(0, "", &[])
+        },
+    ],
     jointed: false,
 };
+
+/// The smallest number of coordinates without names of points that are taken for those of points.
+const FEWEST: usize = 4;
 
 /// The name of the family.
 pub(super) const NAME: &str = "cartesian";
@@ -45,7 +54,10 @@ impl Family for CartesianConfig {
     }
 
     fn summary(&self) -> String {
-        format!("{} constraints between coordinates", self.constraints.len())
+        match self.constraints.len() {
+            0 => "points by the names of their coordinates".into(),
+            count => format!("{count} constraints between coordinates"),
+        }
     }
 
     fn abilities(&self) -> Abilities {
@@ -74,31 +86,75 @@ impl Family for CartesianConfig {
 
     fn prepare(&self, dataset: &Dataset, task: &TrainingTask) -> Result<Plan> {
         self.check(dataset, task)?;
-        let own = self.with_constraints(dataset)?;
+        let all = self.alternatives(dataset)?;
         Ok(Plan::Solve(Box::new(move |dataset, observer| {
-            search::find(dataset, &own, observer)
+            let mut best: Result<Solution> = Err(alone());
+            for own in &all {
+                let found = search::find(dataset, own, observer);
+                let better = match (&best, &found) {
+                    (Ok(best), Ok(found)) => found.loss < best.loss,
+                    (Err(_), _) => true,
+                    _ => false,
+                };
+                if better {
+                    best = found;
+                }
+                let explains = |own: &Solution| own.model.written().is_some_and(|own| own.explains);
+                if best.as_ref().is_ok_and(explains) {
+                    break;
+                }
+            }
+            best
         })))
     }
 }
 
 impl CartesianConfig {
-    /// The settings with the constraints that are given, or else with those that the positions keep.
-    fn with_constraints(&self, dataset: &Dataset) -> Result<Self> {
+    /// The settings with the constraints that are given, or else with those that the positions keep; where there are none, with the points that
+    /// names tell, or those of two and of three coordinates in turn.
+    fn alternatives(&self, dataset: &Dataset) -> Result<Vec<Self>> {
         if !self.constraints.is_empty() {
-            return Ok(self.clone());
+            return Ok(vec![self.clone()]);
         }
         let found = structure(dataset, &self.points);
-        if found.found.is_empty() {
-            return Err(Error::setting(
-                "no constraint between these coordinates was found: each moves by itself",
-                "take another `family`, such as delan; `lagrangian constraints` shows what is looked for",
-            ));
+        let of = |found: Vec<Found>, points: Vec<Point>| Self {
+            constraints: found.into_iter().map(|own| own.constraint).collect(),
+            points: points.into_iter().map(|own| own.axes).collect(),
+        };
+        if !found.found.is_empty() {
+            return Ok(vec![of(found.found, found.points)]);
         }
-        Ok(Self {
-            constraints: found.found.into_iter().map(|own| own.constraint).collect(),
-            points: found.points.into_iter().map(|own| own.axes).collect(),
-        })
+        let all: Vec<Self> = match self.points.is_empty() {
+            true => free_points(&dataset.coordinates),
+            false => vec![found.points],
+        }
+        .into_iter()
+        .map(|points| of(Vec::new(), points))
+        .collect();
+        if all.is_empty() {
+            Err(alone())
+        } else {
+            Ok(all)
+        }
     }
+}
+
+fn alone() -> Error {
+    Error::setting(
+        "no constraint between these coordinates was found, and they are not those of points: each moves by itself",
+        "give two or three coordinates of each point, named as in x1, y1, x2, y2, or take another `family`, such as delan; `lagrangian constraints` shows what is looked for",
+    )
+}
+
+/// The points that the names of coordinates tell, or else those of two and of three coordinates in turn.
+fn free_points(coordinates: &Coordinates) -> Vec<Vec<Point>> {
+    let named = Point::named(coordinates);
+    if !named.is_empty() {
+        return vec![named];
+    }
+    let whole = |axes: &usize| coordinates.dof().is_multiple_of(*axes);
+    let axes = [2, 3].into_iter().filter(whole);
+    axes.map(|axes| Point::in_turn(coordinates, axes)).collect()
 }
 
 /// The constraints that the fitted positions keep, as they were measured.
@@ -129,6 +185,22 @@ fn is_held(dataset: &Dataset) -> bool {
         .any(|own| matches!(own.kind, Kind::Circle | Kind::Rod))
 }
 
+/// Whether all coordinates are those of points that nothing holds: by their names, or where there are at least four lengths.
+fn are_free(dataset: &Dataset) -> bool {
+    let coordinates = &dataset.coordinates;
+    let n = coordinates.dof();
+    let length =
+        |i: usize| coordinates.0[i].topology == Topology::Line && coordinates.0[i].unit == "m";
+    let named = !Point::named(coordinates).is_empty();
+    let points = free_points(coordinates);
+    let all = |points: &Vec<Point>| points.iter().map(|own| own.axes.len()).sum::<usize>() == n;
+    points.iter().any(all)
+        && (named || n >= FEWEST && (0..n).all(length))
+        && dataset.train_times.longest() >= WINDOW
+        && CartesianConfig::default().all_points(n).is_ok()
+        && structure(dataset, &[]).found.is_empty()
+}
+
 fn load(saved: &SavedModel) -> Result<Cartesian> {
     let header = &saved.header;
     let shape: Shape = saved::read("architecture", &header.architecture)?;
@@ -149,10 +221,16 @@ fn load(saved: &SavedModel) -> Result<Cartesian> {
 
 /// A misfit up to which the data are explained to their noise.
 const FITS: f64 = 1.1;
+/// … and up to which no other model is tried: beyond the noise it leaves no more than the noise itself.
+const EXPLAINS: f64 = 2.0;
 
 impl FittedModel for Cartesian {
     fn description(&self) -> Description {
-        Description::mechanical(NAME, "Points under constraints")
+        let what = match self.constraints().is_empty() {
+            true => "Points and the forces between them",
+            false => "Points under constraints",
+        };
+        Description::mechanical(NAME, what)
     }
 
     fn stored(&self) -> Result<Stored> {
@@ -160,7 +238,9 @@ impl FittedModel for Cartesian {
     }
 
     fn parts(&self) -> ModelParts<'_> {
+        let free = self.constraints().is_empty();
         ModelParts {
+            lagrangian: free.then_some(&self.inner.lagrangian),
             forces: self.inner.applied(),
             linkage: Some(Linkage {
                 points: &self.inner.lagrangian.shape.points,
@@ -184,6 +264,18 @@ impl FittedModel for Cartesian {
             points.written(style) + &beside.unwrap_or_default()
         };
         let (verdict, meaning) = match points.shape.misfit {
+            Some(misfit) if misfit <= FITS && points.shape.has_curves() => (
+                "expansion",
+                "an expansion and not the law: forces along the lines between these points as curves of distances, which explain the data to their noise",
+            ),
+            Some(misfit)
+                if misfit <= FITS && self.constraints().is_empty() && !points.is_certain() =>
+            {
+                (
+                    "expansion",
+                    "perhaps not the law: it explains the data to their noise, but some of its terms are too uncertain to be told from others",
+                )
+            }
             Some(misfit) if misfit <= FITS => (
                 "law",
                 "the law of these points, as far as these data tell: it explains them to their noise",
@@ -202,12 +294,17 @@ impl FittedModel for Cartesian {
             latex: text(Style::Latex),
             verdict: verdict.into(),
             meaning: meaning.into(),
+            explains: points.shape.misfit.is_some_and(|own| own <= EXPLAINS),
         })
     }
 
-    fn equations(&self, _: Graph) -> Result<Equations> {
-        Err(expression::without(
-            "a model with constraints between its coordinates",
-        ))
+    fn equations(&self, graph: Graph) -> Result<Equations> {
+        let points = &self.inner.lagrangian;
+        let without = match (self.constraints().is_empty(), points.shape.has_curves()) {
+            (false, _) => "a model with constraints between its coordinates",
+            (true, true) => "a model whose forces are curves of distances",
+            (true, false) => return expression::of(graph, points, &self.inner.applied()),
+        };
+        Err(expression::without(without))
     }
 }

@@ -3,6 +3,8 @@
 //! | file | content |
 //! |---|---|
 //! | `points.rs` | the Lagrangian of the points |
+//! | `radial.rs` | forces along the line between two points, or to the origin |
+//! | `start.rs` | which forces there are between points that nothing holds, and their masses, by rows that need no velocity |
 //! | `system.rs` | accelerations under constraints, and how they change with state and parameters |
 //! | `shooting.rs` | masses and coefficients by simulations whose starts are free, with standard errors |
 //! | `search.rs` | which forces there are: a start by least squares, terms that are missing or nothing |
@@ -10,8 +12,10 @@
 
 pub(crate) mod family;
 mod points;
+mod radial;
 mod search;
 mod shooting;
+mod start;
 mod system;
 
 use serde::{Deserialize, Serialize};
@@ -19,6 +23,7 @@ use serde::{Deserialize, Serialize};
 use lagrangian_motion::{Constraint, Error, Result};
 
 pub use points::{PointTerm, Points};
+pub use radial::{Radial, RadialLaw};
 
 /// The settings of points that constraints join.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]

@@ -1,13 +1,22 @@
-//! The Lagrangian of points: L = ½ Σ m |ẋ|² − Σ c φ(x), with φ a coordinate or the product of two.
+//! The Lagrangian of points: L = ½ Σ m |ẋ|² − Σ c φ(x), with φ a coordinate, the product of two, or a function of a distance.
 
 use serde::{Deserialize, Serialize};
 
 use super::family::NAME;
+use super::radial::{Radial, RadialLaw};
 use crate::models::formula::{Style, push_term};
 use crate::models::learned::Stored;
 use crate::models::named::Parameter;
+use lagrangian_mechanics::expression::{Expressed, Moving};
 use lagrangian_mechanics::lagrangian::{Jet, Jets, Lagrangian};
 use lagrangian_motion::{Constraint, Coordinates, Error, Result};
+
+/// At most so many powers of one distance are summed, such as those of a spring or of two molecules: more would be an expansion, and curves are a
+/// better one.
+pub(super) const MOST_POWERS: usize = 2;
+
+/// Of a law of forces between points each coefficient is at least so many standard errors: smaller ones stand in for what is missing.
+const CERTAIN: f64 = 20.0;
 
 /// What is known of the points: their coordinates, their potential, how they are joined.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -17,6 +26,9 @@ pub(super) struct Shape {
     pub(super) points: Vec<Vec<usize>>,
     /// The one or two coordinates whose product each term of the potential is.
     pub(super) potential: Vec<Vec<usize>>,
+    /// The terms of the potential after these: functions of distances.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) radial: Vec<Radial>,
     /// The constraints.
     pub(super) constraints: Vec<Constraint>,
     /// χ² over its expectation, where the noise of the data is known.
@@ -25,6 +37,38 @@ pub(super) struct Shape {
 }
 
 impl Shape {
+    /// Refuses terms of other coordinates or points.
+    fn check(&self, n: usize) -> Result<()> {
+        let product =
+            |own: &&Vec<usize>| !((1..=2).contains(&own.len()) && own.iter().all(|i| *i < n));
+        if let Some(term) = self.potential.iter().find(product) {
+            let must = "the product of one or two coordinates";
+            return Err(Error::argument("potential", format!("{term:?}"), must));
+        }
+        let axes = |at: usize| self.points.get(at).map(Vec::len);
+        let radial = |own: &&Radial| {
+            let known = match *own.points {
+                [a] => axes(a).is_some(),
+                [a, b] => a != b && axes(a).is_some() && axes(a) == axes(b),
+                _ => false,
+            };
+            !known || !own.law.is_right()
+        };
+        match self.radial.iter().find(radial) {
+            Some(term) => {
+                let must = "a function of the distance of one point, or of two with as many coordinates, of a basis or a power of at most 24";
+                Err(Error::argument("potential", format!("{term:?}"), must))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Whether some of its forces are curves.
+    pub(super) fn has_curves(&self) -> bool {
+        let curve = |own: &Radial| matches!(own.law, RadialLaw::Curve { .. });
+        self.radial.iter().any(curve)
+    }
+
     /// Whether constraints hold each coordinate of a point, so that its mass has no effect.
     fn is_held(&self, point: &[usize]) -> bool {
         let holds = |own: &Constraint, i: usize| {
@@ -36,10 +80,12 @@ impl Shape {
 }
 
 /// A term of the forces on points, with one coefficient.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum PointTerm {
     /// A term of the potential: the product of one or two coordinates.
     Potential(Vec<usize>),
+    /// A term of the potential: a function of a distance.
+    Radial(Radial),
     /// Viscous friction of a point: the force −b ẋ.
     Friction(usize),
 }
@@ -64,18 +110,13 @@ impl Points {
         errors: Vec<f64>,
     ) -> Result<Self> {
         let n = coordinates.dof();
-        let expected = shape.points.len() + shape.potential.len();
+        let expected = shape.points.len() + shape.potential.len() + shape.radial.len();
         let remedy = "give one for each point and each term of the potential";
         Error::check_shape("parameters", parameters.len(), expected, remedy)?;
         Error::check_shape("standard errors", errors.len(), expected, remedy)?;
         Error::check_finite("parameters", &parameters)?;
         Error::check_finite("standard errors", &errors)?;
-        let term =
-            |own: &&Vec<usize>| !((1..=2).contains(&own.len()) && own.iter().all(|i| *i < n));
-        if let Some(term) = shape.potential.iter().find(term) {
-            let must = "the product of one or two coordinates";
-            return Err(Error::argument("potential", format!("{term:?}"), must));
-        }
+        shape.check(n)?;
         let mut masses = vec![0.0; n];
         for (point, mass) in shape.points.iter().zip(&parameters) {
             if *mass <= 0.0 {
@@ -98,11 +139,25 @@ impl Points {
         &self.parameters[..self.shape.points.len()]
     }
 
-    /// The terms of the potential with their coefficients.
+    /// The terms of the potential that are products of coordinates, with their coefficients.
     pub fn potential(&self) -> impl Iterator<Item = (&[usize], f64)> {
         let coefficients = &self.parameters[self.shape.points.len()..];
         let terms = self.shape.potential.iter().map(|own| &own[..]);
         terms.zip(coefficients.iter().copied())
+    }
+
+    /// The terms of the potential that are functions of distances, with their coefficients.
+    pub fn radial(&self) -> impl Iterator<Item = (&Radial, f64)> {
+        let first = self.shape.points.len() + self.shape.potential.len();
+        let coefficients = &self.parameters[first..];
+        self.shape.radial.iter().zip(coefficients.iter().copied())
+    }
+
+    /// Whether the coefficient of each force is far from nothing, in standard errors.
+    pub(super) fn is_certain(&self) -> bool {
+        let all = self.parameters.iter().zip(&self.errors);
+        let mut forces = all.skip(self.shape.points.len());
+        forces.all(|(value, error)| value.abs() >= CERTAIN * error)
     }
 
     pub(super) fn stored(&self) -> Result<Stored> {
@@ -116,13 +171,18 @@ impl Points {
             let each = of.iter().map(|i| &*self.coordinates.0[*i].name);
             each.collect::<Vec<_>>().join(" ")
         };
-        let mass =
-            |own: &Vec<usize>| (format!("mass of ({})", names(own).replace(' ', ", ")), "kg");
-        let term = |own: &Vec<usize>| match own.len() {
-            1 => (format!("V: {}", names(own)), "N"),
-            _ => (format!("V: {}", names(own)), "N/m"),
+        let mass = |own: &Vec<usize>| {
+            let name = format!("mass of ({})", names(own).replace(' ', ", "));
+            (name, "kg".to_owned())
         };
-        let potential = self.shape.potential.iter().map(term);
+        let term = |own: &Vec<usize>| {
+            let unit = if own.len() == 1 { "N" } else { "N/m" };
+            (format!("V: {}", names(own)), unit.to_owned())
+        };
+        let of = (&self.coordinates, &self.shape.points[..]);
+        let radial = self.shape.radial.iter();
+        let radial = radial.map(|own| (format!("V: {}", own.written(of, Style::Text)), own.unit()));
+        let potential = self.shape.potential.iter().map(term).chain(radial);
         let all = self.shape.points.iter().map(mass).chain(potential);
         let values = self.parameters.iter().zip(&self.errors);
         let held = |at: usize| {
@@ -139,7 +199,7 @@ impl Points {
             .map(|((name, unit), (value, error))| Parameter {
                 name,
                 value: *value,
-                unit: unit.into(),
+                unit,
                 standard_error: (*error > 0.0).then_some(*error),
             });
         each.collect()
@@ -151,7 +211,7 @@ impl Points {
         let name = |i: &usize| style.name(&self.coordinates.0[*i].name);
         let mut text = String::from("L =");
         let mut add =
-            |value: f64, error: f64, of: String| push_term(&mut text, [value, error], &of, style);
+            |value: f64, error: f64, of: &str| push_term(&mut text, [value, error], of, style);
         let (masses, others) = self.errors.split_at(self.shape.points.len());
         let points = self.shape.points.iter().zip(self.masses()).zip(masses);
         for ((point, mass), error) in points.filter(|own| !self.shape.is_held(own.0.0)) {
@@ -162,14 +222,27 @@ impl Points {
             } else {
                 sum
             };
-            add(0.5 * mass, 0.5 * error, sum);
+            add(0.5 * mass, 0.5 * error, &sum);
         }
-        for ((term, c), error) in self.potential().zip(others) {
+        let (products, radial) = others.split_at(self.shape.potential.len());
+        let mut curves: Vec<String> = Vec::new();
+        for ((term, c), error) in self.radial().zip(radial) {
+            let own = term.written((&self.coordinates, &self.shape.points), style);
+            match term.law {
+                RadialLaw::Power(_) => add(-c, *error, &own),
+                RadialLaw::Curve { .. } if curves.contains(&own) => (),
+                RadialLaw::Curve { .. } => curves.push(own),
+            }
+        }
+        for ((term, c), error) in self.potential().zip(products) {
             let product = match term {
                 [i, j] if i == j => format!("{}^2", name(i)),
                 term => term.iter().map(name).collect::<Vec<_>>().join(space),
             };
-            add(-c, *error, product);
+            add(-c, *error, &product);
+        }
+        for own in curves {
+            text += &format!(" - {own}");
         }
         text
     }
@@ -185,6 +258,22 @@ impl Lagrangian for Points {
 
     fn jets(&self) -> Box<dyn Jets + '_> {
         Box::new(PointJets(self))
+    }
+
+    fn expressed<'g>(&self, at: &Moving<'g>) -> Option<Expressed<'g>> {
+        let (q, qd, graph) = (at.q.each(), at.qd.each(), at.q.graph());
+        let mut sum = graph.number(0.0);
+        for (v, mass) in qd.iter().zip(&self.masses) {
+            sum = sum + graph.number(0.5 * mass) * *v * *v;
+        }
+        for (term, c) in self.potential() {
+            let product = term.iter().map(|i| q[*i]);
+            sum = sum - product.fold(graph.number(c), |product, q| product * q);
+        }
+        for (term, c) in self.radial() {
+            sum = sum - graph.number(c) * term.expressed(&self.shape.points, &q)?;
+        }
+        Some(Expressed::of(sum, at))
     }
 }
 
@@ -211,6 +300,11 @@ impl Jets for PointJets<'_> {
                 let value: f64 = term.iter().map(|i| q[*i]).product();
                 jet.lagrangian[s] -= c * value;
                 gradient(term, q, |i, slope| jet.dl_dq[s * n + i] -= c * slope);
+            }
+            let points = &self.0.shape.points;
+            for (term, c) in self.0.radial() {
+                jet.lagrangian[s] -= c * term.potential(points, q);
+                term.gradient(points, q, |i, slope| jet.dl_dq[s * n + i] -= c * slope);
             }
         }
     }

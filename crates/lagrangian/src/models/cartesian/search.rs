@@ -1,9 +1,13 @@
 //! Which forces act on points, and the fit of all coefficients.
 
+use nets::Instant;
+
 use super::CartesianConfig;
 use super::family::Cartesian;
-use super::points::{PointTerm, Points, Shape};
+use super::points::{MOST_POWERS, PointTerm, Points, Shape};
+use super::radial::{Radial, RadialLaw};
 use super::shooting::{Data, Problem, Segment};
+use super::start::{self, EXPONENTS, is_curve};
 use super::system::{Layout, directions, inverse};
 use crate::dataset::Dataset;
 use crate::models::family::Solution;
@@ -35,6 +39,9 @@ const LIGHT: f64 = 0.02;
 const MISSING: f64 = 4.5;
 const SIGNIFICANT: f64 = 3.5;
 const FAINT: f64 = 1e-6;
+/// Halvings of steps, and those of forces that do not explain the motion.
+const HALVINGS: usize = 7;
+const FEW_HALVINGS: usize = 3;
 /// Descents of the first fit, each with the noise of the residuals of the one before, and of a later one.
 const FIRST: usize = 3;
 const LATER: usize = 2;
@@ -47,7 +54,18 @@ const NOISELESS: f64 = 1e-7;
 /// Standard errors beyond this part of a value are not known.
 const UNKNOWN: f64 = 1e3;
 
+/// Seconds after which nothing more is tried, and the largest number of forces, between points that nothing holds; the part of the motion
+/// that these may leave.
+const LONGEST: f64 = 40.0;
+const MOST_FITTED: usize = 160;
+const REFUSED: f64 = 0.1;
+/// The samples and steps of a trial of a choice of forces, and the misfit with which no other is tried.
+const TRIED: usize = 1500;
+const TRIES: usize = 8;
+const EXPLAINED: f64 = 1.1;
+
 /// Parameters on the way, with the segments that they were fitted to.
+#[derive(Clone)]
 struct Fit<'a> {
     data: Data<'a>,
     /// The deviation of each value that is compared.
@@ -57,6 +75,8 @@ struct Fit<'a> {
     noise: Vec<f64>,
     segments: Vec<Segment>,
     cost: f64,
+    /// The largest number of halvings of steps.
+    halvings: usize,
 }
 
 /// Fits masses and forces to recorded motions under the constraints of the settings.
@@ -65,11 +85,18 @@ pub(super) fn find(
     config: &CartesianConfig,
     observer: &mut dyn Observer,
 ) -> Result<Solution> {
-    let mut fit = Fit::start(dataset, config)?;
-    let mut tell = |what: &str, share: f64| !observer.stage(what, share).is_break();
+    let clock = Instant::now();
+    let free = config.constraints.is_empty();
+    let fit = Fit::start(dataset, config)?;
+    let mut tell = |what: &str, share: f64| {
+        let late = free && clock.elapsed().as_secs_f64() > LONGEST;
+        !(observer.stage(what, share).is_break() || late)
+    };
     let candidates = fit.candidates(dataset);
-    fit.least_squares(dataset);
-    fit.refine(&mut || tell("fitting masses and forces", 0.3));
+    let mut fit = match free {
+        true => fit.between_points(dataset, &mut tell)?,
+        false => fit.under_constraints(dataset, &candidates, &mut tell),
+    };
     if !fit.cost.is_finite() {
         return Err(Error::setting(
             "no masses were found: simulations from the recorded states under these constraints do not stay finite",
@@ -128,6 +155,7 @@ impl<'a> Fit<'a> {
             theta: Vec::new(),
             segments: Vec::new(),
             cost: f64::INFINITY,
+            halvings: HALVINGS,
             data,
         })
     }
@@ -140,15 +168,23 @@ impl<'a> Fit<'a> {
         }
     }
 
-    /// Takes the independent terms that are linear in the coordinates, and returns the others: products, then friction.
-    fn candidates(&mut self, dataset: &Dataset) -> Vec<PointTerm> {
+    /// The independent terms: products of coordinates and powers of distances, then friction.
+    fn candidates(&self, dataset: &Dataset) -> Vec<PointTerm> {
         let n = self.layout.n;
         let squares = (0..n).map(|i| vec![i, i]);
         let products = (0..n).flat_map(|i| (i + 1..n).map(move |j| vec![i, j]));
         let linear = (0..n).map(|i| PointTerm::Potential(vec![i]));
         let friction = (0..self.layout.points.len()).map(PointTerm::Friction);
-        let others = squares.chain(products).map(PointTerm::Potential);
-        let all = linear.chain(friction).chain(others);
+        let products = squares.chain(products).map(PointTerm::Potential);
+        let points = &self.layout.points;
+        let one = (0..points.len()).map(|a| vec![a]);
+        let both: Vec<_> = start::pairs(points).map(Vec::from).chain(one).collect();
+        let radial = EXPONENTS.into_iter().flat_map(|exponent| {
+            let law = RadialLaw::Power(exponent);
+            let own = both.iter().cloned();
+            own.map(move |points| PointTerm::Radial(Radial { points, law }))
+        });
+        let all = linear.chain(friction).chain(radial).chain(products);
         let unit = inverse(&vec![1.0; n]);
         let mut joints = Joints::new(n, self.layout.constraints.len());
         let states: Vec<Vec<f64>> = spread(&dataset.train, COMPARED)
@@ -190,11 +226,121 @@ impl<'a> Fit<'a> {
                 break;
             }
         }
-        let first = |own: &PointTerm| matches!(own, PointTerm::Potential(of) if of.len() == 1);
-        let (linear, mut others): (Vec<_>, Vec<_>) = kept.into_iter().partition(first);
-        self.layout.terms = linear;
-        others.sort_by_key(|own| matches!(own, PointTerm::Friction(_)));
-        others
+        kept.sort_by_key(|own| matches!(own, PointTerm::Friction(_)));
+        kept
+    }
+
+    /// As [`Self::least_squares`], with the constant forces, refined.
+    fn under_constraints(
+        mut self,
+        dataset: &Dataset,
+        candidates: &[PointTerm],
+        tell: &mut dyn FnMut(&str, f64) -> bool,
+    ) -> Self {
+        let constant = |own: &&PointTerm| matches!(own, PointTerm::Potential(of) if of.len() == 1);
+        self.layout.terms = candidates.iter().filter(constant).cloned().collect();
+        self.least_squares(dataset);
+        self.refine(&mut || tell("fitting masses and forces", 0.3));
+        self
+    }
+
+    /// The forces between points that nothing holds, refined: the first choice that explains the motions to their noise, or the best.
+    fn between_points(
+        self,
+        dataset: &Dataset,
+        tell: &mut dyn FnMut(&str, f64) -> bool,
+    ) -> Result<Self> {
+        let points = self.layout.points.len();
+        let many = || {
+            Error::argument(
+                "number of points",
+                points,
+                "so small that at most 160 forces act between them, as between 18",
+            )
+        };
+        if start::pairs(&self.layout.points).count() > MOST_FITTED {
+            return Err(many());
+        }
+        tell("looking for forces", 0.1);
+        let starts = start::find(dataset, &self.layout);
+        let Some(least) = starts.iter().map(|own| own.left).min_by(f64::total_cmp) else {
+            return Err(Error::setting(
+                format!("no stretch of {WINDOW} samples resolves how these points move"),
+                "record longer motions, at a higher rate",
+            ));
+        };
+        if least > REFUSED {
+            return Err(Error::setting(
+                format!(
+                    "no constraint between these coordinates was found, and forces between points leave {:.0} % of their motion",
+                    100.0 * least
+                ),
+                "take another `family`, such as delan; `lagrangian constraints` shows which constraints are looked for",
+            ));
+        }
+        let noise = self.known_noise(dataset);
+        let mut best: Option<(f64, Self)> = None;
+        for start in starts {
+            let mut own = self.clone();
+            (own.layout.terms, own.theta) = (start.terms, start.theta);
+            if own.layout.terms.len() > MOST_FITTED {
+                continue;
+            }
+            let misfit = own.tried(&noise, tell);
+            if best.as_ref().is_none_or(|best| misfit < best.0) {
+                best = Some((misfit, own));
+            }
+            if misfit < EXPLAINED || !tell("fitting masses and forces", 0.3) {
+                break;
+            }
+        }
+        let (misfit, mut best) = best.ok_or_else(many)?;
+        if misfit > EXPLAINED {
+            best.halvings = FEW_HALVINGS;
+        }
+        let size = misfit.max(1.0).sqrt();
+        best.noise = noise.iter().map(|own| size * own).collect();
+        best.refine(&mut || tell("fitting masses and forces", 0.4));
+        Ok(best)
+    }
+
+    /// The noise of each value, and at least a small part of the motion.
+    fn known_noise(&self, dataset: &Dataset) -> Vec<f64> {
+        let known = noise_sizes(&dataset.coordinates, &dataset.train, &dataset.train_times);
+        let pairs = known.iter().zip(&self.unit);
+        pairs.map(|(own, unit)| own.max(NOISELESS * unit)).collect()
+    }
+
+    /// Fits a part of the segments in a few steps, and returns χ² over its expectation.
+    fn tried(&mut self, noise: &[f64], tell: &mut dyn FnMut(&str, f64) -> bool) -> f64 {
+        let problem = Problem {
+            noise: noise.to_vec(),
+            ..self.problem()
+        };
+        let mut segments = problem.segments(HORIZONS[1], TRIED, &self.data.states());
+        let mut theta = self.theta.clone();
+        problem.resolve(&theta, &mut segments, &self.unit, FEW_HALVINGS);
+        let mut steps = 0;
+        let cost = problem.descend(&mut theta, &mut segments, &mut || {
+            steps += 1;
+            steps <= TRIES && tell("comparing forces", 0.2)
+        });
+        let misfit = cost / problem.expected(&segments);
+        if misfit.is_finite() {
+            self.theta = theta;
+        }
+        misfit
+    }
+
+    /// The mean square of what is left, in parts of the motion.
+    fn left(&self) -> f64 {
+        if !self.cost.is_finite() {
+            return f64::INFINITY;
+        }
+        let misfit = self.cost / self.problem().expected(&self.segments);
+        let seen = self.noise.iter().zip(&self.unit);
+        let parts = seen.map(|(noise, unit)| misfit * (noise / unit).powi(2));
+        parts.sum::<f64>() / self.noise.len() as f64
     }
 
     /// Masses and coefficients by the accelerations of the data along the directions that the constraints leave; unit masses where these
@@ -276,7 +422,7 @@ impl<'a> Fit<'a> {
         }
         let mut cost = f64::INFINITY;
         for pass in 1..=passes {
-            problem.resolve(&theta, &mut segments, &self.unit);
+            problem.resolve(&theta, &mut segments, &self.unit, self.halvings);
             problem.restart(&theta, &mut segments);
             cost = problem.descend(&mut theta, &mut segments, go_on);
             if pass < passes {
@@ -307,9 +453,18 @@ impl<'a> Fit<'a> {
 
     /// Adds the terms along which the cost falls by more than chance; whether there is any.
     fn add_missing(&mut self, candidates: &[PointTerm]) -> bool {
+        // Curves of distances have their powers in them.
+        let known = &self.layout.terms;
+        let full = |own: &PointTerm| {
+            let PointTerm::Radial(own) = own else {
+                return false;
+            };
+            let same = |term: &&PointTerm| matches!(term, PointTerm::Radial(of) if of.points == own.points);
+            known.iter().any(is_curve) || known.iter().filter(same).count() >= MOST_POWERS
+        };
         let others = candidates
             .iter()
-            .filter(|own| !self.layout.terms.contains(own));
+            .filter(|own| !(known.contains(own) || full(own)));
         let others: Vec<PointTerm> = others.cloned().collect();
         if others.is_empty() || self.is_exact() {
             return false;
@@ -342,8 +497,17 @@ impl<'a> Fit<'a> {
         found.retain(|(_, z)| z.is_finite() && *z > MISSING * size);
         found.sort_by(|a, b| b.1.total_cmp(&a.1));
         let least = found.first().map_or(0.0, |own| 0.3 * own.1);
-        let added = found.iter().take(4).filter(|own| own.1 > least);
-        let added: Vec<PointTerm> = added.map(|own| others[own.0].clone()).collect();
+        let mut added: Vec<PointTerm> = Vec::new();
+        for (at, _) in found.iter().take(4).filter(|own| own.1 > least) {
+            // Of powers of one distance the next may explain what is left after the first.
+            let same = |own: &PointTerm| match (own, &others[*at]) {
+                (PointTerm::Radial(a), PointTerm::Radial(b)) => a.points == b.points,
+                _ => false,
+            };
+            if !added.iter().any(same) {
+                added.push(others[*at].clone());
+            }
+        }
         self.layout.terms.extend(added.iter().cloned());
         self.theta.resize(self.layout.len(), 0.0);
         !added.is_empty()
@@ -384,7 +548,8 @@ impl<'a> Fit<'a> {
         let keeps = |at: &usize| {
             let (value, error) = (self.theta[points + at], errors[points + at]);
             let sign = value > 0.0 || !matches!(self.layout.terms[*at], PointTerm::Friction(_));
-            sign && value.abs() >= SIGNIFICANT * error && sizes[*at] > FAINT * largest
+            let counts = value.abs() >= SIGNIFICANT * error && sizes[*at] > FAINT * largest;
+            sign && (counts || is_curve(&self.layout.terms[*at]))
         };
         let kept: Vec<usize> = (0..sizes.len()).filter(keeps).collect();
         let all = kept.len() == sizes.len();
@@ -412,21 +577,20 @@ impl<'a> Fit<'a> {
             .zip(&self.theta)
             .map(known)
             .collect();
-        let expected = self.problem().expected(&self.segments);
-        let misfit = self.cost / expected;
-        let seen = self.noise.iter().zip(&self.unit);
-        let parts = seen.map(|(noise, unit)| misfit * (noise / unit).powi(2));
-        let loss = parts.sum::<f64>() / self.noise.len() as f64;
-        let mut parameters: [Vec<f64>; 2] =
-            [self.theta[..points].to_vec(), errors[..points].to_vec()];
+        let loss = self.left();
         let mut viscous = vec![0.0; self.layout.n];
-        let mut potential = Vec::new();
+        let (mut potential, mut radial) = (Vec::new(), Vec::new());
+        // Masses, products, distances.
+        let mut order: [Vec<usize>; 3] = [(0..points).collect(), Vec::new(), Vec::new()];
         for (at, term) in self.layout.terms.iter().enumerate() {
             match term {
                 PointTerm::Potential(of) => {
                     potential.push(of.clone());
-                    parameters[0].push(self.theta[points + at]);
-                    parameters[1].push(errors[points + at]);
+                    order[1].push(points + at);
+                }
+                PointTerm::Radial(of) => {
+                    radial.push(of.clone());
+                    order[2].push(points + at);
                 }
                 PointTerm::Friction(point) => {
                     let own = self.theta[points + at].max(0.0);
@@ -437,10 +601,13 @@ impl<'a> Fit<'a> {
             }
         }
         let damped = viscous.iter().any(|b| *b > 0.0);
-        let [values, errors] = parameters;
+        let order = order.concat();
+        let [values, errors] =
+            [&self.theta, &errors].map(|own| order.iter().map(|k| own[*k]).collect());
         let shape = Shape {
             points: self.layout.points.clone(),
             potential,
+            radial,
             constraints: self.layout.constraints.clone(),
             // Exact data have no noise to compare with.
             misfit: self

@@ -22,10 +22,9 @@ const TRIES: usize = 9;
 const HELD: usize = 128;
 /// A descent ends when a step lowers the cost by less than this part.
 const ENOUGH: f64 = 1e-4;
-/// The errors of steps in parts of the noise, and at least in parts of the motion; the largest number of halvings of a step.
+/// The errors of steps in parts of the noise, and at least in parts of the motion.
 const FINE: f64 = 1e-4;
 const EXACT: f64 = 1e-10;
-const HALVINGS: usize = 7;
 
 /// Recorded motions.
 #[derive(Clone, Copy)]
@@ -343,14 +342,20 @@ impl Problem<'_> {
         (residuals as f64 - free as f64).max(1.0)
     }
 
-    /// Halves the steps of each segment until they are exact beside the noise.
-    pub(super) fn resolve(&self, theta: &[f64], segments: &mut [Segment], unit: &[f64]) {
+    /// Halves the steps of each segment until they are exact beside the noise, at most so often.
+    pub(super) fn resolve(
+        &self,
+        theta: &[f64],
+        segments: &mut [Segment],
+        unit: &[f64],
+        halvings: usize,
+    ) {
         let bound = self.noise.iter().zip(unit);
         let bound = bound.map(|(noise, unit)| (EXACT * unit / noise).max(FINE));
         let bound = bound.fold(FINE, f64::max);
         segments.par_iter_mut().for_each(|own| {
             let mut last = self.residuals(theta, own);
-            for _ in 0..HALVINGS {
+            for _ in 0..halvings {
                 own.step *= 0.5;
                 let finer = self.residuals(theta, own);
                 let pairs = last.iter().zip(&finer);

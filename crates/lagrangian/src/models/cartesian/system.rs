@@ -47,6 +47,9 @@ impl Layout {
         let (q, v) = x.split_at(self.n);
         match term {
             PointTerm::Potential(of) => gradient(of, q, |i, slope| force[i] -= factor * slope),
+            PointTerm::Radial(of) => {
+                of.gradient(&self.points, q, |i, slope| force[i] -= factor * slope);
+            }
             PointTerm::Friction(point) => {
                 let own = &self.points[*point];
                 own.iter().for_each(|i| force[*i] -= factor * v[*i]);
@@ -54,12 +57,22 @@ impl Layout {
         }
     }
 
-    /// Adds `factor` times the change of the force of a term with a change of the state: the force of the change, but that of a single
-    /// coordinate is constant.
-    fn add_change(&self, term: &PointTerm, factor: f64, change: &[f64], force: &mut [f64]) {
-        let constant = matches!(term, PointTerm::Potential(of) if of.len() == 1);
-        if !constant {
-            self.add_force(term, factor, change, force);
+    /// Adds `factor` times the change of the force of a term with a change of the state: for linear forces the force of the change, but
+    /// that of a single coordinate is constant.
+    fn add_change(
+        &self,
+        term: &PointTerm,
+        factor: f64,
+        [x, change]: [&[f64]; 2],
+        force: &mut [f64],
+    ) {
+        match term {
+            PointTerm::Potential(of) if of.len() == 1 => (),
+            PointTerm::Radial(of) => {
+                let places = [&x[..self.n], &change[..self.n]];
+                of.change(&self.points, places, |i, slope| force[i] -= factor * slope);
+            }
+            _ => self.add_force(term, factor, change, force),
         }
     }
 }
@@ -161,7 +174,7 @@ impl<'a> System<'a> {
                 *force = dot(row, place);
             }
             for (term, c) in layout.terms.iter().zip(coefficients) {
-                layout.add_change(term, *c, change, force);
+                layout.add_change(term, *c, [x, change], force);
             }
             if let Some(k) = along.get(at) {
                 match layout.points.get(*k) {

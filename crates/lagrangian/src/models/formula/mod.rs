@@ -256,6 +256,7 @@ impl LearnedLagrangian for Formula {
             latex: text(Style::Latex),
             verdict: verdict.name().into(),
             meaning: verdict.meaning().into(),
+            explains: verdict == LawVerdict::Law,
         })
     }
 

@@ -290,7 +290,7 @@ impl Style {
         }
     }
 
-    fn power(self, base: String, exponent: i32) -> String {
+    pub(crate) fn power(self, base: String, exponent: i32) -> String {
         match (self, exponent) {
             (_, 1) => base,
             (Self::Text, e) => format!("{base}^{e}"),

@@ -322,6 +322,7 @@ impl FittedModel for LearnedLattice {
             latex: text(Style::Latex),
             verdict: verdict.into(),
             meaning: meaning.into(),
+            explains: verdict == "law",
         })
     }
 

@@ -23,7 +23,7 @@ pub(super) struct Fitted {
 }
 
 /// The part of squares that the steps of integrals leave, below which a law is exact.
-pub(super) const EXACT: f64 = 1e-8;
+pub(crate) const EXACT: f64 = 1e-8;
 const RIDGE: f64 = 1e-12;
 /// The weight of the second differences of splines.
 const BENT: f64 = 1e-9;
@@ -37,7 +37,9 @@ impl Fitted {
         let (fitted, held) = (Sums::all(&sums.fitted), Sums::all(&sums.held));
         let mut all = fitted.clone();
         all.add(&held, 1.0);
-        let (scale, bend) = (scale_of(&all), bend(&shape, &columns, &all));
+        let curve = |k: usize| spline(&shape, &columns[k]);
+        let scale = scale_of(&all);
+        let bend = bend(columns.len(), curve, |k| all.row(k)[k]);
         let mut kept = Kept::all(&shape, &columns, [&scale, &bend]);
         let mut best = kept.cost(&all)?;
         loop {
@@ -97,18 +99,21 @@ fn scale_of(sums: &Quadratic) -> Vec<f64> {
     scales(sums.size(), |k| sums.row(k)[k], f64::MIN_POSITIVE.sqrt())
 }
 
-/// A small square of the second differences of splines, which go on straight where there are no data, `[columns, columns]`.
-fn bend(shape: &LatticeShape, columns: &[Column], sums: &Quadratic) -> Vec<f64> {
-    let width = columns.len();
-    let curve = |k: usize| spline(shape, &columns[k]);
+/// A small square of the second differences of splines, which go on straight where there are no data, `[columns, columns]`: of columns in a row
+/// that `curve` says to be of the same one. `square` is that of a column.
+pub(crate) fn bend<C: PartialEq>(
+    width: usize,
+    curve: impl Fn(usize) -> Option<C>,
+    square: impl Fn(usize) -> f64,
+) -> Vec<f64> {
     let mut bend = vec![0.0; width * width];
     for k in 2..width {
         let own = curve(k);
         if own.is_none() || curve(k - 1) != own || curve(k - 2) != own {
             continue;
         }
-        let sizes = (0..width).filter(|j| curve(*j) == own);
-        let size = sizes.map(|j| sums.row(j)[j]).fold(0.0, f64::max);
+        let all = (0..width).filter(|j| curve(*j) == own);
+        let size = all.map(&square).fold(0.0, f64::max);
         for (a, x) in [1.0, -2.0, 1.0].into_iter().enumerate() {
             for (b, y) in [1.0, -2.0, 1.0].into_iter().enumerate() {
                 bend[(k - a) * width + k - b] += BENT * size * x * y;

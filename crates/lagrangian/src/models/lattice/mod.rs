@@ -16,6 +16,9 @@ mod neighbours;
 mod rows;
 mod search;
 
+pub(crate) use law::{EXACT, bend};
+pub(crate) use moments::{Moments, moments};
+
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 

@@ -7,20 +7,20 @@ use crate::models::formula::{Stretch, Weight, positions, stretches};
 use lagrangian_motion::Coordinates;
 
 /// A stretch of all sites.
-pub(super) struct Moments {
+pub(crate) struct Moments {
     /// q at each sample, `[samples, n]`, without jumps of whole turns.
-    pub(super) q: Vec<f64>,
+    pub(crate) q: Vec<f64>,
     /// ∫ q w, ∫ q̇ w, ∫ q̈ w and ∫ τ w of each site.
-    pub(super) place: Vec<f64>,
-    pub(super) rate: Vec<f64>,
-    pub(super) acceleration: Vec<f64>,
-    pub(super) force: Vec<f64>,
+    pub(crate) place: Vec<f64>,
+    pub(crate) rate: Vec<f64>,
+    pub(crate) acceleration: Vec<f64>,
+    pub(crate) force: Vec<f64>,
     /// w at each sample, times the step.
-    pub(super) weights: Vec<f64>,
+    pub(crate) weights: Vec<f64>,
     /// The mean square of ∫ q̈ w that the noise of the positions alone makes.
-    pub(super) noise: f64,
+    pub(crate) noise: f64,
     /// Whether it is held out.
-    pub(super) held: bool,
+    pub(crate) held: bool,
 }
 
 impl Moments {
@@ -37,9 +37,9 @@ impl Moments {
 const LOWEST: usize = 4;
 const HIGHEST: usize = 12;
 
-/// The stretches of a dataset, `most` at most.
-pub(super) fn moments(dataset: &Dataset, most: usize) -> Vec<Moments> {
-    let all = stretches(dataset, most);
+/// The stretches of so many samples of a dataset, `most` at most.
+pub(crate) fn moments(dataset: &Dataset, most: usize, window: usize) -> Vec<Moments> {
+    let all = stretches(dataset, most, window);
     all.par_iter()
         .map(|own| Moments::of(&dataset.coordinates, own))
         .collect()

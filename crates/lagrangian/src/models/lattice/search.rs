@@ -53,7 +53,8 @@ pub(super) fn find(
     let mut tell = |what: &str, share: f64| !observer.stage(what, share).is_break();
     tell("integrating motions", 0.0);
     let [fewest, most] = STRETCHES;
-    let all = moments(dataset, (MOST_VALUES / (WINDOW * n)).clamp(fewest, most));
+    let most = (MOST_VALUES / (WINDOW * n)).clamp(fewest, most);
+    let all = moments(dataset, most, WINDOW);
     tell("finding neighbours", 0.1);
     let found = neighbours::find(&all, &dataset.coordinates, config)?;
     let every = (all.len() * n).div_ceil(MOST_ROWS).max(1);

@@ -58,7 +58,7 @@ impl Rows {
             (&dataset.validation, &dataset.validation_times),
         ]
         .map(|(samples, times)| Noisy::of(&dataset.coordinates, samples, times, &noise));
-        let all = stretches(dataset, MOST).into_iter();
+        let all = stretches(dataset, MOST, WINDOW).into_iter();
         let windows = all.map(|stretch| Window {
             coordinates: &dataset.coordinates,
             states: &states
@@ -88,21 +88,22 @@ pub(crate) struct Stretch<'a> {
     pub(crate) held: bool,
 }
 
-/// The stretches of all recordings that are fitted and held out, evenly spread where there are more than `most`.
-pub(crate) fn stretches(dataset: &Dataset, most: usize) -> Vec<Stretch<'_>> {
+/// The stretches of so many samples of all recordings that are fitted and held out, evenly spread where there are more than `most`.
+pub(crate) fn stretches(dataset: &Dataset, most: usize, window: usize) -> Vec<Stretch<'_>> {
+    let stride = (window * STRIDE / WINDOW).max(1);
     let parts = [
         (&dataset.train, &dataset.train_times, false),
         (&dataset.validation, &dataset.validation_times, true),
     ];
-    let alone = dataset.validation_times.longest() < WINDOW;
+    let alone = dataset.validation_times.longest() < window;
     let mut all: Vec<Stretch<'_>> = Vec::new();
     for (samples, times, held) in parts {
         for run in times.runs() {
-            let starts = (run.start..(run.end + 1).saturating_sub(WINDOW)).step_by(STRIDE);
+            let starts = (run.start..(run.end + 1).saturating_sub(window)).step_by(stride);
             all.extend(starts.enumerate().map(|(k, start)| Stretch {
                 samples,
                 times,
-                range: start..start + WINDOW,
+                range: start..start + window,
                 // A block of windows that share no samples with those of another.
                 held: if alone { k / 8 % 4 == 3 } else { held },
             }));
