@@ -1174,7 +1174,7 @@ class Formula(Estimator):
     ) -> None: ...
 
 class Cartesian(Estimator):
-    """points in Cartesian coordinates, joined by rods and other constraints: their masses and forces.
+    """points in Cartesian coordinates: the rods that join them or the forces between them, and their masses.
     
     Args:
         loss: What is compared with the data. One of ``acceleration``, ``acceleration-relative``, ``acceleration-l1``, ``torque``, ``torque-l1``, ``torque-acceleration``, ``torque-power``, ``positions``, ``positions-trapezoidal``, ``rollout``. Default: acceleration; rollout for neural-ode; positions for vin; torque for delan where torques are recorded and accelerations certain to 0.5 %.

@@ -18,7 +18,7 @@ use lagrangian_recordings::constraints::{self, Found, Kind, Point, Structure};
 /// The row of the table of families.
 pub(crate) const ENTRY: Entry = Entry {
     name: NAME,
-    about: "points in Cartesian coordinates, joined by rods and other constraints: their masses and forces",
+    about: "points in Cartesian coordinates: the rods that join them or the forces between them, and their masses",
     default: family::default::<CartesianConfig>,
     settings: &[],
     choose: family::no_choice,
