@@ -81,7 +81,11 @@ fn drawn_linkage(page: &Page, followed: &Followed) -> Option<Drawn> {
             false => [0.0, -1.0, 0.0],
         },
     };
-    let what = |seen: &str| format!("Drawn are the points and the rods that join them, {seen}.");
+    let rods = match linkage.constraints.is_empty() {
+        true => "",
+        false => " and the rods that join them",
+    };
+    let what = |seen: &str| format!("Drawn are the points{rods}, {seen}.");
     drawn_points(page, followed, &scene, what)
 }
 

@@ -85,6 +85,12 @@ fn springs_are_found_with_their_lengths_and_the_masses_that_they_join() {
     let fit = fitted(recordings(8, &NAMED, &spring)).unwrap();
     let law = fit.model.written().unwrap();
     assert!(law.is_law(), "{}", law.text);
+    assert!(
+        law.meaning
+            .ends_with("; momentum and angular momentum are conserved"),
+        "{}",
+        law.meaning
+    );
     let parameters = fit.model.parameters();
     let of = |name: &str| {
         let found = parameters.iter().find(|own| own.name == name);

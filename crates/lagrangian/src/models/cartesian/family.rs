@@ -40,7 +40,7 @@ pub(crate) const ENTRY: Entry = Entry {
 };
 
 /// The smallest number of coordinates without names of points that are taken for those of points.
-const FEWEST: usize = 4;
+const FEWEST: usize = 2;
 
 /// The name of the family.
 pub(super) const NAME: &str = "cartesian";
@@ -185,7 +185,7 @@ fn is_held(dataset: &Dataset) -> bool {
         .any(|own| matches!(own.kind, Kind::Circle | Kind::Rod))
 }
 
-/// Whether all coordinates are those of points that nothing holds: by their names, or where there are at least four lengths.
+/// Whether all coordinates are those of points that nothing holds: by their names, or where there are at least two lengths.
 fn are_free(dataset: &Dataset) -> bool {
     let coordinates = &dataset.coordinates;
     let n = coordinates.dof();
@@ -289,11 +289,15 @@ impl FittedModel for Cartesian {
                 "masses and forces that fit best: motions are too short to tell whether they explain them to their noise",
             ),
         };
+        let kept = match self.inner.dissipation() {
+            None => points.shape.kept(),
+            Some(_) => "",
+        };
         Some(WrittenLaw {
             text: text(Style::Text),
             latex: text(Style::Latex),
             verdict: verdict.into(),
-            meaning: meaning.into(),
+            meaning: format!("{meaning}{kept}"),
             explains: points.shape.misfit.is_some_and(|own| own <= EXPLAINS),
         })
     }

@@ -69,6 +69,16 @@ impl Shape {
         self.radial.iter().any(curve)
     }
 
+    /// What motions without friction keep beside the energy: nothing turns or shifts points whose forces depend on their distances alone.
+    pub(super) fn kept(&self) -> &'static str {
+        let free = self.constraints.is_empty() && self.potential.is_empty();
+        match self.radial.iter().all(|own| own.points.len() == 2) {
+            true if free => "; momentum and angular momentum are conserved",
+            false if free => "; angular momentum is conserved",
+            _ => "",
+        }
+    }
+
     /// Whether constraints hold each coordinate of a point, so that its mass has no effect.
     fn is_held(&self, point: &[usize]) -> bool {
         let holds = |own: &Constraint, i: usize| {
