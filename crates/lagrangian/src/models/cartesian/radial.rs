@@ -133,22 +133,30 @@ impl Radial {
         self.add(points, difference.map(|x| slope * x / r), &mut add);
     }
 
-    /// Passes the change of this derivative with a change of q to `add`.
-    pub(super) fn change(
+    /// Passes the second derivative of the potential with c = 1 by each pair of coordinates to `add`.
+    pub(super) fn bends(
         &self,
         points: &[Vec<usize>],
-        [q, change]: [&[f64]; 2],
-        mut add: impl FnMut(usize, f64),
+        q: &[f64],
+        mut add: impl FnMut(usize, usize, f64),
     ) {
-        let [difference, moved] = [q, change].map(|x| self.difference(points, x));
+        let difference = self.difference(points, q);
         let r = dot(&difference, &difference).sqrt();
         let [slope, bend] = self.law.slopes(r);
-        let along = dot(&difference, &moved) / (r * r);
-        let mut force = [0.0; 3];
-        for (k, force) in force.iter_mut().enumerate() {
-            *force = slope / r * moved[k] + (bend - slope / r) * along * difference[k];
+        let across = slope / r;
+        let along = (bend - across) / (r * r);
+        let [first, second] = self.axes(points);
+        for (k, x) in difference.iter().enumerate().take(first.len()) {
+            for (l, y) in difference.iter().enumerate().take(first.len()) {
+                let own = along * x * y + if k == l { across } else { 0.0 };
+                add(first[k], first[l], own);
+                if !second.is_empty() {
+                    add(second[k], second[l], own);
+                    add(first[k], second[l], -own);
+                    add(second[k], first[l], -own);
+                }
+            }
         }
-        self.add(points, force, &mut add);
     }
 
     /// The potential with c = 1 as an expression; `None` for a curve.
@@ -256,7 +264,7 @@ mod tests {
                     "{own:?}"
                 );
                 let mut change = [0.0; 6];
-                own.change(&points, [&q, &by], |i, x| change[i] += x);
+                own.bends(&points, &q, |i, j, bend| change[i] += bend * by[j]);
                 for (i, change) in change.iter().enumerate() {
                     let slope = (gradient(1e-5)[i] - gradient(-1e-5)[i]) / 2e-5;
                     assert!(

@@ -57,22 +57,29 @@ impl Layout {
         }
     }
 
-    /// Adds `factor` times the change of the force of a term with a change of the state: for linear forces the force of the change, but
-    /// that of a single coordinate is constant.
-    fn add_change(
+    /// Adds `factor` times the slopes of the force of a term by the places to a matrix, `[n, n]`, and by the velocities to a diagonal.
+    fn add_slopes(
         &self,
         term: &PointTerm,
         factor: f64,
-        [x, change]: [&[f64]; 2],
-        force: &mut [f64],
+        q: &[f64],
+        (matrix, diagonal): (&mut [f64], &mut [f64]),
     ) {
         match term {
-            PointTerm::Potential(of) if of.len() == 1 => (),
-            PointTerm::Radial(of) => {
-                let places = [&x[..self.n], &change[..self.n]];
-                of.change(&self.points, places, |i, slope| force[i] -= factor * slope);
+            PointTerm::Potential(of) => {
+                if let [i, j] = **of {
+                    matrix[i * self.n + j] -= factor;
+                    matrix[j * self.n + i] -= factor;
+                }
             }
-            _ => self.add_force(term, factor, change, force),
+            PointTerm::Radial(of) => {
+                let add = |i: usize, j: usize, bend: f64| matrix[i * self.n + j] -= factor * bend;
+                of.bends(&self.points, q, add);
+            }
+            PointTerm::Friction(point) => {
+                let own = &self.points[*point];
+                own.iter().for_each(|i| diagonal[*i] -= factor);
+            }
         }
     }
 }
@@ -96,8 +103,9 @@ pub(super) struct System<'a> {
 #[derive(Default)]
 struct Work {
     target: Vec<f64>,
-    /// Σ λ A, `[n, n]`.
+    /// The slopes of all forces by the places, with Σ λ A of the constraints, `[n, n]`, and by the velocities, `[n]`.
     bent: Vec<f64>,
+    damped: Vec<f64>,
     /// aᵀA and vᵀ(A + Aᵀ) of each constraint, `[k, n]`.
     by_place: Vec<f64>,
     by_speed: Vec<f64>,
@@ -163,18 +171,16 @@ impl<'a> System<'a> {
         a.iter_mut().zip(&self.masses).for_each(|(a, m)| *a /= m);
         self.joints.correct(a, &self.work.target);
         if rows.len() > 2 * n {
-            self.bend(v, a);
+            self.bend(&x[..n], v, a);
         }
         let a = &*a;
         for (at, (change, rate)) in rows.chunks_exact(2 * n).skip(1).zip(own).enumerate() {
             let (place, speed) = change.split_at(n);
             rate[..n].copy_from_slice(speed);
             let force = &mut rate[n..];
-            for (force, row) in force.iter_mut().zip(self.work.bent.chunks_exact(n)) {
-                *force = dot(row, place);
-            }
-            for (term, c) in layout.terms.iter().zip(coefficients) {
-                layout.add_change(term, *c, [x, change], force);
+            let rows = self.work.bent.chunks_exact(n).zip(&self.work.damped);
+            for ((force, (row, damped)), speed) in force.iter_mut().zip(rows).zip(speed) {
+                *force = dot(row, place) + damped * speed;
             }
             if let Some(k) = along.get(at) {
                 match layout.points.get(*k) {
@@ -195,18 +201,22 @@ impl<'a> System<'a> {
         }
     }
 
-    /// Takes what the constraints add to the derivatives at a state with these multipliers.
-    fn bend(&mut self, v: &[f64], a: &[f64]) {
+    /// Takes the slopes of the forces at a state, with what the constraints add by their multipliers.
+    fn bend(&mut self, q: &[f64], v: &[f64], a: &[f64]) {
         let n = v.len();
         let constraints = &self.layout.constraints;
         let work = &mut self.work;
-        let all = [&mut work.bent, &mut work.by_place, &mut work.by_speed];
-        for (all, rows) in all
-            .into_iter()
-            .zip([n, constraints.len(), constraints.len()])
-        {
+        let all = [&mut work.bent, &mut work.damped];
+        let of_constraints = [&mut work.by_place, &mut work.by_speed];
+        let sizes = [n * n, n].into_iter().chain([constraints.len() * n; 2]);
+        for (all, size) in all.into_iter().chain(of_constraints).zip(sizes) {
             all.clear();
-            all.resize(rows * n, 0.0);
+            all.resize(size, 0.0);
+        }
+        let coefficients = &self.theta[self.layout.points.len()..];
+        for (term, c) in self.layout.terms.iter().zip(coefficients) {
+            let to = (&mut work.bent[..], &mut work.damped[..]);
+            self.layout.add_slopes(term, *c, q, to);
         }
         for (c, (own, lambda)) in constraints
             .iter()
