@@ -147,6 +147,11 @@ pub(super) fn sure_time(headers: &[String]) -> Option<String> {
     all.next().filter(|_| all.next().is_none()).cloned()
 }
 
+/// How the names of angles begin.
+const ANGLES: [&str; 11] = [
+    "theta", "θ", "angle", "phi", "φ", "psi", "ψ", "winkel", "roll", "pitch", "yaw",
+];
+
 /// The columns that look like coordinates: `q1 …`, else angles, else x and y, else the first after time. A column that states the unit
 /// of another quantity is excluded.
 #[must_use]
@@ -165,11 +170,7 @@ pub fn coordinates(headers: &[String]) -> Vec<String> {
         let own = |h: &&&String| begins.iter().any(|begin| bare(h).starts_with(begin));
         rest.iter().filter(own).map(|h| (*h).clone()).collect()
     };
-    let sets = [
-        &["q"][..],
-        &["theta", "θ", "angle", "phi", "φ", "winkel"],
-        &["x", "y", "z"],
-    ];
+    let sets = [&["q"][..], &ANGLES[..], &["x", "y", "z"]];
     let found = sets.into_iter().map(of).find(|found| !found.is_empty());
     found.unwrap_or_else(|| rest.first().map(|h| (*h).clone()).into_iter().collect())
 }
@@ -178,14 +179,18 @@ pub fn coordinates(headers: &[String]) -> Vec<String> {
 fn is_angle(header: &str) -> bool {
     let unit = Stated::of(header).unit;
     unit.is_some_and(|unit| unit.is_of_position() && unit.si() == "rad")
-        || ["theta", "θ", "angle", "phi", "φ", "winkel"]
-            .iter()
-            .any(|begin| bare(header).starts_with(begin))
+        || ANGLES.iter().any(|begin| bare(header).starts_with(begin))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_three_angles_of_a_body_are_coordinates() {
+        let names = ["t", "theta", "phi", "psi"].map(String::from);
+        assert_eq!(coordinates(&names), ["theta", "phi", "psi"]);
+    }
 
     #[test]
     fn a_column_whose_unit_is_a_rate_is_no_coordinate() {
