@@ -94,9 +94,11 @@ fn what_has_no_constraint_says_so_and_what_is_no_point_is_refused() {
     assert!(said.contains('z'), "{said}");
     let said = bench.refuse("constraints planet.csv --points q1:q2,q2:q1");
     assert!(said.contains("no other point has"), "{said}");
-    let said = bench.refuse("fit planet.csv --q q1,q2 --model cartesian --out run");
+    bench.succeed("simulate charged-particle --trajectories 3 --duration 4 --out charge.csv");
+    let said = bench.refuse("fit charge.csv --model cartesian --out run");
     assert!(
-        said.contains("no constraint between these coordinates was found"),
+        said.contains("no constraint between these coordinates was found")
+            && said.contains("forces between points leave"),
         "{said}"
     );
 }
