@@ -298,7 +298,7 @@ impl<'a> Fit<'a> {
         if misfit > EXPLAINED {
             best.halvings = FEW_HALVINGS;
         }
-        let size = misfit.max(1.0).sqrt();
+        let size = misfit.clamp(1.0, 1e12).sqrt();
         best.noise = noise.iter().map(|own| size * own).collect();
         best.refine(&mut || tell("fitting masses and forces", 0.4));
         Ok(best)
