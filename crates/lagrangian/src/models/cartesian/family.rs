@@ -39,9 +39,6 @@ pub(crate) const ENTRY: Entry = Entry {
     jointed: false,
 };
 
-/// The smallest number of coordinates without names of points that are taken for those of points.
-const FEWEST: usize = 2;
-
 /// The name of the family.
 pub(super) const NAME: &str = "cartesian";
 
@@ -194,8 +191,9 @@ fn are_free(dataset: &Dataset) -> bool {
     let named = !Point::named(coordinates).is_empty();
     let points = free_points(coordinates);
     let all = |points: &Vec<Point>| points.iter().map(|own| own.axes.len()).sum::<usize>() == n;
-    points.iter().any(all)
-        && (named || n >= FEWEST && (0..n).all(length))
+    n > 1
+        && points.iter().any(all)
+        && (named || (0..n).all(length))
         && dataset.train_times.longest() >= WINDOW
         && CartesianConfig::default().all_points(n).is_ok()
         && structure(dataset, &[]).found.is_empty()

@@ -65,8 +65,7 @@ impl Shape {
 
     /// Whether some of its forces are curves.
     pub(super) fn has_curves(&self) -> bool {
-        let curve = |own: &Radial| matches!(own.law, RadialLaw::Curve { .. });
-        self.radial.iter().any(curve)
+        self.radial.iter().any(|own| own.law.is_curve())
     }
 
     /// What motions without friction keep beside the energy: nothing turns or shifts points whose forces depend on their distances alone.

@@ -38,6 +38,11 @@ pub enum RadialLaw {
 const MOST_EXPONENT: i32 = 24;
 
 impl RadialLaw {
+    /// Whether it is a function of a curve.
+    pub(super) fn is_curve(&self) -> bool {
+        matches!(self, Self::Curve { .. })
+    }
+
     /// Whether it is one function, of a basis that has it.
     pub(super) fn is_right(&self) -> bool {
         match self {
@@ -91,7 +96,7 @@ impl Radial {
         [own(0), own(1)]
     }
 
-    /// The difference of the places, or of their changes.
+    /// The difference of the places.
     pub(super) fn difference(&self, points: &[Vec<usize>], x: &[f64]) -> [f64; 3] {
         let [first, second] = self.axes(points);
         let mut difference = [0.0; 3];
@@ -105,14 +110,6 @@ impl Radial {
     pub(super) fn distance(&self, points: &[Vec<usize>], q: &[f64]) -> f64 {
         let difference = self.difference(points, q);
         dot(&difference, &difference).sqrt()
-    }
-
-    fn add(&self, points: &[Vec<usize>], force: [f64; 3], add: &mut impl FnMut(usize, f64)) {
-        let [first, second] = self.axes(points);
-        let each = first.iter().zip(force);
-        each.for_each(|(i, force)| add(*i, force));
-        let each = second.iter().zip(force);
-        each.for_each(|(j, force)| add(*j, -force));
     }
 
     /// The potential with c = 1.
@@ -130,7 +127,12 @@ impl Radial {
         let difference = self.difference(points, q);
         let r = dot(&difference, &difference).sqrt();
         let [slope, _] = self.law.slopes(r);
-        self.add(points, difference.map(|x| slope * x / r), &mut add);
+        let force = difference.map(|x| slope * x / r);
+        let [first, second] = self.axes(points);
+        let each = first.iter().zip(force);
+        each.for_each(|(i, force)| add(*i, force));
+        let each = second.iter().zip(force);
+        each.for_each(|(j, force)| add(*j, -force));
     }
 
     /// Passes the second derivative of the potential with c = 1 by each pair of coordinates to `add`.
@@ -193,7 +195,7 @@ impl Radial {
         })
     }
 
-    /// The power as it is written.
+    /// The function as it is written.
     pub(super) fn written(
         &self,
         (coordinates, points): (&Coordinates, &[Vec<usize>]),
@@ -220,6 +222,7 @@ impl Radial {
             (RadialLaw::Curve { .. }, _) => format!("W({distance})"),
         }
     }
+
     /// The unit of its coefficient.
     pub(super) fn unit(&self) -> String {
         match self.law {

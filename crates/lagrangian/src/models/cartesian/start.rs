@@ -174,7 +174,7 @@ fn clearest(dataset: &Dataset, layout: &Layout) -> Vec<Moments> {
 
 /// Whether it is one function of a curve of a distance.
 pub(super) fn is_curve(term: &PointTerm) -> bool {
-    matches!(term, PointTerm::Radial(own) if matches!(own.law, RadialLaw::Curve { .. }))
+    matches!(term, PointTerm::Radial(own) if own.law.is_curve())
 }
 
 /// The stretches in which distances change little from one sample to the next: of two points always, from the origin unless that are few.
