@@ -279,6 +279,7 @@ class Estimator:
             "baseline": _whole(self.baseline, "baseline"),
             "validate_fraction": _real(self.validate_fraction, "validate_fraction"),
             "delay": np.atleast_1d(_numbers(self.delay, "delay")).tolist(),
+            "cyclic": [self.cyclic] if isinstance(self.cyclic, str) else list(self.cyclic),
         }
         spec = {
             "family": self.family,

@@ -20,6 +20,11 @@ COMMON: dict[str, tuple[Any, str]] = {
     "low_pass": (None, "Cut-off of a low-pass of motion and forces, Hz; 0 for none. Found from the data by default."),
     "baseline": (1, "Distance of neighbours of a loss of positions, in samples."),
     "delay": ((), "Delays of the forces, s: one for all coordinates, or one for each."),
+    "cyclic": (
+        (),
+        "Names of cyclic coordinates, on which no network may depend; ``find`` for those that the data show, ``none`` for none. By default"
+        " they are found where several models are tried.",
+    ),
     "nominal": (None, "URDF of a nominal model, whose omissions a network learns."),
     "joints": ((), "Joints of the robot in the order of the data."),
 }

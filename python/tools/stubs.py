@@ -25,6 +25,7 @@ COMMON_TYPES = {
     "seed": "int",
     "validate_fraction": "float",
     "smooth": "bool",
+    "cyclic": "str | Sequence[str]",
     "low_pass": "float | None",
     "baseline": "int",
     "delay": "float | Sequence[float]",

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::cli::{DataArgs, EstimateArgs, SampleArgs};
 use crate::robot::RobotArgs;
 use crate::setting_args::{OF_FAMILIES, OF_ROLLOUTS, OF_TRAINING, SettingArgs, one_of};
-use crate::values::{fraction, positive, seed, steps};
+use crate::values::{fraction, name, positive, seed, steps};
 
 #[derive(Debug, Clone, Args, Serialize, Deserialize)]
 #[command(after_help = "\
@@ -79,6 +79,12 @@ pub(crate) struct ModelArgs {
     /// held-out samples, by torques where these are recorded, else by accelerations; otherwise lnn]
     #[arg(long, value_parser = families())]
     pub(crate) model: Option<String>,
+
+    /// Cyclic coordinates, on which no network may depend, so that their momenta are conserved but for their own friction and force; `find`
+    /// for those that the data show, `none` for none [default: find where several models are tried, else none]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = name)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) cyclic: Vec<String>,
 
     #[command(flatten)]
     #[serde(flatten)]

@@ -24,6 +24,7 @@ impl FitArgs {
                 baseline: training.baseline as usize,
                 validate_fraction: training.validate_fraction,
                 delay: self.data.delays(),
+                cyclic: self.model.cyclic.clone(),
                 ..self.estimate.prepare()
             },
             urdf: self.robot.urdf.as_ref().and(text.clone()),

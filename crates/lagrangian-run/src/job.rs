@@ -293,9 +293,13 @@ impl PreparedFit {
     /// The settings that were chosen from the data before any fit.
     fn of_data(&self) -> Vec<AutoSetting> {
         let Prepared {
-            delay, low_pass, ..
+            delay,
+            low_pass,
+            cyclic,
+            ..
         } = &self.prepared;
-        delay.iter().chain(low_pass).cloned().collect()
+        let all = delay.iter().chain(low_pass).chain(cyclic);
+        all.cloned().collect()
     }
 
     /// The record of a run that begins `begun` seconds after 1970, by this command, for which these settings were given.

@@ -33,6 +33,8 @@ pub struct Dataset {
     pub train_times: Timeline,
     /// The times of the validation samples.
     pub validation_times: Timeline,
+    /// The coordinates that no network may depend on, see [`Scaling::cyclic`].
+    pub cyclic: Vec<usize>,
 }
 
 /// The times of samples: those of a trajectory follow each other.
@@ -110,6 +112,7 @@ impl Dataset {
             coordinates,
             train_times,
             validation_times,
+            cyclic: Vec::new(),
         })
     }
 
@@ -133,6 +136,7 @@ impl Dataset {
             coordinates,
             train_times: Timeline::default(),
             validation_times: Timeline::default(),
+            cyclic: Vec::new(),
         })
     }
 
@@ -158,6 +162,7 @@ impl Dataset {
             forced,
             train_times: Timeline::default(),
             validation_times: Timeline::default(),
+            cyclic: Vec::new(),
         })
     }
 
@@ -193,6 +198,7 @@ impl Dataset {
             // The geometric mean over the coordinates.
             energy: positive(mean.exp()),
             qd_scale,
+            cyclic: self.cyclic.clone(),
         }
     }
 

@@ -132,6 +132,8 @@ pub struct Prepared {
     pub low_pass: Option<AutoSetting>,
     /// The delay of the forces, s, where it was chosen from the data.
     pub delay: Option<AutoSetting>,
+    /// The cyclic coordinates, where they were found in the data.
+    pub cyclic: Option<AutoSetting>,
     /// The options of the estimates, with the low-pass that was chosen.
     pub options: EstimateOptions,
     /// The motions that a model is evaluated on.
@@ -165,12 +167,7 @@ impl Prepared {
         };
         let coordinates = same_coordinates(&training, &validation)?;
         let mut check = checked(&training, &estimates)?;
-        if !validation.is_empty() {
-            let own = check_validation(&training, &validation);
-            refuse_failed(&own)?;
-            let doubts = own.items.into_iter().filter(|item| item.doubtful);
-            check.items.extend(doubts);
-        }
+        check.items.extend(doubts(&training, &validation)?);
         let (training, validation, delay) =
             held(training, validation, options.chosen_delay(&check));
         let (low_pass, whole) = low_pass(&training, options, (&check, &estimates))?;
@@ -188,10 +185,12 @@ impl Prepared {
                 (trajectories, validation)
             }
         };
-        let dataset = match needs.positions {
+        let mut dataset = match needs.positions {
             true => Dataset::of_positions(coordinates, &train, &validation, options.baseline)?,
             false => Dataset::new(coordinates, &train, &validation)?,
         };
+        let cyclic;
+        (dataset.cyclic, cyclic) = spec.cyclic(&dataset)?;
         let held_out = !validation.is_empty();
         let mut motions = if held_out { validation } else { train };
         motions.sort_by_cached_key(|motion| with_long_numbers(&motion.name));
@@ -201,6 +200,7 @@ impl Prepared {
             check,
             low_pass,
             delay,
+            cyclic,
             options: estimates,
             motions,
             held_out,
@@ -254,6 +254,16 @@ impl Prepared {
             (item.verdict, item.doubtful) = (Verdict::Pass, false);
         }
     }
+}
+
+/// What is doubtful about recordings to validate on; those of which a validation would be meaningless are refused.
+fn doubts(training: &[Recording], validation: &[Recording]) -> Result<Vec<Item>> {
+    if validation.is_empty() {
+        return Ok(Vec::new());
+    }
+    let own = check_validation(training, validation);
+    refuse_failed(&own)?;
+    Ok(own.items.into_iter().filter(|item| item.doubtful).collect())
 }
 
 /// The forces of a motion are explained where a model leaves less than this part of the accelerations that forces make.

@@ -242,6 +242,9 @@ fn note_prepared(prepared: &mut Prepared) {
     if let Some(delay) = &prepared.delay {
         note!("note: {} (--delay overrides it, 0 for none)", delay.reason);
     }
+    if let Some(cyclic) = &prepared.cyclic {
+        note!("note: cyclic: {} (--cyclic overrides it)", cyclic.reason);
+    }
     note_low_pass(prepared.low_pass.as_ref());
     if prepared.options.low_pass.is_none() {
         data::note_estimates(&prepared.estimates);

@@ -54,10 +54,10 @@ impl Scaling {
         let graph = q.graph();
         let mut features = Vec::new();
         for (i, q) in q.each().into_iter().enumerate() {
-            match coordinates.is_circle(i) {
+            match self.is_circle(coordinates, i) {
                 true => features.extend([q.cos(), q.sin()]),
                 false => {
-                    let inverse = graph.number(self.q_scale[i].recip());
+                    let inverse = graph.number(self.divisor(i).recip());
                     features.push((q - graph.number(self.q_center[i])) * inverse);
                 }
             }

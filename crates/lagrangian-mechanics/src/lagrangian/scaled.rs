@@ -18,6 +18,10 @@ pub struct Scaling {
     pub qd_scale: Vec<f64>,
     /// The energy of one unit of the network's output, J.
     pub energy: f64,
+    /// The cyclic coordinates: their one feature is 0, so that no function of the features depends on them, and their momenta are
+    /// conserved by construction (theory.md, equation 130n).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub cyclic: Vec<usize>,
 }
 
 impl Scaling {
@@ -29,6 +33,7 @@ impl Scaling {
             q_scale: vec![1.0; n],
             qd_scale: vec![1.0; n],
             energy: 1.0,
+            cyclic: Vec::new(),
         }
     }
 
@@ -45,6 +50,9 @@ impl Scaling {
         for (name, list) in lists {
             Error::check_shape(name, list.len(), n, "give one scale per coordinate")?;
         }
+        if let Some(i) = self.cyclic.iter().find(|i| **i >= n) {
+            return Err(Error::argument("cyclic coordinate", i, "one of the model"));
+        }
         let scales = self.q_scale.iter().chain(&self.qd_scale);
         let wrong = scales
             .chain([&self.energy])
@@ -60,6 +68,23 @@ impl Scaling {
         }
     }
 
+    /// Whether the features of coordinate `i` are its cosine and sine.
+    #[must_use]
+    #[inline]
+    pub fn is_circle(&self, coordinates: &Coordinates, i: usize) -> bool {
+        coordinates.is_circle(i) && !self.cyclic.contains(&i)
+    }
+
+    /// What divides the one feature of coordinate `i`: its scale, or ∞ where it is cyclic.
+    #[must_use]
+    #[inline]
+    pub fn divisor(&self, i: usize) -> f64 {
+        match self.cyclic.contains(&i) {
+            true => f64::INFINITY,
+            false => self.q_scale[i],
+        }
+    }
+
     /// The features of the coordinates over any scalar.
     pub fn evaluate<D: DualNum<Primitive = f64> + Copy>(
         &self,
@@ -68,10 +93,10 @@ impl Scaling {
     ) -> Vec<D> {
         let mut x = Vec::new();
         for (i, &q) in q.iter().enumerate() {
-            if coordinates.is_circle(i) {
+            if self.is_circle(coordinates, i) {
                 x.extend([q.cos(), q.sin()]);
             } else {
-                x.push((q - self.q_center[i]) / self.q_scale[i]);
+                x.push((q - self.q_center[i]) / self.divisor(i));
             }
         }
         x
@@ -79,9 +104,9 @@ impl Scaling {
 
     /// Number of features of the coordinates.
     #[must_use]
-    pub fn features(coordinates: &Coordinates) -> usize {
+    pub fn features(&self, coordinates: &Coordinates) -> usize {
         (0..coordinates.dof())
-            .map(|i| 1 + usize::from(coordinates.is_circle(i)))
+            .map(|i| 1 + usize::from(self.is_circle(coordinates, i)))
             .sum()
     }
 }
@@ -103,12 +128,12 @@ impl Features {
     /// The features of coordinate `i` at `q`.
     #[must_use]
     pub fn new(coordinates: &Coordinates, scaling: &Scaling, i: usize, q: f64) -> Self {
-        let values = match coordinates.is_circle(i) {
+        let values = match scaling.is_circle(coordinates, i) {
             true => {
                 let (sin, cos) = q.sin_cos();
                 [cos, sin]
             }
-            false => [(q - scaling.q_center[i]) / scaling.q_scale[i], 0.0],
+            false => [(q - scaling.q_center[i]) / scaling.divisor(i), 0.0],
         };
         Self::recall(coordinates, scaling, i, |k| values[k])
     }
@@ -121,9 +146,9 @@ impl Features {
         i: usize,
         value: impl Fn(usize) -> f64,
     ) -> Self {
-        match coordinates.is_circle(i) {
+        match scaling.is_circle(coordinates, i) {
             true => Self::circle(value(0), value(1)),
-            false => Self::line(value(0), 1.0 / scaling.q_scale[i]),
+            false => Self::line(value(0), 1.0 / scaling.divisor(i)),
         }
     }
 

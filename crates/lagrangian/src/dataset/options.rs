@@ -18,6 +18,9 @@ pub struct PrepareOptions {
     pub validate_fraction: f64,
     /// The delays of the forces, s: one for all coordinates, one for each, or none.
     pub delay: Vec<f64>,
+    /// The names of the cyclic coordinates, on which no network may depend; `find` for those that the data show, `none` for none. Where it
+    /// is empty they are found if several families are tried, and none otherwise.
+    pub cyclic: Vec<String>,
 }
 
 impl Default for PrepareOptions {
@@ -28,6 +31,7 @@ impl Default for PrepareOptions {
             baseline: 1,
             validate_fraction: 0.2,
             delay: Vec::new(),
+            cyclic: Vec::new(),
         }
     }
 }

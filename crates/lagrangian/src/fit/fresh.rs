@@ -39,5 +39,6 @@ fn unit(coordinates: Coordinates) -> Result<Dataset> {
         forced: true,
         train_times: Default::default(),
         validation_times: Default::default(),
+        cyclic: Vec::new(),
     })
 }

@@ -2,6 +2,7 @@
 
 mod allowed;
 mod choice;
+mod cyclic;
 mod forward;
 mod fresh;
 mod refine;
@@ -32,7 +33,9 @@ use crate::saved;
 use crate::train::adam::Precision;
 use crate::train::checkpoint::Checkpoint;
 use crate::train::loss::{Loss, Target};
+use crate::train::network::Batches;
 use crate::train::observer::{Ending, Observer, Progress};
+use crate::train::problem::Batch;
 use crate::train::rollout::SegmentOrder;
 use crate::train::run::{Ended, Run};
 use crate::train::task::{Optimizer, TrainingTask};
@@ -189,6 +192,38 @@ pub fn fit(
     Ok(fit)
 }
 
+/// Weights are drawn again where their loss is above this, that of a model that predicts nothing being 1, and at most so many times: where
+/// a random mass matrix is nearly singular, accelerations are beyond all bounds, and fits do not recover.
+const WILD: f64 = 1e3;
+const DRAWS: u64 = 8;
+/// The number of samples of that loss.
+const LOOKED_AT: usize = 256;
+
+/// The random parameters that a fit begins with.
+fn tame(dataset: &Dataset, config: &FitConfig, model: &Training) -> Vec<f64> {
+    let draw = |k: u64| model.initialise(config.seed.wrapping_add(k << 32));
+    if config.loss == Loss::ROLLOUT {
+        return draw(0);
+    }
+    let learner = model.learner(Residuals::OfLoss);
+    let every = dataset.train.len().div_ceil(LOOKED_AT).max(1);
+    let indices: Vec<usize> = (0..dataset.train.len()).step_by(every).collect();
+    let mut batches = Batches::<f64>::new(&*learner, LOOKED_AT);
+    let mut is_tame = |parameters: &Vec<f64>| {
+        let samples = &dataset.train;
+        let batch = Batch {
+            samples,
+            indices: &indices,
+        };
+        let value = batches.evaluate(&*learner, config.loss, parameters, batch, None);
+        value.mean() < WILD
+    };
+    (0..DRAWS)
+        .map(draw)
+        .find(|own| is_tame(own))
+        .unwrap_or_else(|| draw(0))
+}
+
 /// Fits a family by an optimiser.
 fn descend(
     dataset: &Dataset,
@@ -198,7 +233,7 @@ fn descend(
     observer: &mut dyn Observer,
 ) -> lagrangian_motion::Result<Fit> {
     let momenta = config.family.momenta();
-    let mut fresh = model.initialise(config.seed);
+    let mut fresh = tame(dataset, config, model);
     let weights = fresh.len();
     if config.loss == Loss::ROLLOUT {
         fresh.extend(SegmentOrder::new(dataset, momenta, config).free_starts());

@@ -143,6 +143,7 @@ impl FitSpec {
         };
         let friction = self.friction();
         tried.retain(|(entry, _)| friction.iter().all(|name| entry.has(name)));
+        tried.retain(|(entry, _)| !self.keeps_cyclic() || (entry.default)().abilities().cyclic);
         if tried.len() < 2 {
             let family = tried.first().map(|(alone, _)| alone.name.into());
             let spec = Self {

@@ -90,6 +90,8 @@ pub struct Abilities {
     pub rates: usize,
     /// Whether the family is fitted in closed form, without an optimiser.
     pub solved: bool,
+    /// Whether the family can be kept from depending on a coordinate.
+    pub cyclic: bool,
 }
 
 impl Abilities {
@@ -103,6 +105,7 @@ impl Abilities {
             drives: false,
             rates: 1,
             solved: false,
+            cyclic: true,
         }
     }
 }

@@ -38,6 +38,7 @@ pub(crate) use family::Residuals;
 pub use family::{
     Abilities, Candidate, Configuration, Entry, Family, Plan, Solution, Solve, Training,
 };
+pub(crate) use formula::{Drift, contradiction, drifts};
 pub use formula::{Evidence, Formula, FormulaConfig, LawVerdict, Term};
 pub use hnn::{Hnn, HnnConfig, HnnStructure};
 pub use lattice::{LatticeConfig, LatticeEnds};

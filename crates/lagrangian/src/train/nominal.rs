@@ -136,12 +136,10 @@ pub(crate) fn remainder(nominal: &RigidBodies, dataset: &Dataset) -> Dataset {
         left
     };
     Dataset {
-        coordinates: dataset.coordinates.clone(),
         train: left(&dataset.train),
         validation: left(&dataset.validation),
         // The nominal model errs in its forces even where none were recorded.
         forced: true,
-        train_times: dataset.train_times.clone(),
-        validation_times: dataset.validation_times.clone(),
+        ..dataset.clone()
     }
 }

@@ -364,7 +364,10 @@ fn gradients_leave_a_parameter_out_and_agree_with_differences() {
                 coordinates: with_parameter(),
                 ..shape(2, form)
             };
-            let net = shape.config.net(&shape.coordinates);
+            let net = shape.config.net(
+                shape.scaling.features(&shape.coordinates),
+                shape.coordinates.dof(),
+            );
             let shape = LnnShape { net, ..shape };
             let learner = LnnLearner {
                 shape: &shape,

@@ -263,6 +263,7 @@ fn learned_models_move_by_it_and_plain_networks_are_told_why_not() {
         q_scale: vec![1.0; 2],
         qd_scale: vec![3.0; 2],
         energy: 5.0,
+        ..Scaling::identity(2)
     };
     let coordinates = Coordinates::angles(2);
     let delan = Delan::random(coordinates.clone(), DelanConfig::default(), scaling, 1).unwrap();

@@ -148,6 +148,7 @@ fn of_config(n: usize, config: HnnConfig, seed: u64) -> Hnn {
         qd_scale: (0..n).map(|i| 1.3 + 0.4 * i as f64).collect(),
         q_center: vec![0.2; n],
         q_scale: vec![0.8; n],
+        cyclic: (2..n).collect(),
     };
     let mut coordinates = Coordinates::angles(n);
     coordinates.0[0] = Coordinates::lines(1).0[0].clone();

@@ -6,6 +6,7 @@ mod bad_robots;
 mod bodies;
 mod cartesian;
 mod chain;
+mod cyclic;
 mod delan;
 mod dry_friction;
 mod edited_urdf;

@@ -25,6 +25,7 @@ fn coordinates(n: usize) -> (Coordinates, Scaling) {
         q_scale: (0..n).map(|i| 1.0 + 0.2 * i as f64).collect(),
         qd_scale: (0..n).map(|i| 2.0 + 0.5 * i as f64).collect(),
         energy: 3.0,
+        cyclic: (2..n).collect(),
     };
     (coordinates, scaling)
 }

@@ -341,6 +341,7 @@ fn many_rollouts_of_a_network_have_the_same_bits_on_any_number_of_threads() {
         q_scale,
         qd_scale,
         energy: 10.0,
+        ..Scaling::identity(2)
     };
     let lnn = Lnn::random(Coordinates::angles(2), config, scaling, 1).unwrap();
     let model = Mechanical::conservative(lnn);

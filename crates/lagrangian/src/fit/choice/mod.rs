@@ -196,7 +196,20 @@ impl FitSpec {
             given.get(name).or_else(|| Some(&choice()?.value))
         };
         let family = chosen.config.family.name();
-        let Abilities { solved, drives, .. } = chosen.config.family.abilities();
+        let Abilities {
+            solved,
+            drives,
+            cyclic,
+            ..
+        } = chosen.config.family.abilities();
+        if self.keeps_cyclic() && !cyclic {
+            return Err(Error::setting(
+                format!(
+                    "`cyclic` changes nothing: {family} has no function that could be kept from a coordinate"
+                ),
+                "omit it, or take another `family`",
+            ));
+        }
         let rows = self.entry()?.settings.iter().chain(SETTINGS);
         for Setting { name, needs, .. } in rows.filter(|row| given.contains_key(row.name)) {
             let of_descent =

@@ -61,6 +61,7 @@ impl Family for CartesianConfig {
         let remedy = "omitted: points are fitted to positions and velocities by simulations";
         Abilities {
             solved: true,
+            cyclic: false,
             ..Abilities::of_losses(&[Loss::ACCELERATION, Loss::TORQUE], remedy)
         }
     }

@@ -49,6 +49,7 @@ impl Family for ChainConfig {
         let remedy = "omitted: the joints of a chain are searched for, and its bodies identified from torques";
         Abilities {
             solved: true,
+            cyclic: false,
             drives: true,
             ..Abilities::of_losses(
                 &[

@@ -109,15 +109,14 @@ impl DelanConfig {
         self.inertia == Inertia::Constant && !self.vector_potential
     }
 
-    /// The layers for these coordinates. Outputs: the diagonal of G before softplus, its entries below the diagonal row
+    /// The layers for so many features of `n` coordinates. Outputs: the diagonal of G before softplus, its entries below the diagonal row
     /// by row, V, and A for a vector potential.
-    fn net(&self, coordinates: &Coordinates) -> Net {
-        let n = coordinates.dof();
+    fn net(&self, features: usize, n: usize) -> Net {
         let (factor, rest) = (
             n * (n + 1) / 2,
             1 + if self.vector_potential { n } else { 0 },
         );
-        let mut build = Build::new(Scaling::features(coordinates), 0);
+        let mut build = Build::new(features, 0);
         let trunk = |build: &mut Build| build.stack(self.layers, self.width, self.activation);
         let first = trunk(&mut build);
         if self.inertia == Inertia::Constant {
@@ -246,7 +245,7 @@ impl NetworkShape for DelanShape {
         check_coordinates(&coordinates)?;
         Error::check_dof(coordinates.dof(), 64)?;
         Ok(Self {
-            net: config.net(&coordinates),
+            net: config.net(scaling.features(&coordinates), coordinates.dof()),
             coordinates,
             config,
             scaling,

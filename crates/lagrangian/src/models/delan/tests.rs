@@ -34,6 +34,7 @@ impl<T: Real> Case<T> {
             q_scale: numbers(n, 0.5).iter().map(|x| 1.0 + x).collect(),
             qd_scale: numbers(n, 0.5).iter().map(|x| 2.0 + x).collect(),
             energy: 3.0,
+            cyclic: (2..n).collect(),
         };
         let mut coordinates = Coordinates::angles(n);
         coordinates.0[n / 2].topology = Topology::Line;

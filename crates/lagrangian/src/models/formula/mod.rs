@@ -17,7 +17,8 @@ use serde::{Deserialize, Serialize};
 
 pub use search::LawVerdict;
 pub(crate) use search::{
-    STRIDE, Stretch, WINDOW, Weight, errors, noise_sizes, positions, scores, stretches,
+    Drift, STRIDE, Stretch, WINDOW, Weight, contradiction, drifts, errors, noise_sizes, positions,
+    scores, stretches,
 };
 use term::Position;
 pub(crate) use term::Style;

@@ -51,6 +51,12 @@ impl Term {
         matches!(*self.speeds, [a, b] if a != b) && still(&self.powers) && still(&self.turns)
     }
 
+    /// Whether its value changes with coordinate `i`.
+    pub(crate) fn depends_on(&self, i: usize) -> bool {
+        let uses = |all: &[i8]| all.get(i).is_some_and(|k| *k != 0);
+        uses(&self.powers) || uses(&self.turns)
+    }
+
     /// How much there is to write: exponents and multiples, then whether they are of several coordinates, and velocities.
     pub(crate) fn complexity(&self) -> f64 {
         let mut sum = if self.sine { 0.05 } else { 0.0 };

@@ -248,7 +248,7 @@ impl HnnShape {
         let (HnnNet::Free(shape) | HnnNet::None(shape)) = &self.net else {
             return;
         };
-        let first = Scaling::features(self.coordinates());
+        let first = self.scaling().features(self.coordinates());
         for (i, p) in p.iter().enumerate() {
             pass.set_feature(0, s, first + i, T::of(shape.velocity(i, *p).value));
         }
@@ -269,7 +269,7 @@ impl HnnShape {
         if matches!(self.net, HnnNet::Mass(_)) {
             return;
         }
-        let first = Scaling::features(self.coordinates());
+        let first = self.scaling().features(self.coordinates());
         for i in 0..n {
             pass.set_feature(2 + d, s, first + i, T::of(weight(i)));
         }
@@ -292,7 +292,7 @@ impl HnnShape {
         if matches!(self.net, HnnNet::Mass(_)) {
             return;
         }
-        let first = Scaling::features(self.coordinates());
+        let first = self.scaling().features(self.coordinates());
         for (i, out) in out[..n].iter_mut().enumerate() {
             *out = pass.feature_gradient(s, first + i).f64();
         }
@@ -339,7 +339,7 @@ impl HnnShape {
 /// The layers of a plain flow, with the inputs of a free H.
 fn plain(shape: &LnnShape) -> Net {
     let n = shape.dof();
-    let mut build = Build::new(Scaling::features(&shape.coordinates) + n, 0);
+    let mut build = Build::new(shape.scaling.features(&shape.coordinates) + n, 0);
     let config = &shape.config;
     let top = build.stack(config.layers, config.width, config.activation);
     build.dense(2 * n, &[top], None);

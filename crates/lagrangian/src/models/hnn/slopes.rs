@@ -6,7 +6,7 @@ use super::learner::HnnLearner;
 use crate::models::NetworkShape;
 use crate::models::delan::Scratch;
 use crate::train::Work;
-use lagrangian_mechanics::lagrangian::{Features, Scaling};
+use lagrangian_mechanics::lagrangian::Features;
 use nets::Packed;
 use nets::simd::Real;
 
@@ -60,7 +60,7 @@ impl HnnLearner<'_> {
 
     fn by_momenta<T: Real>(&self, work: &Work<T>, (s, first): (usize, usize), slopes: &mut [f64]) {
         let (shape, n, pass) = (self.shape, self.shape.dof(), &work.pass);
-        let features = Scaling::features(shape.coordinates());
+        let features = shape.scaling().features(shape.coordinates());
         let (kinetic, scale) = (shape.kinetic(), &shape.scaling().qd_scale);
         let own = work.scratch.get::<Scratch<T>>();
         let mass = |d, j| own.map_or(0.0, |own| own.factors.each[s].mass::<f64>(d, j));

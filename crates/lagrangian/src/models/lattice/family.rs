@@ -151,6 +151,7 @@ impl Family for LatticeConfig {
             "omitted: a lattice is found in positions, and in the forces where they are recorded";
         Abilities {
             solved: true,
+            cyclic: false,
             ..Abilities::of_losses(&[Loss::ACCELERATION, Loss::TORQUE], remedy)
         }
     }

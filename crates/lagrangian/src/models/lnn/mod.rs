@@ -109,16 +109,16 @@ impl LnnConfig {
         }
     }
 
-    /// The layers for these coordinates.
-    pub(crate) fn net(&self, coordinates: &Coordinates) -> Net {
+    /// The layers for so many features of the coordinates and so many velocities.
+    pub(crate) fn net(&self, features: usize, n: usize) -> Net {
         match self.form {
-            Form::Free => self.free(coordinates),
-            Form::Convex => self.convex(coordinates),
+            Form::Free => self.free(features + n),
+            Form::Convex => self.convex(features, n),
         }
     }
 
-    fn free(&self, coordinates: &Coordinates) -> Net {
-        let mut build = Build::new(Scaling::features(coordinates) + coordinates.dof(), 0);
+    fn free(&self, inputs: usize) -> Net {
+        let mut build = Build::new(inputs, 0);
         let top = build.stack(self.layers, self.width, self.activation);
         let mut output = vec![top];
         if self.exponential {
@@ -131,9 +131,9 @@ impl LnnConfig {
     /// A trunk of q alone gates three kinds of units: quadratic and softplus ones, which only non-negative
     /// weights read (their sum is convex in q̇), and linear ones (A(q)·q̇). The trunk adds −V(q) (theory.md,
     /// equation 21).
-    fn convex(&self, coordinates: &Coordinates) -> Net {
+    fn convex(&self, features: usize, n: usize) -> Net {
         use Weighted::{Any, NonNegative};
-        let mut build = Build::new(Scaling::features(coordinates), coordinates.dof());
+        let mut build = Build::new(features, n);
         let trunk = build.stack(self.layers, self.width, self.activation);
         let quadratic = build.gate(16, trunk, Some(Activation::Square));
         let softplus = Some(Activation::Softplus);
@@ -215,11 +215,15 @@ impl NetworkShape for LnnShape {
         config.validate()?;
         scaling.validate(coordinates.dof())?;
         check_coordinates(&coordinates)?;
-        let net = config.net(&coordinates);
+        let net = config.net(scaling.features(&coordinates), coordinates.dof());
         let seen = VelocityTransform::of_velocity(config.speed_limit, config.speed_chart);
         Ok(Self {
-            inverse: [&scaling.q_scale, &scaling.qd_scale]
-                .map(|scale| scale.iter().map(|s| s.recip()).collect()),
+            inverse: [
+                (0..coordinates.dof())
+                    .map(|i| scaling.divisor(i).recip())
+                    .collect(),
+                scaling.qd_scale.iter().map(|s| s.recip()).collect(),
+            ],
             coordinates,
             config,
             scaling,
@@ -299,7 +303,7 @@ impl LnnShape {
     /// As [`LnnShape::write`], but with a tangent ′ that is zero, so that mixed components are first derivatives.
     pub(crate) fn write_still<T: Real>(&self, pass: &mut Pass<T>, s: usize, q: &[f64], qd: &[f64]) {
         self.write(pass, s, q, qd, None);
-        for at in 0..Scaling::features(&self.coordinates) {
+        for at in 0..self.scaling.features(&self.coordinates) {
             pass.set_feature(1, s, at, T::default());
         }
     }
@@ -312,7 +316,7 @@ impl LnnShape {
         qd: &[f64],
         weight: impl Fn(usize) -> f64,
     ) {
-        let first = Scaling::features(&self.coordinates);
+        let first = self.scaling.features(&self.coordinates);
         for (i, &qd) in qd.iter().enumerate() {
             let x = T::of(weight(i) * self.velocity(i, qd).slope);
             match self.config.form {
@@ -387,7 +391,7 @@ impl LnnShape {
     /// The features of coordinate `i` of sample `s`, of which the first is number `at`.
     fn recall<T: Real>(&self, pass: &Pass<T>, (s, at): (usize, usize), i: usize) -> Features {
         let value = |k| pass.feature(0, s, at + k).f64();
-        match self.coordinates.is_circle(i) {
+        match self.scaling.is_circle(&self.coordinates, i) {
             true => Features::circle(value(0), value(1)),
             false => Features::line(value(0), self.inverse[0][i]),
         }
@@ -395,7 +399,7 @@ impl LnnShape {
 
     /// The features of coordinate `i` at `q`.
     fn features(&self, i: usize, q: f64) -> Features {
-        if self.coordinates.is_circle(i) {
+        if self.scaling.is_circle(&self.coordinates, i) {
             let (sin, cos) = q.sin_cos();
             return Features::circle(cos, sin);
         }
@@ -407,7 +411,7 @@ impl LnnShape {
     /// carried to the features (theory.md, equation 95); `qd` are those of all samples.
     pub(crate) fn slopes<T: Real>(&self, pass: &Pass<T>, s: usize, qd: &[f64], slopes: &mut [f64]) {
         let n = self.dof();
-        let first = Scaling::features(&self.coordinates);
+        let first = self.scaling.features(&self.coordinates);
         for (i, row) in slopes.chunks_exact_mut(2 * n).enumerate() {
             let mut at = 0;
             for j in 0..n {

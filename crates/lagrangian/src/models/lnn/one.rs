@@ -4,7 +4,6 @@ use super::{Form, Lnn, LnnShape};
 use crate::models::NetworkShape;
 use lagrangian_mechanics::lagrangian::Jet;
 use lagrangian_mechanics::lagrangian::positions::Positions;
-use lagrangian_mechanics::lagrangian::scaled::Scaling;
 use lagrangian_mechanics::lagrangian::seen::VelocityFeature;
 use nets::Chain;
 
@@ -22,7 +21,7 @@ impl One {
         if shape.config.form != Form::Free {
             return None;
         }
-        let moved = Scaling::features(&shape.coordinates);
+        let moved = shape.scaling.features(&shape.coordinates);
         Some(Self {
             chain: Chain::new(&shape.net, moved, shape.dof())?,
             positions: Positions::default(),

@@ -111,7 +111,7 @@ impl NetworkShape for MlpShape {
         outputs.validate(n)?;
         check_coordinates(&coordinates)?;
         let driven = config.forced || config.direction == Direction::Inverse;
-        let inputs = Scaling::features(&coordinates) + n + if driven { n } else { 0 };
+        let inputs = scaling.inputs.features(&coordinates) + n + if driven { n } else { 0 };
         let mut build = Build::new(inputs, 0);
         let top = build.stack(config.layers, config.width, config.activation);
         let outputs = if config.direction == Direction::Flow {
@@ -199,7 +199,7 @@ impl MlpShape {
     /// carried to the features.
     pub(crate) fn slopes<T: Real>(&self, pass: &Pass<T>, s: usize, q: &[f64], slopes: &mut [f64]) {
         let n = self.dof();
-        let first = Scaling::features(&self.coordinates);
+        let first = self.scaling.inputs.features(&self.coordinates);
         for (o, row) in slopes.chunks_exact_mut(2 * n).enumerate() {
             let mut at = 0;
             for (j, &q) in q.iter().enumerate() {

@@ -101,6 +101,7 @@ impl Family for RigidConfig {
         let remedy = "omitted: rigid bodies are identified from torques";
         Abilities {
             solved: true,
+            cyclic: false,
             drives: self.robot.is_some(),
             ..Abilities::of_losses(Loss::SINGLE, remedy)
         }

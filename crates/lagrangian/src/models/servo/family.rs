@@ -76,6 +76,7 @@ impl Family for ServoConfig {
         let remedy = "omitted: servos are fitted to positions by simulations";
         Abilities {
             solved: true,
+            cyclic: false,
             ..Abilities::of_losses(Loss::SINGLE, remedy)
         }
     }

@@ -33,6 +33,7 @@ fn scaling() -> Scaling {
         q_scale: vec![1.0, 0.7, 1.0],
         qd_scale: vec![2.0, 0.8, 3.0],
         energy: 5.0,
+        cyclic: vec![2],
     }
 }
 

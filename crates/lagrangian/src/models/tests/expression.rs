@@ -29,6 +29,7 @@ pub(super) fn scaling(n: usize) -> Scaling {
         q_scale: list(0.7),
         qd_scale: list(1.3),
         energy: 2.5,
+        cyclic: (2..n).collect(),
     }
 }
 

@@ -69,14 +69,14 @@ struct Balance<T> {
 impl<T: Real> Block<T> {
     pub(crate) fn new(shape: &DelanShape, samples: usize) -> Self {
         let (n, scaling) = (shape.dof(), &shape.scaling);
-        let chart = |i| match shape.coordinates.is_circle(i) {
+        let chart = |i| match scaling.is_circle(&shape.coordinates, i) {
             true => Chart::Circle,
             false => Chart::Line {
                 centre: scaling.q_center[i],
-                scale: scaling.q_scale[i],
+                scale: scaling.divisor(i),
             },
         };
-        let features = |i| 1 + usize::from(shape.coordinates.is_circle(i));
+        let features = |i| 1 + usize::from(scaling.is_circle(&shape.coordinates, i));
         let coordinates: Vec<usize> = (0..n).flat_map(|i| vec![i; features(i)]).collect();
         let planes = |numbers| Planes::new(numbers, samples);
         let (x, o) = (coordinates.len(), shape.factor_outputs());

@@ -178,7 +178,7 @@ impl Sums {
 }
 
 /// L⁻¹ of D = L Lᵀ, with a little noise added to each value.
-fn inverse_factor(noise: Mat<f64>) -> Option<Mat<f64>> {
+pub(super) fn inverse_factor(noise: Mat<f64>) -> Option<Mat<f64>> {
     let k = noise.nrows();
     let mut sizes: Vec<f64> = (0..k).map(|i| noise[(i, i)]).collect();
     sizes.sort_by(f64::total_cmp);

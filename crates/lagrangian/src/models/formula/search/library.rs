@@ -4,6 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::super::term::Term;
+use crate::dataset::Dataset;
 use lagrangian_motion::{Coordinates, Samples};
 
 /// The largest number of terms.
@@ -15,8 +16,14 @@ const SMALLER: i8 = 4;
 /// The part of its size by which a term must differ from those before it.
 const INDEPENDENT: f64 = 1e-6;
 
-/// All terms that differ in the motion that they give, in the order of their complexity.
-pub(super) fn library(coordinates: &Coordinates, data: &Samples) -> Vec<Term> {
+/// All terms that differ in the motion that they give, in the order of their complexity; none depends on a cyclic coordinate.
+pub(super) fn library(dataset: &Dataset) -> Vec<Term> {
+    let Dataset {
+        coordinates,
+        train: data,
+        cyclic,
+        ..
+    } = dataset;
     let n = coordinates.dof();
     let moving: Vec<usize> = (0..n).filter(|i| !coordinates.is_parameter(*i)).collect();
     let mut all = Vec::new();
@@ -44,12 +51,13 @@ pub(super) fn library(coordinates: &Coordinates, data: &Samples) -> Vec<Term> {
             all.extend(positions.iter().map(term));
         }
     }
+    all.retain(|term| cyclic.iter().all(|i| !term.depends_on(*i)));
     all.sort_by(|a, b| a.complexity().total_cmp(&b.complexity()));
     independent(all, coordinates, data)
 }
 
 /// The functions of q up to this depth: harmonics and powers of one coordinate, of two, and a power times a harmonic.
-fn positions(coordinates: &Coordinates, data: &Samples, depth: i8) -> Vec<Term> {
+pub(super) fn positions(coordinates: &Coordinates, data: &Samples, depth: i8) -> Vec<Term> {
     let n = coordinates.dof();
     let mut all = vec![Term::default()];
     let unit = |at: &[(usize, i8)]| {

@@ -6,8 +6,10 @@
 //! | `rows.rs` | Hamilton's principle as rows, which need no acceleration |
 //! | `smooth.rs` | states of noisy recordings whose noise is known |
 //! | `eliminate.rs` | ever fewer terms, by the smallest ratio of residual to noise |
+//! | `cyclic.rs` | coordinates whose momenta the motions keep |
 //! | `refine.rs` | coefficients by rollouts, their standard errors |
 
+mod cyclic;
 mod eliminate;
 mod library;
 mod refine;
@@ -19,6 +21,7 @@ use std::cmp::Reverse;
 use nets::Instant;
 use serde::{Deserialize, Serialize};
 
+pub(crate) use cyclic::{Drift, contradiction, drifts};
 pub(crate) use refine::{errors, scores};
 pub(crate) use rows::{STRIDE, Stretch, WINDOW, Weight, noise_sizes, positions, stretches};
 
@@ -102,7 +105,7 @@ pub(super) fn find(
     observer: &mut dyn Observer,
 ) -> Result<Solution> {
     let terms = match config.terms.is_empty() {
-        true => library::library(&dataset.coordinates, &dataset.train),
+        true => library::library(dataset),
         false => config.terms.clone(),
     };
     let (rows, noise) = Rows::of(dataset, &terms);

@@ -220,23 +220,28 @@ impl Window<'_> {
 
 /// The positions and velocities of all samples.
 #[derive(Clone)]
-struct State {
-    q: Vec<f64>,
-    qd: Vec<f64>,
+pub(super) struct State {
+    pub(super) q: Vec<f64>,
+    pub(super) qd: Vec<f64>,
 }
 
 /// The number of copies with more noise, from which that of rows is known.
 pub(super) const COPIES: usize = 4;
 
 /// The states of samples, and copies of them with as much more noise as theirs.
-struct Noisy {
-    own: State,
-    copies: Vec<State>,
+pub(super) struct Noisy {
+    pub(super) own: State,
+    pub(super) copies: Vec<State>,
 }
 
 impl Noisy {
     /// Smoothed anew where there is noise, since only then it is known what of it is left. Exact data stay as they are.
-    fn of(coordinates: &Coordinates, samples: &Samples, times: &Timeline, noise: &Noise) -> Self {
+    pub(super) fn of(
+        coordinates: &Coordinates,
+        samples: &Samples,
+        times: &Timeline,
+        noise: &Noise,
+    ) -> Self {
         let n = samples.n;
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let mut own = State {
@@ -309,7 +314,7 @@ fn resolved(windows: &mut Vec<Window<'_>>, noise: &[f64]) {
 }
 
 /// The noise of positions.
-struct Noise {
+pub(super) struct Noise {
     /// Of each coordinate, `[n]`.
     sizes: Vec<f64>,
     /// What sampling leaves of exact data, `[n]`.
@@ -317,7 +322,7 @@ struct Noise {
 }
 
 impl Noise {
-    fn of(coordinates: &Coordinates, samples: &Samples, times: &Timeline) -> Self {
+    pub(super) fn of(coordinates: &Coordinates, samples: &Samples, times: &Timeline) -> Self {
         let deviations = column(&samples.q, samples.n, deviation);
         let least = deviations
             .iter()
@@ -334,8 +339,16 @@ impl Noise {
         }
     }
 
+    /// As of exact data.
+    pub(super) fn least(self) -> Self {
+        Self {
+            sizes: self.least.clone(),
+            ..self
+        }
+    }
+
     /// Whether any coordinate is not exact.
-    fn is_noisy(&self) -> bool {
+    pub(super) fn is_noisy(&self) -> bool {
         self.sizes
             .iter()
             .zip(&self.least)
