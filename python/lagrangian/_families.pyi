@@ -58,6 +58,7 @@ class Best(Estimator):
         low_pass: Cut-off of a low-pass of motion and forces, Hz; 0 for none. Found from the data by default.
         baseline: Distance of neighbours of a loss of positions, in samples.
         delay: Delays of the forces, s: one for all coordinates, or one for each.
+        cyclic: Names of cyclic coordinates, on which no network may depend; ``find`` for those that the data show, ``none`` for none. By default they are found where several models are tried.
         nominal: URDF of a nominal model, whose omissions a network learns.
         joints: Joints of the robot in the order of the data.
         urdf: URDF of the robot: a file, its text, or the name of an example.
@@ -106,6 +107,7 @@ class Best(Estimator):
     low_pass: float | None
     baseline: int
     delay: float | Sequence[float]
+    cyclic: str | Sequence[str]
     nominal: str | os.PathLike[str] | None
     joints: Sequence[str]
     urdf: str | os.PathLike[str] | None
@@ -156,6 +158,7 @@ class Best(Estimator):
         low_pass: float | None = ...,
         baseline: int = ...,
         delay: float | Sequence[float] = ...,
+        cyclic: str | Sequence[str] = ...,
         nominal: str | os.PathLike[str] | None = ...,
         joints: Sequence[str] = ...,
         urdf: str | os.PathLike[str] | None = ...,
@@ -198,6 +201,7 @@ class Lnn(Estimator):
         low_pass: Cut-off of a low-pass of motion and forces, Hz; 0 for none. Found from the data by default.
         baseline: Distance of neighbours of a loss of positions, in samples.
         delay: Delays of the forces, s: one for all coordinates, or one for each.
+        cyclic: Names of cyclic coordinates, on which no network may depend; ``find`` for those that the data show, ``none`` for none. By default they are found where several models are tried.
         nominal: URDF of a nominal model, whose omissions a network learns.
         joints: Joints of the robot in the order of the data.
     """
@@ -234,6 +238,7 @@ class Lnn(Estimator):
     low_pass: float | None
     baseline: int
     delay: float | Sequence[float]
+    cyclic: str | Sequence[str]
     nominal: str | os.PathLike[str] | None
     joints: Sequence[str]
     def __init__(
@@ -272,6 +277,7 @@ class Lnn(Estimator):
         low_pass: float | None = ...,
         baseline: int = ...,
         delay: float | Sequence[float] = ...,
+        cyclic: str | Sequence[str] = ...,
         nominal: str | os.PathLike[str] | None = ...,
         joints: Sequence[str] = ...,
     ) -> None: ...
@@ -311,6 +317,7 @@ class Delan(Estimator):
         low_pass: Cut-off of a low-pass of motion and forces, Hz; 0 for none. Found from the data by default.
         baseline: Distance of neighbours of a loss of positions, in samples.
         delay: Delays of the forces, s: one for all coordinates, or one for each.
+        cyclic: Names of cyclic coordinates, on which no network may depend; ``find`` for those that the data show, ``none`` for none. By default they are found where several models are tried.
         nominal: URDF of a nominal model, whose omissions a network learns.
         joints: Joints of the robot in the order of the data.
     """
@@ -345,6 +352,7 @@ class Delan(Estimator):
     low_pass: float | None
     baseline: int
     delay: float | Sequence[float]
+    cyclic: str | Sequence[str]
     nominal: str | os.PathLike[str] | None
     joints: Sequence[str]
     def __init__(
@@ -381,6 +389,7 @@ class Delan(Estimator):
         low_pass: float | None = ...,
         baseline: int = ...,
         delay: float | Sequence[float] = ...,
+        cyclic: str | Sequence[str] = ...,
         nominal: str | os.PathLike[str] | None = ...,
         joints: Sequence[str] = ...,
     ) -> None: ...
@@ -419,6 +428,7 @@ class Vin(Estimator):
         low_pass: Cut-off of a low-pass of motion and forces, Hz; 0 for none. Found from the data by default.
         baseline: Distance of neighbours of a loss of positions, in samples.
         delay: Delays of the forces, s: one for all coordinates, or one for each.
+        cyclic: Names of cyclic coordinates, on which no network may depend; ``find`` for those that the data show, ``none`` for none. By default they are found where several models are tried.
         nominal: URDF of a nominal model, whose omissions a network learns.
         joints: Joints of the robot in the order of the data.
     """
@@ -452,6 +462,7 @@ class Vin(Estimator):
     low_pass: float | None
     baseline: int
     delay: float | Sequence[float]
+    cyclic: str | Sequence[str]
     nominal: str | os.PathLike[str] | None
     joints: Sequence[str]
     def __init__(
@@ -487,6 +498,7 @@ class Vin(Estimator):
         low_pass: float | None = ...,
         baseline: int = ...,
         delay: float | Sequence[float] = ...,
+        cyclic: str | Sequence[str] = ...,
         nominal: str | os.PathLike[str] | None = ...,
         joints: Sequence[str] = ...,
     ) -> None: ...
@@ -528,6 +540,7 @@ class Hnn(Estimator):
         low_pass: Cut-off of a low-pass of motion and forces, Hz; 0 for none. Found from the data by default.
         baseline: Distance of neighbours of a loss of positions, in samples.
         delay: Delays of the forces, s: one for all coordinates, or one for each.
+        cyclic: Names of cyclic coordinates, on which no network may depend; ``find`` for those that the data show, ``none`` for none. By default they are found where several models are tried.
         nominal: URDF of a nominal model, whose omissions a network learns.
         joints: Joints of the robot in the order of the data.
     """
@@ -564,6 +577,7 @@ class Hnn(Estimator):
     low_pass: float | None
     baseline: int
     delay: float | Sequence[float]
+    cyclic: str | Sequence[str]
     nominal: str | os.PathLike[str] | None
     joints: Sequence[str]
     def __init__(
@@ -602,6 +616,7 @@ class Hnn(Estimator):
         low_pass: float | None = ...,
         baseline: int = ...,
         delay: float | Sequence[float] = ...,
+        cyclic: str | Sequence[str] = ...,
         nominal: str | os.PathLike[str] | None = ...,
         joints: Sequence[str] = ...,
     ) -> None: ...
@@ -637,6 +652,7 @@ class Mlp(Estimator):
         low_pass: Cut-off of a low-pass of motion and forces, Hz; 0 for none. Found from the data by default.
         baseline: Distance of neighbours of a loss of positions, in samples.
         delay: Delays of the forces, s: one for all coordinates, or one for each.
+        cyclic: Names of cyclic coordinates, on which no network may depend; ``find`` for those that the data show, ``none`` for none. By default they are found where several models are tried.
         nominal: URDF of a nominal model, whose omissions a network learns.
         joints: Joints of the robot in the order of the data.
     """
@@ -667,6 +683,7 @@ class Mlp(Estimator):
     low_pass: float | None
     baseline: int
     delay: float | Sequence[float]
+    cyclic: str | Sequence[str]
     nominal: str | os.PathLike[str] | None
     joints: Sequence[str]
     def __init__(
@@ -699,6 +716,7 @@ class Mlp(Estimator):
         low_pass: float | None = ...,
         baseline: int = ...,
         delay: float | Sequence[float] = ...,
+        cyclic: str | Sequence[str] = ...,
         nominal: str | os.PathLike[str] | None = ...,
         joints: Sequence[str] = ...,
     ) -> None: ...
@@ -735,6 +753,7 @@ class NeuralOde(Estimator):
         low_pass: Cut-off of a low-pass of motion and forces, Hz; 0 for none. Found from the data by default.
         baseline: Distance of neighbours of a loss of positions, in samples.
         delay: Delays of the forces, s: one for all coordinates, or one for each.
+        cyclic: Names of cyclic coordinates, on which no network may depend; ``find`` for those that the data show, ``none`` for none. By default they are found where several models are tried.
         nominal: URDF of a nominal model, whose omissions a network learns.
         joints: Joints of the robot in the order of the data.
     """
@@ -766,6 +785,7 @@ class NeuralOde(Estimator):
     low_pass: float | None
     baseline: int
     delay: float | Sequence[float]
+    cyclic: str | Sequence[str]
     nominal: str | os.PathLike[str] | None
     joints: Sequence[str]
     def __init__(
@@ -799,6 +819,7 @@ class NeuralOde(Estimator):
         low_pass: float | None = ...,
         baseline: int = ...,
         delay: float | Sequence[float] = ...,
+        cyclic: str | Sequence[str] = ...,
         nominal: str | os.PathLike[str] | None = ...,
         joints: Sequence[str] = ...,
     ) -> None: ...
@@ -833,6 +854,7 @@ class Rigid(Estimator):
         low_pass: Cut-off of a low-pass of motion and forces, Hz; 0 for none. Found from the data by default.
         baseline: Distance of neighbours of a loss of positions, in samples.
         delay: Delays of the forces, s: one for all coordinates, or one for each.
+        cyclic: Names of cyclic coordinates, on which no network may depend; ``find`` for those that the data show, ``none`` for none. By default they are found where several models are tried.
         nominal: URDF of a nominal model, whose omissions a network learns.
         joints: Joints of the robot in the order of the data.
         urdf: URDF of the robot: a file, its text, or the name of an example.
@@ -863,6 +885,7 @@ class Rigid(Estimator):
     low_pass: float | None
     baseline: int
     delay: float | Sequence[float]
+    cyclic: str | Sequence[str]
     nominal: str | os.PathLike[str] | None
     joints: Sequence[str]
     urdf: str | os.PathLike[str] | None
@@ -895,6 +918,7 @@ class Rigid(Estimator):
         low_pass: float | None = ...,
         baseline: int = ...,
         delay: float | Sequence[float] = ...,
+        cyclic: str | Sequence[str] = ...,
         nominal: str | os.PathLike[str] | None = ...,
         joints: Sequence[str] = ...,
         urdf: str | os.PathLike[str] | None = ...,
@@ -929,6 +953,7 @@ class Chain(Estimator):
         low_pass: Cut-off of a low-pass of motion and forces, Hz; 0 for none. Found from the data by default.
         baseline: Distance of neighbours of a loss of positions, in samples.
         delay: Delays of the forces, s: one for all coordinates, or one for each.
+        cyclic: Names of cyclic coordinates, on which no network may depend; ``find`` for those that the data show, ``none`` for none. By default they are found where several models are tried.
         nominal: URDF of a nominal model, whose omissions a network learns.
         joints: Joints of the robot in the order of the data.
     """
@@ -957,6 +982,7 @@ class Chain(Estimator):
     low_pass: float | None
     baseline: int
     delay: float | Sequence[float]
+    cyclic: str | Sequence[str]
     nominal: str | os.PathLike[str] | None
     joints: Sequence[str]
     def __init__(
@@ -987,6 +1013,7 @@ class Chain(Estimator):
         low_pass: float | None = ...,
         baseline: int = ...,
         delay: float | Sequence[float] = ...,
+        cyclic: str | Sequence[str] = ...,
         nominal: str | os.PathLike[str] | None = ...,
         joints: Sequence[str] = ...,
     ) -> None: ...
@@ -1021,6 +1048,7 @@ class Servo(Estimator):
         low_pass: Cut-off of a low-pass of motion and forces, Hz; 0 for none. Found from the data by default.
         baseline: Distance of neighbours of a loss of positions, in samples.
         delay: Delays of the forces, s: one for all coordinates, or one for each.
+        cyclic: Names of cyclic coordinates, on which no network may depend; ``find`` for those that the data show, ``none`` for none. By default they are found where several models are tried.
         nominal: URDF of a nominal model, whose omissions a network learns.
         joints: Joints of the robot in the order of the data.
     """
@@ -1050,6 +1078,7 @@ class Servo(Estimator):
     low_pass: float | None
     baseline: int
     delay: float | Sequence[float]
+    cyclic: str | Sequence[str]
     nominal: str | os.PathLike[str] | None
     joints: Sequence[str]
     def __init__(
@@ -1081,6 +1110,7 @@ class Servo(Estimator):
         low_pass: float | None = ...,
         baseline: int = ...,
         delay: float | Sequence[float] = ...,
+        cyclic: str | Sequence[str] = ...,
         nominal: str | os.PathLike[str] | None = ...,
         joints: Sequence[str] = ...,
     ) -> None: ...
@@ -1113,6 +1143,7 @@ class Formula(Estimator):
         low_pass: Cut-off of a low-pass of motion and forces, Hz; 0 for none. Found from the data by default.
         baseline: Distance of neighbours of a loss of positions, in samples.
         delay: Delays of the forces, s: one for all coordinates, or one for each.
+        cyclic: Names of cyclic coordinates, on which no network may depend; ``find`` for those that the data show, ``none`` for none. By default they are found where several models are tried.
         nominal: URDF of a nominal model, whose omissions a network learns.
         joints: Joints of the robot in the order of the data.
     """
@@ -1140,6 +1171,7 @@ class Formula(Estimator):
     low_pass: float | None
     baseline: int
     delay: float | Sequence[float]
+    cyclic: str | Sequence[str]
     nominal: str | os.PathLike[str] | None
     joints: Sequence[str]
     def __init__(
@@ -1169,6 +1201,7 @@ class Formula(Estimator):
         low_pass: float | None = ...,
         baseline: int = ...,
         delay: float | Sequence[float] = ...,
+        cyclic: str | Sequence[str] = ...,
         nominal: str | os.PathLike[str] | None = ...,
         joints: Sequence[str] = ...,
     ) -> None: ...
@@ -1201,6 +1234,7 @@ class Cartesian(Estimator):
         low_pass: Cut-off of a low-pass of motion and forces, Hz; 0 for none. Found from the data by default.
         baseline: Distance of neighbours of a loss of positions, in samples.
         delay: Delays of the forces, s: one for all coordinates, or one for each.
+        cyclic: Names of cyclic coordinates, on which no network may depend; ``find`` for those that the data show, ``none`` for none. By default they are found where several models are tried.
         nominal: URDF of a nominal model, whose omissions a network learns.
         joints: Joints of the robot in the order of the data.
     """
@@ -1228,6 +1262,7 @@ class Cartesian(Estimator):
     low_pass: float | None
     baseline: int
     delay: float | Sequence[float]
+    cyclic: str | Sequence[str]
     nominal: str | os.PathLike[str] | None
     joints: Sequence[str]
     def __init__(
@@ -1257,6 +1292,7 @@ class Cartesian(Estimator):
         low_pass: float | None = ...,
         baseline: int = ...,
         delay: float | Sequence[float] = ...,
+        cyclic: str | Sequence[str] = ...,
         nominal: str | os.PathLike[str] | None = ...,
         joints: Sequence[str] = ...,
     ) -> None: ...
@@ -1291,6 +1327,7 @@ class Lattice(Estimator):
         low_pass: Cut-off of a low-pass of motion and forces, Hz; 0 for none. Found from the data by default.
         baseline: Distance of neighbours of a loss of positions, in samples.
         delay: Delays of the forces, s: one for all coordinates, or one for each.
+        cyclic: Names of cyclic coordinates, on which no network may depend; ``find`` for those that the data show, ``none`` for none. By default they are found where several models are tried.
         nominal: URDF of a nominal model, whose omissions a network learns.
         joints: Joints of the robot in the order of the data.
     """
@@ -1320,6 +1357,7 @@ class Lattice(Estimator):
     low_pass: float | None
     baseline: int
     delay: float | Sequence[float]
+    cyclic: str | Sequence[str]
     nominal: str | os.PathLike[str] | None
     joints: Sequence[str]
     def __init__(
@@ -1351,6 +1389,7 @@ class Lattice(Estimator):
         low_pass: float | None = ...,
         baseline: int = ...,
         delay: float | Sequence[float] = ...,
+        cyclic: str | Sequence[str] = ...,
         nominal: str | os.PathLike[str] | None = ...,
         joints: Sequence[str] = ...,
     ) -> None: ...

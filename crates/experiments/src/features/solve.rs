@@ -95,7 +95,7 @@ impl<'a> Problem<'a> {
     fn new(dataset: &'a Dataset, config: &'a FeaturesConfig, seed: u64) -> Self {
         let (coordinates, scaling) = (&dataset.coordinates, dataset.scaling());
         let n = coordinates.dof();
-        let inputs = Scaling::features(coordinates) + n;
+        let inputs = scaling.features(coordinates) + n;
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let draw = |_| config.spread * normal(&mut rng);
         let hidden = (0..config.width * (inputs + 1)).map(draw).collect();
