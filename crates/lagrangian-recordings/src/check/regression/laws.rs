@@ -15,7 +15,7 @@ use super::terms::{Shapes, Terms};
 use super::undriven::vanishing;
 use super::{Filtered, Stretches};
 use crate::check::range;
-use lagrangian_motion::statistics::upper_median;
+use lagrangian_motion::statistics::{deviation, mean, upper_median};
 
 /// Fewer recordings do not tell which of them is the odd one; more take too long.
 const RECORDINGS: std::ops::RangeInclusive<usize> = 3..=100;
@@ -78,6 +78,9 @@ pub(super) struct Laws<'a> {
     ranges: Vec<Vec<(f64, f64)>>,
     /// Whether their terms are those of a chain: products of high degree fail where only one recording went.
     of_chains: bool,
+    /// Whether a coordinate turns at another speed in each recording, by more than its speed changes within one: terms that are not enough
+    /// then fit each recording by another law.
+    differ: bool,
 }
 
 /// A recording beside the others.
@@ -106,6 +109,18 @@ fn ranges(stretches: &Stretches<'_>, recording: usize) -> Vec<(f64, f64)> {
         }
     };
     (0..n).flat_map(of).collect()
+}
+
+/// Whether the mean velocities of a coordinate differ among recordings by more than its velocity changes within them.
+fn speeds_differ(stretches: &Stretches<'_>, sources: &[usize], i: usize) -> bool {
+    let n = stretches.speeds.len();
+    let of = |r: &usize| {
+        let own = stretches.signals.iter().filter(|s| s.source == *r);
+        let own = own.flat_map(|s| s.qd.iter().skip(i).step_by(n).copied());
+        (mean(&mut own.clone()), deviation(&mut own.clone()).powi(2))
+    };
+    let (means, within): (Vec<f64>, Vec<f64>) = sources.iter().map(of).unzip();
+    deviation(&mut means.into_iter()).powi(2) > mean(&mut within.into_iter())
 }
 
 /// The disagreement of these findings, if there are any.
@@ -255,6 +270,7 @@ impl<'a> Laws<'a> {
         Some(Self {
             names: names.collect(),
             joints,
+            differ: (0..n).any(|i| speeds_differ(&stretches, &sources, i)),
             sources,
             left,
             ranges,
@@ -300,7 +316,8 @@ impl<'a> Laws<'a> {
 
     /// The indices of recordings that follow one law while all others follow another one.
     pub(super) fn machine(&self) -> Option<Vec<usize>> {
-        let mut joints = (self.joints.iter().zip(&self.left)).filter(|_| self.of_chains);
+        let of_machine = self.of_chains && !self.differ;
+        let mut joints = (self.joints.iter().zip(&self.left)).filter(|_| of_machine);
         let group = joints.find_map(|(joint, left)| joint.groups(left))?;
         let pairs = self.sources.iter().zip(group);
         Some(pairs.filter(|(_, own)| *own).map(|(r, _)| *r).collect())
