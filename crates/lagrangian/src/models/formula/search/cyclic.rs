@@ -263,7 +263,7 @@ impl Motion {
                     sum[2 * n + i] += half * samples.tau[at];
                 }
             }
-            if (s - range.start) % every == 0 {
+            if (s - range.start).is_multiple_of(every) {
                 impulses.extend_from_slice(&sum);
             }
         }
