@@ -123,7 +123,8 @@ impl<'a> Motions<'a> {
     /// `None` where these are too few, or there are too many coordinates.
     fn of(dataset: &'a Dataset, smooth: bool) -> Option<Self> {
         let n = dataset.coordinates.dof();
-        if n > MOST {
+        // The page in a browser would load 60 kB more.
+        if n > MOST || cfg!(target_family = "wasm") {
             return None;
         }
         let mut noise = Noise::of(&dataset.coordinates, &dataset.train, &dataset.train_times);
