@@ -68,18 +68,29 @@ impl Scaling {
         }
     }
 
+    /// Whether a coordinate is cyclic; mostly there are none.
+    #[inline]
+    fn is_cyclic(&self, i: usize) -> bool {
+        !self.cyclic.is_empty() && self.names_cyclic(i)
+    }
+
+    #[inline(never)]
+    fn names_cyclic(&self, i: usize) -> bool {
+        self.cyclic.contains(&i)
+    }
+
     /// Whether the features of coordinate `i` are its cosine and sine.
     #[must_use]
     #[inline]
     pub fn is_circle(&self, coordinates: &Coordinates, i: usize) -> bool {
-        coordinates.is_circle(i) && !self.cyclic.contains(&i)
+        coordinates.is_circle(i) && !self.is_cyclic(i)
     }
 
     /// What divides the one feature of coordinate `i`: its scale, or ∞ where it is cyclic.
     #[must_use]
     #[inline]
     pub fn divisor(&self, i: usize) -> f64 {
-        match self.cyclic.contains(&i) {
+        match self.is_cyclic(i) {
             true => f64::INFINITY,
             false => self.q_scale[i],
         }
