@@ -123,7 +123,7 @@ impl<'a> Motions<'a> {
     /// `None` where these are too few, or there are too many coordinates.
     fn of(dataset: &'a Dataset, smooth: bool) -> Option<Self> {
         let n = dataset.coordinates.dof();
-        // The page in a browser would load 60 kB more.
+        // The page in a browser would load 10 kB more, beyond its limit.
         if n > MOST || cfg!(target_family = "wasm") {
             return None;
         }
