@@ -1,13 +1,14 @@
 //! Cyclic coordinates of recorded motions, before any fit: each motion keeps the momentum Σ fⱼ(q) q̇ⱼ of a coordinate that no fⱼ
 //! depends on (theory.md, equation 130n).
 
+use std::cell::OnceCell;
 use std::ops::Range;
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
 use super::super::term::Term;
-use super::eliminate::inverse_factor;
+use super::eliminate::{inverse_factor, square};
 use super::library;
 use super::rows::{COPIES, Noise, Noisy, State};
 use rand::SeedableRng;
@@ -72,9 +73,15 @@ pub(crate) fn drifts(dataset: &Dataset) -> Vec<Option<Drift>> {
     let Some(motions) = Motions::of(dataset, true) else {
         return vec![None; n];
     };
+    let with = OnceCell::new();
+    // Whether accelerations may change with it: whether features of all states tell those of other motions better than without it.
+    let is_felt = |i: usize| {
+        let with = with.get_or_init(|| unexplained(dataset, None));
+        unexplained(dataset, Some(i)) > (FELT * with + EXACT).min(UNTOLD)
+    };
     let drift = |i: usize| {
         let own = motions.momentum(i)?;
-        let kept = own.kept && !is_felt(dataset, i);
+        let kept = own.kept && !is_felt(i);
         Some(Drift { kept, ..own })
     };
     (0..n).map(drift).collect()
@@ -286,13 +293,6 @@ impl Motion {
     }
 }
 
-/// Whether accelerations may change with coordinate `i`: whether features of all states tell those of other motions better than features
-/// without it.
-fn is_felt(dataset: &Dataset, i: usize) -> bool {
-    let [with, without] = [None, Some(i)].map(|omitted| unexplained(dataset, omitted));
-    without > (FELT * with + EXACT).min(UNTOLD)
-}
-
 /// What a sum of random features of positions, velocities and forces leaves of the accelerations, in parts of their variances.
 fn unexplained(dataset: &Dataset, omitted: Option<usize>) -> f64 {
     let n = dataset.coordinates.dof();
@@ -382,8 +382,8 @@ impl Sums {
         self.drift += own.transpose() * &own;
     }
 
-    /// All momenta, with their drifts in parts of their size, the least first, each with the multiples of the impulses that change it least; a driven one must
-    /// be changed by its force.
+    /// All momenta, with their drifts in parts of their size, the least first, each with the multiples of the impulses that change it least; a
+    /// driven one must be changed by its force.
     fn momenta(&self, driven: bool) -> Option<Vec<(f64, Vec<f64>)>> {
         let (k, all) = (self.terms, self.drift.nrows());
         let unit: Vec<f64> = (0..all)
@@ -417,24 +417,10 @@ impl Sums {
 
     /// The drift of a momentum on these motions.
     fn drift(&self, momentum: &[f64], driven: bool) -> Drift {
-        let square = |of: &Mat<f64>, count: usize| {
-            let product = |(i, a): (usize, &f64)| -> f64 {
-                let row = momentum[..count].iter().enumerate();
-                row.map(|(j, b)| a * b * of[(i, j)]).sum()
-            };
-            momentum[..count]
-                .iter()
-                .enumerate()
-                .map(product)
-                .sum::<f64>()
-                .max(0.0)
-                / self.samples
-        };
-        let (drift, noise) = (
-            square(&self.drift, momentum.len()),
-            square(&self.noise, momentum.len()),
-        );
-        let size = square(if driven { &self.drift } else { &self.size }, self.terms);
+        let mean = |of: &Mat<f64>, c: &[f64]| square(of, c).max(0.0) / self.samples;
+        let (drift, noise) = (mean(&self.drift, momentum), mean(&self.noise, momentum));
+        let size = if driven { &self.drift } else { &self.size };
+        let size = mean(size, &momentum[..self.terms]);
         let share = (drift / size).sqrt();
         let rounding = if self.forced { SAMPLED } else { ROUNDING };
         let chance = (CHANCE * CHANCE * noise + rounding * rounding * size).sqrt();

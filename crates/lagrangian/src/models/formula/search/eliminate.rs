@@ -193,7 +193,7 @@ pub(super) fn inverse_factor(noise: Mat<f64>) -> Option<Mat<f64>> {
     Some(inverse)
 }
 
-fn square(m: &Mat<f64>, c: &[f64]) -> f64 {
+pub(super) fn square(m: &Mat<f64>, c: &[f64]) -> f64 {
     let row = |i: usize| {
         c.iter()
             .enumerate()
