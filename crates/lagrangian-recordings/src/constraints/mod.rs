@@ -8,9 +8,11 @@
 mod noise;
 mod points;
 mod taubin;
+mod velocity;
 
 use std::collections::BTreeSet;
 
+use lagrangian_motion::solve::{SymmetricSolver, dot};
 use lagrangian_motion::{Constraint, Coordinates, Error, Result, Topology};
 use serde::Serialize;
 
@@ -28,6 +30,8 @@ const OWN: f64 = 0.05;
 const SAMPLES: usize = 3000;
 const COORDINATES: usize = 64;
 const STATES: usize = 40;
+/// Newton's steps to a state that keeps the constraints.
+const SETTLED: usize = 3;
 /// The smallest number of motions that tell a constraint from the path of a motion, and of samples for each feature.
 const MOTIONS: usize = 3;
 const SAMPLES_EACH: usize = 5;
@@ -46,6 +50,8 @@ pub enum Kind {
     Rod,
     /// A point on another curve or surface of second order.
     Quadric,
+    /// A relation of velocities that none of positions implies, such as that of a skate or of a wheel that rolls.
+    Velocity,
 }
 
 /// A constraint that was found.
@@ -59,7 +65,7 @@ pub struct Found {
     pub points: Vec<usize>,
     /// The length of a rod, or the radius of a circle.
     pub length: Option<f64>,
-    /// The deviation of the positions from it.
+    /// The deviation of the positions from it; of a relation of velocities that of the motion from one sample to the next.
     pub scatter: f64,
     /// The deviation that the noise of the positions makes.
     pub noise: f64,
@@ -167,6 +173,10 @@ pub fn find_between(
         search.straight(&structure.points, &lines);
         search.quadrics(&structure.points);
     }
+    // The page in a browser has no room for it.
+    if !cfg!(target_family = "wasm") {
+        velocity::find(&mut search, &structure.points, &motions);
+    }
     structure.freedom = n - search.bases.iter().map(Vec::len).max().unwrap_or(0);
     structure.found = search.found;
     structure
@@ -213,6 +223,28 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
+    /// Moves positions to the nearest that keep the constraints.
+    fn settle(&self, q: &mut [f64]) {
+        let k = self.found.len();
+        let mut solver = SymmetricSolver::new(k);
+        for _ in 0..SETTLED {
+            let rows: Vec<Vec<f64>> = self.found.iter().map(|own| own.constraint.row(q)).collect();
+            let values = self
+                .found
+                .iter()
+                .map(|own| own.constraint.value(q).unwrap_or(0.0));
+            let values: Vec<f64> = values.collect();
+            let products: Vec<f64> = (0..k * k)
+                .map(|ij| dot(&rows[ij / k], &rows[ij % k]))
+                .collect();
+            let mut lambda = vec![0.0; k];
+            let _ = solver.solve(&products, &values, &mut lambda);
+            for (row, lambda) in rows.iter().zip(&lambda) {
+                q.iter_mut().zip(row).for_each(|(q, j)| *q -= lambda * j);
+            }
+        }
+    }
+
     fn states(&self) -> Vec<&[f64]> {
         let count = self.cloud.states().count();
         self.cloud
@@ -221,36 +253,28 @@ impl Search<'_> {
             .collect()
     }
 
-    /// Adds a relation that takes a direction that is still free; whether it does.
+    /// Adds a relation that takes a direction that is still free.
     fn add(
         &mut self,
         relation: Relation,
         kind: Kind,
         points: &[usize],
         named: impl FnOnce(&Constraint) -> (String, Option<f64>),
-    ) -> bool {
-        let rows = self
-            .states()
-            .into_iter()
-            .map(|q| relation.constraint.row(q));
-        let rows: Vec<Vec<f64>> = rows.collect();
-        let size = |rows: &[Vec<f64>]| rows.iter().flatten().map(|x| x * x).sum::<f64>();
-        let all = size(&rows);
-        let rest = rows
-            .into_iter()
-            .enumerate()
-            .map(|(s, row)| self.untaken(s, row));
-        let rest: Vec<Vec<f64>> = rest.collect();
-        let own = size(&rest);
-        if own < OWN * OWN * all {
-            return false;
+    ) {
+        let (free, share) = self.free_part(&relation.constraint);
+        if share >= OWN * OWN {
+            self.accept(relation, kind, points, named);
+            self.take(free);
         }
-        for (row, basis) in rest.into_iter().zip(&mut self.bases) {
-            let size = row.iter().map(|x| x * x).sum::<f64>().sqrt();
-            if size > 0.0 {
-                basis.push(row.iter().map(|x| x / size).collect());
-            }
-        }
+    }
+
+    fn accept(
+        &mut self,
+        relation: Relation,
+        kind: Kind,
+        points: &[usize],
+        named: impl FnOnce(&Constraint) -> (String, Option<f64>),
+    ) {
         let (name, length) = named(&relation.constraint);
         let noise = relation.scatter / relation.distance.max(f64::MIN_POSITIVE);
         self.found.push(Found {
@@ -264,16 +288,29 @@ impl Search<'_> {
             scatter: relation.scatter,
             noise,
         });
-        true
     }
 
-    /// The part of a row in the directions that no constraint takes at a state.
-    fn untaken(&self, state: usize, mut row: Vec<f64>) -> Vec<f64> {
-        for taken in &self.bases[state] {
-            let along: f64 = row.iter().zip(taken).map(|(a, b)| a * b).sum();
-            row.iter_mut().zip(taken).for_each(|(x, t)| *x -= along * t);
+    /// The part of the rows of a relation at some states in the directions that no constraint takes, and the share of its square.
+    fn free_part(&self, own: &Constraint) -> (Vec<Vec<f64>>, f64) {
+        let rows: Vec<Vec<f64>> = self.states().into_iter().map(|q| own.row(q)).collect();
+        let size = |rows: &[Vec<f64>]| rows.iter().map(|row| dot(row, row)).sum::<f64>();
+        let all = size(&rows);
+        let pairs = rows.into_iter().zip(&self.bases);
+        let free: Vec<Vec<f64>> = pairs
+            .map(|(row, taken)| velocity::rest(taken, row))
+            .collect();
+        let share = size(&free) / all;
+        (free, share)
+    }
+
+    /// Takes these directions, one at each state.
+    fn take(&mut self, rows: Vec<Vec<f64>>) {
+        for (row, basis) in rows.into_iter().zip(&mut self.bases) {
+            let size = dot(&row, &row).sqrt();
+            if size > 0.0 {
+                basis.push(row.iter().map(|x| x / size).collect());
+            }
         }
-        row
     }
 
     /// The distance from the nearest linear relation of these coordinates, in units of the noise.
@@ -452,12 +489,27 @@ fn square(first: &[usize], second: Option<&[usize]>) -> Constraint {
 /// A linear relation in words: `x1 = 0.5`, `x1 - x2 = 0.5`.
 fn straight(own: &Constraint, set: &[usize], names: &[&str]) -> String {
     let slopes: Vec<f64> = set.iter().map(|i| own.slope(*i)).collect();
-    let largest = slopes
+    let parts = slopes
         .iter()
-        .fold(0.0, |a: f64, b| if b.abs() > a.abs() { *b } else { a });
+        .copied()
+        .zip(names.iter().map(|own| (*own).to_owned()));
+    let text = sum(parts);
+    let largest = largest(slopes);
+    let value = -own.constant.unwrap_or(0.0) / largest;
+    format!("{text} = {}", rounded(value, 1.0_f64.max(value.abs())))
+}
+
+fn largest(all: impl IntoIterator<Item = f64>) -> f64 {
+    let larger = |a: f64, b: f64| if b.abs() > a.abs() { b } else { a };
+    all.into_iter().fold(0.0, larger)
+}
+
+/// A sum with coefficients in parts of the largest, without those that are nothing beside it.
+fn sum(parts: impl Iterator<Item = (f64, String)> + Clone) -> String {
+    let largest = largest(parts.clone().map(|own| own.0));
     let mut text = String::new();
-    for (name, slope) in names.iter().zip(&slopes) {
-        let part = slope / largest;
+    for (c, of) in parts {
+        let part = c / largest;
         if part.abs() < 1e-3 {
             continue;
         }
@@ -467,14 +519,12 @@ fn straight(own: &Constraint, set: &[usize], names: &[&str]) -> String {
             (false, true) => "",
             (false, false) => " + ",
         };
-        let size = rounded(part.abs(), 1.0);
         if (part.abs() - 1.0).abs() > 1e-3 {
-            text += &format!("{size} ");
+            text += &format!("{} ", rounded(part.abs(), 1.0));
         }
-        text += name;
+        text += &of;
     }
-    let value = -own.constant.unwrap_or(0.0) / largest;
-    format!("{text} = {}", rounded(value, 1.0_f64.max(value.abs())))
+    text
 }
 
 /// A number to four digits of this scale.

@@ -144,3 +144,69 @@ fn coordinates_that_move_by_themselves_have_no_constraint() {
         }
     }
 }
+
+/// A skate whose blade is along the line from its first mark to the second, on a curve that it glides along.
+fn skate(t: f64, k: f64) -> Vec<f64> {
+    let (sin, cos) = (1.3 * t + k).sin_cos();
+    let (x, y) = (t - 0.3 * k * t.cos(), 0.3 * k * sin);
+    let (dx, dy) = (1.0 + 0.3 * k * t.sin(), 0.39 * k * cos);
+    let speed = dx.hypot(dy);
+    vec![x, y, x + 0.5 * dx / speed, y + 0.5 * dy / speed]
+}
+
+/// An upright disc of radius 0.3 that rolls in a circle: its centre and two marks on its rim, a quarter apart.
+fn disc(t: f64, k: f64) -> Vec<f64> {
+    let (turn, roll) = (0.9 - 0.27 * k, 1.7 + 0.9 * (2.0 * k).sin());
+    let (heading, angle) = (k + turn * t, 2.0 * k + roll * t);
+    let (sin, cos) = heading.sin_cos();
+    let arc = 0.3 * roll / turn;
+    let centre = [arc * sin + k, -arc * cos, 0.3];
+    let rim = |angle: f64| {
+        let (across, up) = angle.sin_cos();
+        [0.3 * across * cos, 0.3 * across * sin, 0.3 * up]
+    };
+    let marks = [rim(angle), rim(angle + std::f64::consts::FRAC_PI_2)];
+    let places = marks.map(|own| [0, 1, 2].map(|i| centre[i] + own[i]));
+    [centre, places[0], places[1]].concat()
+}
+
+#[test]
+fn a_skate_and_a_rolling_disc_do_not_slip() {
+    let of_velocities = |own: &Structure| {
+        let all = own.found.iter();
+        all.filter(|own| own.kind == Kind::Velocity).count()
+    };
+    for noise in [0.0, 1e-3, 1e-2] {
+        let own = found(&["ax", "ay", "bx", "by"], 8, noise, skate);
+        assert_eq!((own.freedom, of_velocities(&own)), (2, 1), "{own:#?}");
+    }
+    for noise in [0.0, 3e-4] {
+        let names = ["ax", "ay", "az", "bx", "by", "bz", "cx", "cy", "cz"];
+        let own = found(&names, 14, noise, disc);
+        assert_eq!((own.freedom, of_velocities(&own)), (2, 2), "{own:#?}");
+    }
+}
+
+#[test]
+fn motions_that_slip_or_that_begin_at_rest_have_no_relation_of_velocities() {
+    let names = ["x1", "y1", "x2", "y2", "x3", "y3"];
+    // Released from rest, each mass keeps the direction of its first step and the angular momentum is 0.
+    let released: Places = |t, k| {
+        let (first, second) = ((2.0 * t).cos(), (3.1 * t).cos());
+        vec![
+            k.sin() * first,
+            k.cos() * first,
+            (3.0 * k).sin() * second,
+            (2.0 * k).cos() * second,
+        ]
+    };
+    let drifting: Places = |t, k| {
+        let own = skate(t, k);
+        vec![own[0], own[1] + 0.05 * t * t, own[2], own[3] + 0.05 * t * t]
+    };
+    for noise in [0.0, 1e-3, 1e-2] {
+        assert_eq!(found(&names, 8, noise, bars).freedom, 4);
+        assert_eq!(found(&names[..4], 8, noise, released).freedom, 4);
+        assert_eq!(found(&names[..4], 8, noise.min(1e-3), drifting).freedom, 3);
+    }
+}

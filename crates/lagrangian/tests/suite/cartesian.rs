@@ -148,6 +148,135 @@ fn short_pieces_with_velocities_give_the_motion_and_it_keeps_its_rods() {
 }
 
 #[test]
+fn marks_that_are_not_where_the_mass_is_share_inertia() {
+    // The second mark is half way to the second mass: v₂ = 2 v − v₁.
+    let mut recordings = recordings(6, 4.0, 0.02, 1e-3, false);
+    for q in recordings
+        .iter_mut()
+        .flat_map(|own| own.signals.q.chunks_mut(4))
+    {
+        (q[2], q[3]) = (0.5 * (q[0] + q[2]), 0.5 * (q[1] + q[3]));
+    }
+    let fit = fitted(recordings, CartesianConfig::default()).unwrap();
+    let law = fit.model.written().unwrap();
+    assert!(law.is_law(), "{}", law.text);
+    let parameters = fit.model.parameters();
+    let of = |name: &str| {
+        let own = parameters.iter().find(|own| own.name == name);
+        own.unwrap_or_else(|| panic!("{parameters:?}")).value
+    };
+    let second = of("mass of (q3, q4)");
+    for (name, truth) in [
+        ("mass of (q1, q2)", 1.7 / 2.8),
+        ("inertia shared by (q1, q2) and (q3, q4)", -0.5),
+        ("V: q2", 9.8 * (1.0 - 0.7) / 2.8),
+        ("V: q4", 9.8 * 1.4 / 2.8),
+    ] {
+        let own = of(name) / second;
+        assert!(
+            (own - truth).abs() < 0.01 * (1.0 + truth.abs()),
+            "{name} {own} {truth}: {}",
+            law.text
+        );
+    }
+    let bytes = fit
+        .model
+        .save(Provenance::default())
+        .unwrap()
+        .to_bytes()
+        .unwrap();
+    let loaded = Learned::load(&SavedModel::from_bytes(&bytes).unwrap()).unwrap();
+    assert_eq!(loaded.parameters(), parameters);
+}
+
+/// A sleigh of 1.3 kg and 0.12 kg m² whose blade is 0.25 m behind its centre: both marks, at the blade and 0.65 m before it, and their velocities.
+fn sleigh(start: [f64; 5], seconds: f64) -> [Vec<f64>; 2] {
+    let (mass, inertia, arm, length) = (1.3, 0.12, 0.25, 0.65);
+    let rates = |[_, _, angle, speed, turn]: [f64; 5]| {
+        let slow = mass * arm / (inertia + mass * arm * arm);
+        let (sin, cos) = angle.sin_cos();
+        [
+            speed * cos,
+            speed * sin,
+            turn,
+            arm * turn * turn,
+            -slow * speed * turn,
+        ]
+    };
+    let plus = |a: [f64; 5], b: [f64; 5], h: f64| [0, 1, 2, 3, 4].map(|i| a[i] + h * b[i]);
+    let (mut state, mut q, mut qd) = (start, Vec::new(), Vec::new());
+    for _ in 0..(seconds / 0.02) as usize {
+        let [x, y, angle, speed, turn] = state;
+        let (sin, cos) = angle.sin_cos();
+        q.extend([x, y, x + length * cos, y + length * sin]);
+        qd.extend([speed * cos, speed * sin]);
+        qd.extend([
+            speed * cos - length * turn * sin,
+            speed * sin + length * turn * cos,
+        ]);
+        for _ in 0..10 {
+            let a = rates(state);
+            let b = rates(plus(state, a, 1e-3));
+            let c = rates(plus(state, b, 1e-3));
+            let d = rates(plus(state, c, 2e-3));
+            state = [0, 1, 2, 3, 4]
+                .map(|i| state[i] + 2e-3 / 6.0 * (a[i] + 2.0 * (b[i] + c[i]) + d[i]));
+        }
+    }
+    [q, qd]
+}
+
+#[test]
+fn a_sleigh_is_found_not_to_slip_and_glides_as_it_did() {
+    let start = |k: usize| {
+        let k = k as f64;
+        [
+            k.sin(),
+            k.cos(),
+            2.0 * k,
+            0.4 + 0.2 * (3.0 * k).sin(),
+            2.5 * (2.0 * k + 1.0).cos(),
+        ]
+    };
+    let recording = |k: usize| {
+        let [q, _] = sleigh(start(k), 4.0);
+        let t = (0..q.len() / 4).map(|s| 0.02 * s as f64).collect();
+        let signals = Signals {
+            q,
+            ..Signals::default()
+        };
+        Recording {
+            t,
+            signals,
+            ..recordings(1, 0.1, 0.05, 0.0, false).remove(0)
+        }
+    };
+    let fit = fitted((0..9).map(recording).collect(), CartesianConfig::default()).unwrap();
+    let [truth, speeds] = sleigh(start(20), 6.0);
+    let times: Vec<f64> = (0..truth.len() / 4).map(|s| 0.02 * s as f64).collect();
+    let options = RolloutOptions::default();
+    let own = rollout::rollout(
+        &fit.model,
+        &truth[..4],
+        &speeds[..4],
+        &times,
+        &free,
+        &options,
+    );
+    let own = own.unwrap().trajectory.q.clone();
+    let worst = own
+        .iter()
+        .zip(&truth)
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f64::max);
+    assert!(
+        worst < 1e-4,
+        "{worst:.1e} {}",
+        fit.model.written().unwrap().text
+    );
+}
+
+#[test]
 fn a_model_of_points_is_saved_to_the_bit() {
     let fit = fitted(recordings(20, 0.6, 0.1, 0.0, true), rods()).unwrap();
     let bytes = fit

@@ -2,6 +2,7 @@
 //!
 //! | file | content |
 //! |---|---|
+//! | `inertia.rs` | masses, and what the points of a rigid body share |
 //! | `points.rs` | the Lagrangian of the points |
 //! | `radial.rs` | forces along the line between two points, or to the origin |
 //! | `start.rs` | which forces there are between points that nothing holds, and their masses, by rows that need no velocity |
@@ -11,6 +12,7 @@
 //! | `family.rs` | the data of the family, its saved form, its row of the table |
 
 pub(crate) mod family;
+mod inertia;
 mod points;
 mod radial;
 mod search;

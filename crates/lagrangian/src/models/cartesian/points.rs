@@ -3,12 +3,14 @@
 use serde::{Deserialize, Serialize};
 
 use super::family::NAME;
+use super::inertia::{Shared, inverse_of, mass_matrix};
 use super::radial::{Radial, RadialLaw};
 use crate::models::formula::{Style, push_term};
 use crate::models::learned::Stored;
 use crate::models::named::Parameter;
 use lagrangian_mechanics::expression::{Expressed, Moving};
 use lagrangian_mechanics::lagrangian::{Jet, Jets, Lagrangian};
+use lagrangian_motion::solve::dot;
 use lagrangian_motion::{Constraint, Coordinates, Error, Result};
 
 /// At most so many powers of one distance are summed, such as those of a spring or of two molecules: more would be an expansion, and curves are a
@@ -29,6 +31,9 @@ pub(super) struct Shape {
     /// The terms of the potential after these: functions of distances.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) radial: Vec<Radial>,
+    /// What points of one rigid body share of its inertia.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) shared: Vec<Shared>,
     /// The constraints.
     pub(super) constraints: Vec<Constraint>,
     /// χ² over its expectation, where the noise of the data is known.
@@ -37,8 +42,18 @@ pub(super) struct Shape {
 }
 
 impl Shape {
+    /// The number of inertias: of points, and of what they share.
+    fn inertias(&self) -> usize {
+        self.points.len() + self.shared.len()
+    }
+
     /// Refuses terms of other coordinates or points.
     fn check(&self, n: usize) -> Result<()> {
+        let wrong = |own: &&Shared| !own.is_right(&self.points);
+        if let Some(own) = self.shared.iter().find(wrong) {
+            let must = "of two points with as many coordinates, two where it is turned";
+            return Err(Error::argument("shared inertia", format!("{own:?}"), must));
+        }
         let product =
             |own: &&Vec<usize>| !((1..=2).contains(&own.len()) && own.iter().all(|i| *i < n));
         if let Some(term) = self.potential.iter().find(product) {
@@ -99,7 +114,7 @@ pub enum PointTerm {
     Friction(usize),
 }
 
-/// Points with masses in a potential, in the order of the parameters: masses, then coefficients of the potential.
+/// Points with masses in a potential, in the order of the parameters: masses, what points share, then coefficients of the potential.
 #[derive(Debug, Clone)]
 pub struct Points {
     pub(super) coordinates: Coordinates,
@@ -107,8 +122,8 @@ pub struct Points {
     parameters: Vec<f64>,
     /// The standard error of each parameter; 0 where it is not known.
     errors: Vec<f64>,
-    /// The mass of each coordinate.
-    masses: Vec<f64>,
+    /// The mass matrix, `[n, n]`.
+    mass: Vec<f64>,
 }
 
 impl Points {
@@ -119,26 +134,29 @@ impl Points {
         errors: Vec<f64>,
     ) -> Result<Self> {
         let n = coordinates.dof();
-        let expected = shape.points.len() + shape.potential.len() + shape.radial.len();
+        let expected = shape.inertias() + shape.potential.len() + shape.radial.len();
         let remedy = "give one for each point and each term of the potential";
         Error::check_shape("parameters", parameters.len(), expected, remedy)?;
         Error::check_shape("standard errors", errors.len(), expected, remedy)?;
         Error::check_finite("parameters", &parameters)?;
         Error::check_finite("standard errors", &errors)?;
         shape.check(n)?;
-        let mut masses = vec![0.0; n];
-        for (point, mass) in shape.points.iter().zip(&parameters) {
-            if *mass <= 0.0 {
-                return Err(Error::argument("mass", mass, "above 0"));
-            }
-            point.iter().for_each(|i| masses[*i] = *mass);
+        let of = (&shape.points[..], &shape.shared[..]);
+        let mass = mass_matrix(n, of, &parameters[..shape.inertias()]);
+        if inverse_of(&mass, n).is_none() {
+            let masses = format!("{:?}", &parameters[..shape.inertias()]);
+            return Err(Error::argument(
+                "masses",
+                masses,
+                "a positive kinetic energy in all motions",
+            ));
         }
         Ok(Self {
             coordinates,
             shape,
             parameters,
             errors,
-            masses,
+            mass,
         })
     }
 
@@ -150,14 +168,14 @@ impl Points {
 
     /// The terms of the potential that are products of coordinates, with their coefficients.
     pub fn potential(&self) -> impl Iterator<Item = (&[usize], f64)> {
-        let coefficients = &self.parameters[self.shape.points.len()..];
+        let coefficients = &self.parameters[self.shape.inertias()..];
         let terms = self.shape.potential.iter().map(|own| &own[..]);
         terms.zip(coefficients.iter().copied())
     }
 
     /// The terms of the potential that are functions of distances, with their coefficients.
     pub fn radial(&self) -> impl Iterator<Item = (&Radial, f64)> {
-        let first = self.shape.points.len() + self.shape.potential.len();
+        let first = self.shape.inertias() + self.shape.potential.len();
         let coefficients = &self.parameters[first..];
         self.shape.radial.iter().zip(coefficients.iter().copied())
     }
@@ -165,7 +183,7 @@ impl Points {
     /// Whether the coefficient of each force is far from nothing, in standard errors.
     pub(super) fn is_certain(&self) -> bool {
         let all = self.parameters.iter().zip(&self.errors);
-        let mut forces = all.skip(self.shape.points.len());
+        let mut forces = all.skip(self.shape.inertias());
         forces.all(|(value, error)| value.abs() >= CERTAIN * error)
     }
 
@@ -192,7 +210,21 @@ impl Points {
         let radial = self.shape.radial.iter();
         let radial = radial.map(|own| (format!("V: {}", own.written(of, Style::Text)), own.unit()));
         let potential = self.shape.potential.iter().map(term).chain(radial);
-        let all = self.shape.points.iter().map(mass).chain(potential);
+        let share = |own: &Shared| {
+            let [a, b] = own
+                .points
+                .map(|at| names(&self.shape.points[at]).replace(' ', ", "));
+            let what = if own.turned {
+                "turned inertia"
+            } else {
+                "inertia"
+            };
+            (format!("{what} shared by ({a}) and ({b})"), "kg".to_owned())
+        };
+        let masses = self.shape.points.iter().map(mass);
+        let all = masses
+            .chain(self.shape.shared.iter().map(share))
+            .chain(potential);
         let values = self.parameters.iter().zip(&self.errors);
         let held = |at: usize| {
             self.shape
@@ -221,7 +253,8 @@ impl Points {
         let mut text = String::from("L =");
         let mut add =
             |value: f64, error: f64, of: &str| push_term(&mut text, [value, error], of, style);
-        let (masses, others) = self.errors.split_at(self.shape.points.len());
+        let (inertias, others) = self.errors.split_at(self.shape.inertias());
+        let (masses, shared) = inertias.split_at(self.shape.points.len());
         let points = self.shape.points.iter().zip(self.masses()).zip(masses);
         for ((point, mass), error) in points.filter(|own| !self.shape.is_held(own.0.0)) {
             let squares = point.iter().map(|i| format!("{}^2", style.rate(&name(i))));
@@ -232,6 +265,14 @@ impl Points {
                 sum
             };
             add(0.5 * mass, 0.5 * error, &sum);
+        }
+        let values = &self.parameters[self.shape.points.len()..];
+        for ((own, value), error) in self.shape.shared.iter().zip(values).zip(shared) {
+            add(
+                *value,
+                *error,
+                &own.written(&self.shape.points, |i| name(&i), style),
+            );
         }
         let (products, radial) = others.split_at(self.shape.potential.len());
         let mut curves: Vec<String> = Vec::new();
@@ -272,8 +313,9 @@ impl Lagrangian for Points {
     fn expressed<'g>(&self, at: &Moving<'g>) -> Option<Expressed<'g>> {
         let (q, qd, graph) = (at.q.each(), at.qd.each(), at.q.graph());
         let mut sum = graph.number(0.0);
-        for (v, mass) in qd.iter().zip(&self.masses) {
-            sum = sum + graph.number(0.5 * mass) * *v * *v;
+        let entries = self.mass.iter().enumerate().filter(|own| *own.1 != 0.0);
+        for (at, mass) in entries {
+            sum = sum + graph.number(0.5 * mass) * qd[at / qd.len()] * qd[at % qd.len()];
         }
         for (term, c) in self.potential() {
             let product = term.iter().map(|i| q[*i]);
@@ -291,7 +333,7 @@ struct PointJets<'a>(&'a Points);
 
 impl Jets for PointJets<'_> {
     fn jet(&mut self, q: &[f64], qd: &[f64], jet: &mut Jet) {
-        let n = self.0.masses.len();
+        let n = self.0.coordinates.dof();
         let states = q.len() / n.max(1);
         jet.resize(states, n);
         let fields = [&mut jet.lagrangian, &mut jet.dl_dq];
@@ -300,10 +342,10 @@ impl Jets for PointJets<'_> {
         all.for_each(|field| field.fill(0.0));
         for s in 0..states {
             let (q, qd) = (&q[s * n..][..n], &qd[s * n..][..n]);
-            for (i, mass) in self.0.masses.iter().enumerate() {
-                jet.mass_matrix[(s * n + i) * n + i] = *mass;
-                jet.momentum[s * n + i] = mass * qd[i];
-                jet.lagrangian[s] += 0.5 * mass * qd[i] * qd[i];
+            jet.mass_matrix[s * n * n..][..n * n].copy_from_slice(&self.0.mass);
+            for (i, row) in self.0.mass.chunks_exact(n).enumerate() {
+                jet.momentum[s * n + i] = dot(row, qd);
+                jet.lagrangian[s] += 0.5 * jet.momentum[s * n + i] * qd[i];
             }
             for (term, c) in self.0.potential() {
                 let value: f64 = term.iter().map(|i| q[*i]).product();

@@ -4,11 +4,12 @@ use nets::Instant;
 
 use super::CartesianConfig;
 use super::family::Cartesian;
+use super::inertia::Shared;
 use super::points::{MOST_POWERS, PointTerm, Points, Shape};
 use super::radial::{Radial, RadialLaw};
 use super::shooting::{Data, Problem, Segment};
 use super::start::{self, EXPONENTS, is_curve};
-use super::system::{Layout, directions, inverse};
+use super::system::{Layout, inverse, tangent};
 use crate::dataset::Dataset;
 use crate::models::family::Solution;
 use crate::models::formula::{WINDOW, errors, noise_sizes, scores};
@@ -18,6 +19,7 @@ use lagrangian_mechanics::dynamics::Mechanical;
 use lagrangian_mechanics::forces::Dissipation;
 use lagrangian_motion::solve::dot;
 use lagrangian_motion::solve::quadratic::Quadratic;
+use lagrangian_motion::solve::ridge::{Ridge, scales};
 use lagrangian_motion::statistics::{column, deviation, root_mean_square};
 use lagrangian_motion::{Error, Result, Samples};
 
@@ -33,6 +35,12 @@ const COMPARED: usize = 60;
 const MOST_TERMS: usize = 200;
 /// The part of its size by which a term must differ from those before it.
 const INDEPENDENT: f64 = 1e-6;
+/// A misfit beyond which points may be those of bodies, and a ridge in parts of the columns that moves what motions tell by nothing.
+const MISFIT: f64 = 1.1;
+const GAUGE: f64 = 1e-10;
+/// The error of an inertia that motions do not tell, in parts of the largest mass, and one that tells whether there is any.
+const GUESSED: f64 = 0.1;
+const KNOWN: f64 = 0.03;
 /// The smallest mass that a start may have, in parts of the largest.
 const LIGHT: f64 = 0.02;
 /// A term beyond so many standard errors is added, and one below so many left out, or below this part of the largest force.
@@ -93,30 +101,29 @@ pub(super) fn find(
         !(observer.stage(what, share).is_break() || late)
     };
     let candidates = fit.candidates(dataset);
-    let mut fit = match free {
-        true => fit.between_points(dataset, &mut tell)?,
-        false => fit.under_constraints(dataset, &candidates, &mut tell),
-    };
-    if !fit.cost.is_finite() {
+    if free {
+        let mut fit = fit.between_points(dataset, &mut tell)?;
+        fit.complete(&candidates, &mut tell);
+        return fit.solution(dataset);
+    }
+    let mut points = fit.clone();
+    points.under_constraints(dataset, &candidates, &mut tell);
+    let shared = Shared::of_rods(&points.layout.points, &config.constraints);
+    if !shared.is_empty() && points.lacks_inertia(&shared, dataset) {
+        let mut bodies = fit;
+        bodies.layout.shared = shared;
+        bodies.under_constraints(dataset, &candidates, &mut tell);
+        if bodies.explains_more(&points) {
+            points = bodies;
+        }
+    }
+    if !points.cost.is_finite() {
         return Err(Error::setting(
             "no masses were found: simulations from the recorded states under these constraints do not stay finite",
             "check that the motions keep the constraints, and that times and velocities are right",
         ));
     }
-    for _ in 0..ROUNDS {
-        if !(tell("looking for other forces", 0.6) && fit.add_missing(&candidates)) {
-            break;
-        }
-        fit.refine(&mut || tell("fitting masses and forces", 0.7));
-    }
-    if fit.drop_small() {
-        fit.refine(&mut || tell("fitting masses and forces", 0.8));
-    }
-    if fit.data.times.longest() > HORIZONS[0] {
-        fit.lengthen();
-        fit.refine(&mut || tell("fitting masses and forces to longer motions", 0.9));
-    }
-    fit.solution(dataset)
+    points.solution(dataset)
 }
 
 impl<'a> Fit<'a> {
@@ -148,6 +155,7 @@ impl<'a> Fit<'a> {
             layout: Layout {
                 n,
                 constraints: config.constraints.clone(),
+                shared: Vec::new(),
                 terms: Vec::new(),
                 reference: fastest.filter(|_| !dataset.forced),
                 points,
@@ -230,18 +238,67 @@ impl<'a> Fit<'a> {
         kept
     }
 
-    /// As [`Self::least_squares`], with the constant forces, refined.
+    /// As [`Self::least_squares`], with the constant forces, refined and completed.
     fn under_constraints(
-        mut self,
+        &mut self,
         dataset: &Dataset,
         candidates: &[PointTerm],
         tell: &mut dyn FnMut(&str, f64) -> bool,
-    ) -> Self {
+    ) {
         let constant = |own: &&PointTerm| matches!(own, PointTerm::Potential(of) if of.len() == 1);
         self.layout.terms = candidates.iter().filter(constant).cloned().collect();
         self.least_squares(dataset);
         self.refine(&mut || tell("fitting masses and forces", 0.3));
-        self
+        self.complete(candidates, tell);
+    }
+
+    /// Adds the forces that are missing, leaves out those that are nothing, and refines with longer motions.
+    fn complete(&mut self, candidates: &[PointTerm], tell: &mut dyn FnMut(&str, f64) -> bool) {
+        if !self.cost.is_finite() {
+            return;
+        }
+        for _ in 0..ROUNDS {
+            if !(tell("looking for other forces", 0.6) && self.add_missing(candidates)) {
+                break;
+            }
+            self.refine(&mut || tell("fitting masses and forces", 0.7));
+        }
+        if self.drop_small(false) {
+            self.refine(&mut || tell("fitting masses and forces", 0.8));
+        }
+        if self.data.times.longest() > HORIZONS[0] {
+            self.lengthen();
+            self.refine(&mut || tell("fitting masses and forces to longer motions", 0.9));
+        }
+        // Long motions without needless forces tell best what bodies share.
+        if !self.layout.shared.is_empty() && self.drop_small(true) {
+            self.refine(&mut || tell("fitting masses and forces to longer motions", 0.95));
+        }
+    }
+
+    /// Whether simulations fail, or the cost falls along inertia that bodies may share by more than chance.
+    fn lacks_inertia(&self, shared: &[Shared], dataset: &Dataset) -> bool {
+        if !self.cost.is_finite() || self.misfit(dataset).is_some_and(|own| own > MISFIT) {
+            return true;
+        }
+        if self.is_exact() {
+            return false;
+        }
+        let mut layout = self.layout.clone();
+        let points = layout.points.len();
+        layout.shared = shared.to_vec();
+        let mut theta = self.theta.clone();
+        theta.splice(points..points, vec![0.0; shared.len()]);
+        let asked: Vec<usize> = (points..layout.inertias()).collect();
+        let largest = self.scores(&layout, &theta, &asked, asked.len());
+        largest.iter().any(|(_, z)| *z > MISSING)
+    }
+
+    /// Whether it leaves less of the motion than another fit with fewer parameters, by more than chance.
+    fn explains_more(&self, other: &Self) -> bool {
+        let count = self.problem().expected(&self.segments);
+        let more = self.layout.len().saturating_sub(other.layout.len()).max(1) as f64;
+        self.cost.is_finite() && count * (other.left() / self.left()).ln() > MISSING.powi(2) * more
     }
 
     /// The forces between points that nothing holds, refined: the first choice that explains the motions to their noise, or the best.
@@ -347,30 +404,34 @@ impl<'a> Fit<'a> {
     /// give none.
     fn least_squares(&mut self, dataset: &Dataset) {
         let points = self.layout.points.len();
+        let mut unit = vec![0.0; self.layout.len()];
+        unit[..points].fill(1.0);
+        let inertias = self.layout.inertias();
         for held in [
             self.layout.reference.into_iter().collect(),
-            (0..points).collect::<Vec<_>>(),
+            (0..inertias).collect::<Vec<_>>(),
         ] {
+            self.theta.clone_from(&unit);
             let (sums, free) = self.balance(&dataset.train, &held);
-            self.theta = vec![1.0; points];
-            self.theta.resize(self.layout.len(), 0.0);
-            let solution = sums.solution();
-            free.iter()
-                .zip(solution)
-                .for_each(|(k, x)| self.theta[*k] = x);
+            // Of inertias that motions do not tell apart, those nearest to unit masses.
+            let scale = scales(free.len(), |k| sums.row(k)[k], f64::MIN_POSITIVE);
+            let entry = |k: usize, j: usize| sums.row(k.max(j))[k.min(j)];
+            let found =
+                Ridge::new(entry, scale, GAUGE).and_then(|own| own.solve_one(|k| sums.right[k]));
+            let changes = free.iter().zip(found.into_iter().flatten());
+            changes.for_each(|(k, by)| self.theta[*k] += by);
             let largest = self.theta[..points].iter().copied().fold(0.0, f64::max);
             let light = self.theta[..points]
                 .iter()
                 .any(|mass| *mass < LIGHT * largest);
-            if !light && self.theta.iter().all(|x| x.is_finite()) {
+            if !light && self.layout.inverse(&self.theta).is_some() {
                 return;
             }
         }
-        self.theta.fill(0.0);
-        self.theta[..points].fill(1.0);
+        self.theta = unit;
     }
 
-    /// The sums of least squares of Nᵀ(M a − F − τ) = 0 over the parameters that are not held at 1, and these.
+    /// The sums of least squares of Nᵀ(M a − F − τ) = 0 over changes of the parameters that are not held, and these.
     fn balance(&self, data: &Samples, held: &[usize]) -> (Quadratic, Vec<usize>) {
         let layout = &self.layout;
         let n = layout.n;
@@ -381,28 +442,21 @@ impl<'a> Fit<'a> {
             let state = [row.q, row.qd].concat();
             let column = |k: usize| {
                 let mut own = vec![0.0; n];
-                match layout.points.get(k) {
-                    Some(point) => point.iter().for_each(|i| own[*i] = row.qdd[*i]),
-                    None => {
-                        let term = &layout.terms[k - layout.points.len()];
-                        layout.add_force(term, -1.0, &state, &mut own);
-                    }
+                match k.checked_sub(layout.inertias()) {
+                    None => layout.add_momentum(k, 1.0, row.qdd, &mut own),
+                    Some(term) => layout.add_force(&layout.terms[term], -1.0, &state, &mut own),
                 }
                 own
             };
             let columns: Vec<Vec<f64>> = free.iter().map(|k| column(*k)).collect();
             let mut right = row.tau.to_vec();
-            for k in held {
-                right
-                    .iter_mut()
-                    .zip(column(*k))
-                    .for_each(|(x, own)| *x -= own);
+            for k in (0..layout.points.len()).filter(|k| self.theta[*k] != 0.0) {
+                let right = right.iter_mut().zip(column(k));
+                right.for_each(|(x, own)| *x -= self.theta[k] * own);
             }
-            let free = directions(layout, &state);
-            for direction in &free[free.len() / 2..] {
-                let along = &direction[n..];
-                let row: Vec<f64> = columns.iter().map(|own| dot(own, along)).collect();
-                sums.add_row(&row, dot(&right, along));
+            for along in tangent(n, &layout.constraints, row.q) {
+                let row: Vec<f64> = columns.iter().map(|own| dot(own, &along)).collect();
+                sums.add_row(&row, dot(&right, &along));
             }
         }
         (sums, free)
@@ -474,27 +528,11 @@ impl<'a> Fit<'a> {
         layout.terms.extend(others.iter().cloned());
         let mut theta = self.theta.clone();
         theta.resize(layout.len(), 0.0);
-        let problem = Problem {
-            layout: &layout,
-            ..self.problem()
-        };
-        let samples = self.data.samples.len();
-        let every = samples.min(MOST).div_ceil(LOOKED_AT).max(1);
-        let some: Vec<Segment> = self.segments.iter().step_by(every).cloned().collect();
-        let Some(normal) = problem.normal(&theta, &some) else {
-            return false;
-        };
-        let known: Vec<usize> = (0..count)
-            .filter(|k| Some(*k) != layout.reference)
-            .collect();
-        let asked: Vec<(usize, usize)> = (0..others.len()).map(|at| (at, count + at)).collect();
         let friction = |own: &PointTerm| matches!(own, PointTerm::Friction(_));
         let first = others.iter().position(friction).unwrap_or(others.len());
-        let mut found = scores(&normal.information(), &known, &asked, first);
-        let size = (self.cost / self.problem().expected(&self.segments))
-            .sqrt()
-            .max(1.0);
-        found.retain(|(_, z)| z.is_finite() && *z > MISSING * size);
+        let asked: Vec<usize> = (count..layout.len()).collect();
+        let mut found = self.scores(&layout, &theta, &asked, first);
+        found.retain(|(_, z)| *z > MISSING);
         found.sort_by(|a, b| b.1.total_cmp(&a.1));
         let least = found.first().map_or(0.0, |own| 0.3 * own.1);
         let mut added: Vec<PointTerm> = Vec::new();
@@ -513,66 +551,127 @@ impl<'a> Fit<'a> {
         !added.is_empty()
     }
 
-    /// The standard errors of all parameters; 0 where they are not known.
-    fn errors(&self) -> Vec<f64> {
+    /// How far χ² falls along parameters that are 0, in units of chance, of which those from `friction` on may only be positive; nothing where
+    /// simulations fail.
+    fn scores(
+        &self,
+        layout: &Layout,
+        theta: &[f64],
+        asked: &[usize],
+        friction: usize,
+    ) -> Vec<(usize, f64)> {
+        let problem = Problem {
+            layout,
+            ..self.problem()
+        };
+        let samples = self.data.samples.len();
+        let every = samples.min(MOST).div_ceil(LOOKED_AT).max(1);
+        let some: Vec<Segment> = self.segments.iter().step_by(every).cloned().collect();
+        let Some(normal) = problem.normal(theta, &some) else {
+            return Vec::new();
+        };
+        let known: Vec<usize> = (layout.free().into_iter())
+            .filter(|k| !asked.contains(k))
+            .collect();
+        let asked: Vec<(usize, usize)> = asked.iter().copied().enumerate().collect();
+        let size = (self.cost / self.problem().expected(&self.segments))
+            .sqrt()
+            .max(1.0);
+        let found = scores(&normal.information(), &known, &asked, friction).into_iter();
+        let found = found.map(|(at, z)| (at, z / size));
+        found.filter(|(_, z)| z.is_finite()).collect()
+    }
+
+    /// The standard errors of all parameters; 0 where they are not known. Inertias may be known beforehand to a part of the largest mass.
+    fn errors(&self, known: Option<f64>) -> Vec<f64> {
         let problem = self.problem();
         let Some(normal) = problem.normal(&self.theta, &self.segments) else {
             return vec![0.0; self.theta.len()];
         };
         let misfit = self.cost / problem.expected(&self.segments);
-        errors(&normal.information().0, self.layout.reference, misfit)
+        let (mut information, _) = normal.information();
+        for (part, k) in known
+            .iter()
+            .flat_map(|own| (0..self.layout.inertias()).map(move |k| (own, k)))
+        {
+            information[(k, k)] += (part * self.heaviest()).powi(-2);
+        }
+        errors(&information, self.layout.reference, misfit)
     }
 
-    /// Leaves out the terms whose coefficients are nothing; whether there is any.
-    fn drop_small(&mut self) -> bool {
-        let (points, errors) = (self.layout.points.len(), self.errors());
-        let states = self.data.states();
-        let size = |at: usize| {
-            let term = &self.layout.terms[at];
-            let mut sum = 0.0;
-            for s in spread(self.data.samples, COMPARED) {
-                let mut force = vec![0.0; self.layout.n];
-                let c = self.theta[points + at];
-                self.layout.add_force(
-                    term,
-                    c,
-                    &states[s * 2 * self.layout.n..][..2 * self.layout.n],
-                    &mut force,
-                );
-                sum += dot(&force, &force);
-            }
-            sum.sqrt()
-        };
-        let sizes: Vec<f64> = (0..self.layout.terms.len()).map(size).collect();
+    fn heaviest(&self) -> f64 {
+        let masses = self.theta[..self.layout.points.len()].iter().copied();
+        masses.fold(0.0, f64::max)
+    }
+
+    /// Leaves out the terms whose coefficients are nothing, and the shared inertias that are known to be, if asked; whether there is any.
+    fn drop_small(&mut self, shared: bool) -> bool {
+        // Motions may leave a scale of a body's inertia open, on which all else depends.
+        let known = (!self.layout.shared.is_empty()).then_some(GUESSED);
+        let (points, inertias, errors) = (
+            self.layout.points.len(),
+            self.layout.inertias(),
+            self.errors(known),
+        );
+        let sizes = self.sizes();
         let largest = sizes.iter().copied().fold(0.0, f64::max);
-        let keeps = |at: &usize| {
-            let (value, error) = (self.theta[points + at], errors[points + at]);
-            let sign = value > 0.0 || !matches!(self.layout.terms[*at], PointTerm::Friction(_));
-            let counts = value.abs() >= SIGNIFICANT * error && sizes[*at] > FAINT * largest;
-            sign && (counts || is_curve(&self.layout.terms[*at]))
+        let counts = |k: usize| self.theta[k].abs() >= SIGNIFICANT * errors[k];
+        let keeps = |k: &usize| {
+            let Some(at) = k.checked_sub(inertias) else {
+                let faint = self.theta[*k].abs() < FAINT * self.heaviest();
+                let unknown = errors[*k] > KNOWN * self.heaviest();
+                return !shared || *k < points || unknown || counts(*k) && !faint;
+            };
+            let term = &self.layout.terms[at];
+            let sign = self.theta[*k] > 0.0 || !matches!(term, PointTerm::Friction(_));
+            sign && (is_curve(term) || counts(*k) && sizes[at] > FAINT * largest)
         };
-        let kept: Vec<usize> = (0..sizes.len()).filter(keeps).collect();
-        let all = kept.len() == sizes.len();
-        let theta = self.theta[..points].iter().copied();
-        self.theta = theta
-            .chain(kept.iter().map(|at| self.theta[points + at]))
-            .collect();
-        self.layout.terms = kept
-            .iter()
-            .map(|at| self.layout.terms[*at].clone())
-            .collect();
+        let kept: Vec<usize> = (0..self.theta.len()).filter(keeps).collect();
+        let all = kept.len() == self.theta.len();
+        self.theta = kept.iter().map(|k| self.theta[*k]).collect();
+        let mut at = points..;
+        self.layout
+            .shared
+            .retain(|_| at.next().is_some_and(|k| kept.contains(&k)));
+        self.layout
+            .terms
+            .retain(|_| at.next().is_some_and(|k| kept.contains(&k)));
         !all
+    }
+
+    /// The size of the force of each term.
+    fn sizes(&self) -> Vec<f64> {
+        let (n, states) = (self.layout.n, self.data.states());
+        let size = |(term, c): (&PointTerm, &f64)| {
+            let square = |s: usize| {
+                let mut force = vec![0.0; n];
+                self.layout
+                    .add_force(term, *c, &states[s * 2 * n..][..2 * n], &mut force);
+                dot(&force, &force)
+            };
+            spread(self.data.samples, COMPARED)
+                .map(square)
+                .sum::<f64>()
+                .sqrt()
+        };
+        let coefficients = &self.theta[self.layout.inertias()..];
+        self.layout
+            .terms
+            .iter()
+            .zip(coefficients)
+            .map(size)
+            .collect()
     }
 
     /// The model, with its loss in parts of the motion.
     fn solution(self, dataset: &Dataset) -> Result<Solution> {
-        let points = self.layout.points.len();
+        let points = self.layout.inertias();
         let known = |(error, value): (f64, &f64)| match error < UNKNOWN * value.abs() {
             true => error,
             false => 0.0,
         };
         let errors: Vec<f64> = self
-            .errors()
+            .errors(None)
             .into_iter()
             .zip(&self.theta)
             .map(known)
@@ -580,7 +679,7 @@ impl<'a> Fit<'a> {
         let loss = self.left();
         let mut viscous = vec![0.0; self.layout.n];
         let (mut potential, mut radial) = (Vec::new(), Vec::new());
-        // Masses, products, distances.
+        // Inertias, products, distances.
         let mut order: [Vec<usize>; 3] = [(0..points).collect(), Vec::new(), Vec::new()];
         for (at, term) in self.layout.terms.iter().enumerate() {
             match term {
@@ -608,6 +707,7 @@ impl<'a> Fit<'a> {
             points: self.layout.points.clone(),
             potential,
             radial,
+            shared: self.layout.shared.clone(),
             constraints: self.layout.constraints.clone(),
             // Exact data have no noise to compare with.
             misfit: self

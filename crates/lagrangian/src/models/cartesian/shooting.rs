@@ -25,6 +25,8 @@ const ENOUGH: f64 = 1e-4;
 /// The errors of steps in parts of the noise, and at least in parts of the motion.
 const FINE: f64 = 1e-4;
 const EXACT: f64 = 1e-10;
+/// Halved steps go on while they lower the error to this part.
+const HELPS: f64 = 0.5;
 
 /// Recorded motions.
 #[derive(Clone, Copy)]
@@ -257,7 +259,7 @@ impl Problem<'_> {
         cost
     }
 
-    /// Parameters and starts after a part of a damped step; `None` for masses that are not positive.
+    /// Parameters and starts after a part of a damped step; `None` for a mass matrix that is not positive definite.
     fn moved(
         &self,
         (theta, segments): (&[f64], &[Segment]),
@@ -276,12 +278,7 @@ impl Problem<'_> {
             .zip(step)
             .for_each(|(k, by)| delta[*k] = part * by);
         let next: Vec<f64> = theta.iter().zip(&delta).map(|(x, by)| x + by).collect();
-        if next[..self.layout.points.len()]
-            .iter()
-            .any(|mass| *mass <= 0.0)
-        {
-            return None;
-        }
+        self.layout.inverse(&next)?;
         let n = self.layout.n;
         let unit = inverse(&vec![1.0; n]);
         // The best change of a start is that for the whole change of the parameters.
@@ -354,17 +351,18 @@ impl Problem<'_> {
         let bound = bound.map(|(noise, unit)| (EXACT * unit / noise).max(FINE));
         let bound = bound.fold(FINE, f64::max);
         segments.par_iter_mut().for_each(|own| {
-            let mut last = self.residuals(theta, own);
+            let (mut last, mut worst) = (self.residuals(theta, own), f64::INFINITY);
             for _ in 0..halvings {
                 own.step *= 0.5;
                 let finer = self.residuals(theta, own);
                 let pairs = last.iter().zip(&finer);
                 let error = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-                if error <= bound {
+                // What finer steps do not mend is no error of the steps.
+                if error <= bound || error > HELPS * worst {
                     own.step *= 2.0;
                     break;
                 }
-                last = finer;
+                (last, worst) = (finer, error);
             }
         });
     }

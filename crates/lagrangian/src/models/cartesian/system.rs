@@ -3,17 +3,19 @@
 //! M a = F + Jᵀ λ with J a = −J̇ v. Along a direction (δx, δv, δθ), with the same factor of J M⁻¹ Jᵀ,
 //! M δa = δF + Σ λ A δx − δM a + Jᵀ δλ and J δa = −2 vᵀA δv − aᵀA δx (theory.md, section 33).
 
+use super::inertia::{Shared, add_momentum, inverse_of, mass_matrix};
 use super::points::{PointTerm, gradient};
 use lagrangian_mechanics::constrained::Joints;
 use lagrangian_mechanics::integrate::{Dop853, EmbeddedPair};
 use lagrangian_motion::Constraint;
 use lagrangian_motion::solve::dot;
 
-/// The parameters of points: the mass of each, then the coefficient of each term.
+/// The parameters of points: the mass of each, what they share, then the coefficient of each term.
 #[derive(Debug, Clone)]
 pub(super) struct Layout {
     pub(super) n: usize,
     pub(super) points: Vec<Vec<usize>>,
+    pub(super) shared: Vec<Shared>,
     pub(super) constraints: Vec<Constraint>,
     pub(super) terms: Vec<PointTerm>,
     /// The point whose mass the others are measured by; `None` where forces give the unit.
@@ -23,7 +25,12 @@ pub(super) struct Layout {
 impl Layout {
     /// The number of parameters.
     pub(super) fn len(&self) -> usize {
-        self.points.len() + self.terms.len()
+        self.inertias() + self.terms.len()
+    }
+
+    /// The number of inertias: of points, and of what they share.
+    pub(super) fn inertias(&self) -> usize {
+        self.points.len() + self.shared.len()
     }
 
     /// The parameters that are free.
@@ -33,13 +40,15 @@ impl Layout {
             .collect()
     }
 
-    /// The mass of each coordinate, for parameters or anything else in their order.
-    pub(super) fn masses(&self, theta: &[f64]) -> Vec<f64> {
-        let mut masses = vec![0.0; self.n];
-        for (point, mass) in self.points.iter().zip(theta) {
-            point.iter().for_each(|i| masses[*i] = *mass);
-        }
-        masses
+    /// The inverse of the mass matrix, `[n, n]`; `None` where it is not positive definite.
+    pub(super) fn inverse(&self, theta: &[f64]) -> Option<Vec<f64>> {
+        let of = (&self.points[..], &self.shared[..]);
+        inverse_of(&mass_matrix(self.n, of, &theta[..self.inertias()]), self.n)
+    }
+
+    /// Adds `factor` times the momentum of the inertia `k` with the coefficient 1.
+    pub(super) fn add_momentum(&self, k: usize, factor: f64, velocities: &[f64], out: &mut [f64]) {
+        add_momentum((&self.points, &self.shared), k, factor, velocities, out);
     }
 
     /// Adds `factor` times the force of a term with the coefficient 1.
@@ -90,7 +99,6 @@ pub(super) struct System<'a> {
     theta: &'a [f64],
     /// The parameters along which the motion is differentiated.
     along: &'a [usize],
-    masses: Vec<f64>,
     inverse: Vec<f64>,
     joints: Joints,
     /// The slopes of a step, and the state of a stage.
@@ -103,6 +111,7 @@ pub(super) struct System<'a> {
 #[derive(Default)]
 struct Work {
     target: Vec<f64>,
+    force: Vec<f64>,
     /// The slopes of all forces by the places, with Σ λ A of the constraints, `[n, n]`, and by the velocities, `[n]`.
     bent: Vec<f64>,
     damped: Vec<f64>,
@@ -122,11 +131,10 @@ pub(super) fn inverse(diagonal: &[f64]) -> Vec<f64> {
 
 impl<'a> System<'a> {
     pub(super) fn new(layout: &'a Layout, theta: &'a [f64], along: &'a [usize]) -> Self {
-        let masses = layout.masses(theta);
+        let unknown = || vec![f64::NAN; layout.n * layout.n];
         Self {
             joints: Joints::new(layout.n, layout.constraints.len()),
-            inverse: inverse(&masses),
-            masses,
+            inverse: layout.inverse(theta).unwrap_or_else(unknown),
             layout,
             theta,
             along,
@@ -164,11 +172,11 @@ impl<'a> System<'a> {
         let a = &mut first[n..];
         a.copy_from_slice(tau);
         let (theta, along) = (self.theta, self.along);
-        let coefficients = &theta[layout.points.len()..];
+        let coefficients = &theta[layout.inertias()..];
         for (term, c) in layout.terms.iter().zip(coefficients) {
             layout.add_force(term, *c, x, a);
         }
-        a.iter_mut().zip(&self.masses).for_each(|(a, m)| *a /= m);
+        self.accelerate(a);
         self.joints.correct(a, &self.work.target);
         if rows.len() > 2 * n {
             self.bend(&x[..n], v, a);
@@ -183,15 +191,12 @@ impl<'a> System<'a> {
                 *force = dot(row, place) + damped * speed;
             }
             if let Some(k) = along.get(at) {
-                match layout.points.get(*k) {
-                    Some(point) => point.iter().for_each(|i| force[*i] -= a[*i]),
-                    None => layout.add_force(&layout.terms[k - layout.points.len()], 1.0, x, force),
+                match k.checked_sub(layout.inertias()) {
+                    None => layout.add_momentum(*k, -1.0, a, force),
+                    Some(term) => layout.add_force(&layout.terms[term], 1.0, x, force),
                 }
             }
-            force
-                .iter_mut()
-                .zip(&self.masses)
-                .for_each(|(a, m)| *a /= m);
+            self.accelerate(force);
             let by = self.work.by_place.chunks_exact(n);
             let by = by.zip(self.work.by_speed.chunks_exact(n));
             for (target, (by_place, by_speed)) in self.work.target.iter_mut().zip(by) {
@@ -199,6 +204,20 @@ impl<'a> System<'a> {
             }
             self.joints.correct(force, &self.work.target);
         }
+    }
+
+    /// Divides forces by the mass matrix.
+    fn accelerate(&mut self, force: &mut [f64]) {
+        let n = self.layout.n;
+        if self.layout.shared.is_empty() {
+            let each = force.iter_mut().zip(self.inverse.iter().step_by(n + 1));
+            return each.for_each(|(force, inverse)| *force *= inverse);
+        }
+        self.work.force.clear();
+        self.work.force.extend_from_slice(force);
+        let rows = self.inverse.chunks_exact(n);
+        let each = force.iter_mut().zip(rows);
+        each.for_each(|(to, row)| *to = dot(row, &self.work.force));
     }
 
     /// Takes the slopes of the forces at a state, with what the constraints add by their multipliers.
@@ -213,7 +232,7 @@ impl<'a> System<'a> {
             all.clear();
             all.resize(size, 0.0);
         }
-        let coefficients = &self.theta[self.layout.points.len()..];
+        let coefficients = &self.theta[self.layout.inertias()..];
         for (term, c) in self.layout.terms.iter().zip(coefficients) {
             let to = (&mut work.bent[..], &mut work.damped[..]);
             self.layout.add_slopes(term, *c, q, to);
@@ -246,22 +265,18 @@ fn combine(out: &mut Vec<f64>, x: &[f64], h: f64, weights: &[f64], slopes: &[Vec
     }
 }
 
-/// The directions of states that keep the constraints near a state, `[2 m, 2 n]`: m of places with the velocities that they take, then m of
-/// velocities.
-pub(super) fn directions(layout: &Layout, state: &[f64]) -> Vec<Vec<f64>> {
-    let n = layout.n;
-    let (q, v) = state.split_at(n);
-    let mut joints = Joints::new(n, layout.constraints.len());
-    joints.set(&layout.constraints, q, &inverse(&vec![1.0; n]));
-    let mut target = vec![0.0; layout.constraints.len()];
-    let mut columns: Vec<Vec<f64>> = (0..n)
-        .map(|i| {
-            let mut unit = vec![0.0; n];
-            unit[i] = 1.0;
-            joints.correct(&mut unit, &target);
-            unit
-        })
-        .collect();
+/// Orthonormal directions that these constraints leave at a place, `[m, n]`.
+pub(super) fn tangent(n: usize, constraints: &[Constraint], q: &[f64]) -> Vec<Vec<f64>> {
+    let mut joints = Joints::new(n, constraints.len());
+    joints.set(constraints, q, &inverse(&vec![1.0; n]));
+    let target = vec![0.0; constraints.len()];
+    let mut unit = |i: usize| {
+        let mut unit = vec![0.0; n];
+        unit[i] = 1.0;
+        joints.correct(&mut unit, &target);
+        unit
+    };
+    let mut columns: Vec<Vec<f64>> = (0..n).map(&mut unit).collect();
     let mut all = Vec::new();
     for _ in joints.rank()..n {
         let size = |x: &Vec<f64>| dot(x, x);
@@ -274,24 +289,36 @@ pub(super) fn directions(layout: &Layout, state: &[f64]) -> Vec<Vec<f64>> {
         own.iter_mut().for_each(|x| *x /= norm);
         for column in &mut columns {
             let along = dot(column, &own);
-            column
-                .iter_mut()
-                .zip(&own)
-                .for_each(|(x, by)| *x -= along * by);
+            let each = column.iter_mut().zip(&own);
+            each.for_each(|(x, by)| *x -= along * by);
         }
         all.push(own);
     }
+    all
+}
+
+/// The directions of states that keep the constraints near a state, `[m, 2 n]`: those of places with the velocities that they take, then
+/// those of velocities. Relations of velocities leave all places.
+pub(super) fn directions(layout: &Layout, state: &[f64]) -> Vec<Vec<f64>> {
+    let (n, constraints) = (layout.n, &layout.constraints);
+    let (q, v) = state.split_at(n);
+    let of_places = constraints.iter().filter(|own| own.constant.is_some());
+    let places = tangent(n, &of_places.cloned().collect::<Vec<_>>(), q);
+    let mut joints = Joints::new(n, constraints.len());
+    joints.set(constraints, q, &inverse(&vec![1.0; n]));
     let mut states = Vec::new();
-    for place in &all {
-        for (target, own) in target.iter_mut().zip(&layout.constraints) {
-            let turned = own.products.iter().map(|(j, k, a)| a * v[*j] * place[*k]);
-            *target = -turned.sum::<f64>();
-        }
+    for place in &places {
+        let turned = |own: &Constraint| {
+            let each = own.products.iter().map(|(j, k, a)| a * v[*j] * place[*k]);
+            -each.sum::<f64>()
+        };
+        let target: Vec<f64> = constraints.iter().map(turned).collect();
         let mut speed = vec![0.0; n];
         joints.correct(&mut speed, &target);
         states.push([&place[..], &speed].concat());
     }
     let still = vec![0.0; n];
-    states.extend(all.iter().map(|own| [&still[..], own].concat()));
+    let speeds = tangent(n, constraints, q);
+    states.extend(speeds.iter().map(|own| [&still[..], own].concat()));
     states
 }
