@@ -166,17 +166,7 @@ pub fn find_between(
     };
     search.bases = search.states().iter().map(|_| Vec::new()).collect();
     let lines: Vec<usize> = (0..n).filter(|i| is_line(*i)).collect();
-    search.lines(&structure.points, &lines);
-    search.circles(&structure.points);
-    search.rods(&structure.points);
-    if search.motions >= MOTIONS {
-        search.straight(&structure.points, &lines);
-        search.quadrics(&structure.points);
-    }
-    // The page in a browser has no room for it.
-    if !cfg!(target_family = "wasm") {
-        velocity::find(&mut search, &structure.points, &motions);
-    }
+    search.all(&structure.points, &lines, &motions);
     structure.freedom = n - search.bases.iter().map(Vec::len).max().unwrap_or(0);
     structure.found = search.found;
     structure
@@ -223,6 +213,21 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
+    /// Looks for each kind, the simplest first.
+    fn all(&mut self, points: &[Point], lines: &[usize], motions: &[&[f64]]) {
+        self.lines(points, lines);
+        self.circles(points);
+        self.rods(points);
+        if self.motions >= MOTIONS {
+            self.straight(points, lines);
+            self.quadrics(points);
+        }
+        // The page in a browser has no room for it.
+        if !cfg!(target_family = "wasm") {
+            velocity::find(self, points, motions);
+        }
+    }
+
     /// Moves positions to the nearest that keep the constraints.
     fn settle(&self, q: &mut [f64]) {
         let k = self.found.len();

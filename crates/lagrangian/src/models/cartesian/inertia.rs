@@ -6,10 +6,10 @@ use crate::models::formula::Style;
 use lagrangian_motion::Constraint;
 use lagrangian_motion::solve::{Regularity, SymmetricSolver};
 
-/// A part of the kinetic energy of a rigid body that is of two of its points, a and b: μ vₐ·v_b, or turned, μ (vₐ × v_b) in a plane.
+/// A part of the kinetic energy of a rigid body that is of two of its points: μ u·v, or turned, μ (u × v) in a plane, u and v their velocities.
 ///
 /// A body's kinetic energy is of second order in the velocities of its points: that of a uniform bar of mass m between two points is
-/// m/6 (vₐ² + vₐ·v_b + v_b²), and one whose centre is beside the line between them has a turned part (theory.md, 130o).
+/// m/6 (u² + u·v + v²), and one whose centre is beside the line between them has a turned part (theory.md, 130o).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Shared {

@@ -38,6 +38,8 @@ const INDEPENDENT: f64 = 1e-6;
 /// A misfit beyond which points may be those of bodies, and a ridge in parts of the columns that moves what motions tell by nothing.
 const MISFIT: f64 = 1.1;
 const GAUGE: f64 = 1e-10;
+/// The weight of the energy of all points, beside the columns.
+const SCALED: f64 = 1e3;
 /// The error of an inertia that motions do not tell, in parts of the largest mass, and one that tells whether there is any.
 const GUESSED: f64 = 0.1;
 const KNOWN: f64 = 0.03;
@@ -59,7 +61,7 @@ const EXACT: f64 = 1e-10;
 const ROUNDS: usize = 4;
 /// The noise, in parts of the motion, below which no term is missing.
 const NOISELESS: f64 = 1e-7;
-/// Standard errors beyond this part of a value are not known.
+/// Standard errors beyond this part of a value are not known; beyond the value itself where points share inertia that motions may not tell apart.
 const UNKNOWN: f64 = 1e3;
 
 /// Seconds after which nothing more is tried, and the largest number of forces, between points that nothing holds; the part of the motion
@@ -407,12 +409,20 @@ impl<'a> Fit<'a> {
         let mut unit = vec![0.0; self.layout.len()];
         unit[..points].fill(1.0);
         let inertias = self.layout.inertias();
+        // Where points share inertia, one mass is no scale: the energy of all is.
+        let shares = !self.layout.shared.is_empty();
+        let reference = self.layout.reference.filter(|_| !shares);
         for held in [
-            self.layout.reference.into_iter().collect(),
+            reference.into_iter().collect(),
             (0..inertias).collect::<Vec<_>>(),
         ] {
             self.theta.clone_from(&unit);
-            let (sums, free) = self.balance(&dataset.train, &held);
+            let (mut sums, free) = self.balance(&dataset.train, &held);
+            if let Some(row) = self.energies(&dataset.train).filter(|_| held.is_empty()) {
+                let size = (0..free.len()).map(|k| sums.row(k)[k]).sum::<f64>().sqrt();
+                let row: Vec<f64> = row.iter().map(|x| SCALED * size * x).collect();
+                sums.add_row(&row, 0.0);
+            }
             // Of inertias that motions do not tell apart, those nearest to unit masses.
             let scale = scales(free.len(), |k| sums.row(k)[k], f64::MIN_POSITIVE);
             let entry = |k: usize, j: usize| sums.row(k.max(j))[k.min(j)];
@@ -420,6 +430,9 @@ impl<'a> Fit<'a> {
                 Ridge::new(entry, scale, GAUGE).and_then(|own| own.solve_one(|k| sums.right[k]));
             let changes = free.iter().zip(found.into_iter().flatten());
             changes.for_each(|(k, by)| self.theta[*k] += by);
+            if let Some(mass) = self.layout.reference.map(|k| self.theta[k]) {
+                self.theta.iter_mut().for_each(|x| *x /= mass);
+            }
             let largest = self.theta[..points].iter().copied().fold(0.0, f64::max);
             let light = self.theta[..points]
                 .iter()
@@ -429,6 +442,22 @@ impl<'a> Fit<'a> {
             }
         }
         self.theta = unit;
+    }
+
+    /// The share of each parameter in the mean energy of motions, of unit masses together 1, where nothing but a mass gives the unit.
+    fn energies(&self, data: &Samples) -> Option<Vec<f64>> {
+        self.layout.reference?;
+        let mut all = vec![0.0; self.layout.len()];
+        for s in spread(data, STARTS) {
+            let v = data.row(s).qd;
+            for (k, own) in all[..self.layout.inertias()].iter_mut().enumerate() {
+                let mut momentum = vec![0.0; self.layout.n];
+                self.layout.add_momentum(k, 1.0, v, &mut momentum);
+                *own += dot(&momentum, v);
+            }
+        }
+        let whole: f64 = all[..self.layout.points.len()].iter().sum();
+        Some(all.iter().map(|own| own / whole).collect())
     }
 
     /// The sums of least squares of Nᵀ(M a − F − τ) = 0 over changes of the parameters that are not held, and these.
@@ -663,19 +692,25 @@ impl<'a> Fit<'a> {
             .collect()
     }
 
-    /// The model, with its loss in parts of the motion.
-    fn solution(self, dataset: &Dataset) -> Result<Solution> {
-        let points = self.layout.inertias();
-        let known = |(error, value): (f64, &f64)| match error < UNKNOWN * value.abs() {
+    /// The standard errors, 0 where they are not known.
+    fn known_errors(&self) -> Vec<f64> {
+        let unknown = if self.layout.shared.is_empty() {
+            UNKNOWN
+        } else {
+            1.0
+        };
+        let known = |(error, value): (f64, &f64)| match error < unknown * value.abs() {
             true => error,
             false => 0.0,
         };
-        let errors: Vec<f64> = self
-            .errors(None)
-            .into_iter()
-            .zip(&self.theta)
-            .map(known)
-            .collect();
+        let errors = self.errors(None).into_iter().zip(&self.theta);
+        errors.map(known).collect()
+    }
+
+    /// The model, with its loss in parts of the motion.
+    fn solution(self, dataset: &Dataset) -> Result<Solution> {
+        let points = self.layout.inertias();
+        let errors = self.known_errors();
         let loss = self.left();
         let mut viscous = vec![0.0; self.layout.n];
         let (mut potential, mut radial) = (Vec::new(), Vec::new());
