@@ -111,7 +111,9 @@ pub(super) fn find(
     let mut points = fit.clone();
     points.under_constraints(dataset, &candidates, &mut tell);
     let shared = Shared::of_rods(&points.layout.points, &config.constraints);
-    if !shared.is_empty() && points.lacks_inertia(&shared, dataset) {
+    // The page in a browser has no room for it.
+    let tried = !shared.is_empty() && !cfg!(target_family = "wasm");
+    if tried && points.lacks_inertia(&shared, dataset) {
         let mut bodies = fit;
         bodies.layout.shared = shared;
         bodies.under_constraints(dataset, &candidates, &mut tell);
