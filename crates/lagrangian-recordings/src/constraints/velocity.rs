@@ -29,8 +29,9 @@ const BIASED: f64 = 0.3;
 const DEGREE: usize = 4;
 /// The largest number of states.
 const STATES: usize = 4000;
-/// The largest number of coordinates of which all products are looked at.
-const MOST: usize = 12;
+/// The largest number of coordinates, and of those of which all products are looked at.
+const MOST: usize = 24;
+const FEW: usize = 12;
 /// A relation is 0 to this part of what free motions would make of it, beside the noise, which makes at most this part of it.
 const EXACT: f64 = 1e-3;
 const CLEAR: f64 = 0.1;
@@ -54,10 +55,10 @@ struct State {
     judges: bool,
 }
 
-/// Adds the relations that these motions keep: of second order between all points, of the velocity of a point along and across its line to
-/// another one, of the velocities of two points, of all.
+/// Adds the relations that these motions keep: of second order between all points, of the velocity of an end of a rod along and across it, of
+/// both ends, of all.
 pub(super) fn find(search: &mut Search<'_>, points: &[Point], motions: &[&[f64]]) {
-    if motions.len() < MOTIONS || points.is_empty() {
+    if motions.len() < MOTIONS || points.is_empty() || search.cloud.n > MOST {
         return;
     }
     let all = states(search, motions);
@@ -70,7 +71,7 @@ pub(super) fn find(search: &mut Search<'_>, points: &[Point], motions: &[&[f64]]
         all: all.into_iter().flatten().collect(),
     };
     let lines: Vec<usize> = points.iter().flat_map(|own| own.axes.clone()).collect();
-    let few = lines.len() <= MOST;
+    let few = lines.len() <= FEW;
     // What holds several points does not depend on where they are.
     let apart = |own: &Point| {
         let each = own.axes.iter().zip(&points[0].axes);
@@ -91,16 +92,19 @@ pub(super) fn find(search: &mut Search<'_>, points: &[Point], motions: &[&[f64]]
         let pairs = pairs.map(|(a, b)| both(&places[a], &places[b]));
         look.at(&steady.clone().chain(pairs).collect::<Vec<_>>(), true);
     }
-    for a in 0..points.len() {
-        for b in (0..points.len()).filter(|b| a != *b) {
-            look.at(&moving(&points[a], &points[b], &points[a].axes), false);
-        }
+    // A blade or an axle is that of a body, which rods show.
+    let rods = look.search.found.iter().filter(|own| own.kind == Kind::Rod);
+    let rods: Vec<Vec<usize>> = rods.map(|own| own.points.clone()).collect();
+    let ends = rods
+        .iter()
+        .filter_map(|own| Some([points.get(*own.first()?)?, points.get(*own.last()?)?]));
+    let ends: Vec<[&Point; 2]> = ends.collect();
+    for [a, b] in &ends {
+        look.at(&moving(a, b, &a.axes), false);
+        look.at(&moving(a, b, &b.axes), false);
     }
-    for b in 0..points.len() {
-        for a in 0..b {
-            let axes = [&points[a].axes[..], &points[b].axes].concat();
-            look.at(&moving(&points[a], &points[b], &axes), false);
-        }
+    for [a, b] in &ends {
+        look.at(&moving(a, b, &[&a.axes[..], &b.axes].concat()), false);
     }
     if few {
         let all = lines
@@ -460,7 +464,7 @@ fn holding(all: &[State], features: &[Constraint]) -> Vec<Constraint> {
 
 /// B A Bᵀ, `[r, r]`, of the rows B.
 fn within(a: &[f64], rows: &[Vec<f64>]) -> Vec<f64> {
-    let (k, r) = (rows[0].len(), rows.len());
+    let (k, r) = (rows.first().map_or(1, Vec::len), rows.len());
     let times = |c: &Vec<f64>| {
         a.chunks_exact(k)
             .map(|row| dot(row, c))

@@ -145,6 +145,17 @@ fn coordinates_that_move_by_themselves_have_no_constraint() {
     }
 }
 
+#[test]
+fn points_that_rest_or_that_constraints_hold_wholly_are_said_to_have_no_freedom() {
+    let places: Places = |t, k| vec![1.0, 2.0, 3.0 + 1e-7 * (t * k).sin(), 4.0];
+    let own = found(&["x1", "y1", "x2", "y2"], 8, 0.0, places);
+    assert!(own.freedom <= 1, "{own:#?}");
+    assert_eq!(
+        found(&["x", "y"], 8, 1e-3, |_, _| vec![1.0, 2.0]).freedom,
+        0
+    );
+}
+
 /// A skate whose blade is along the line from its first mark to the second, on a curve that it glides along.
 fn skate(t: f64, k: f64) -> Vec<f64> {
     let (sin, cos) = (1.3 * t + k).sin_cos();
