@@ -39,6 +39,8 @@ const CLEAR: f64 = 0.1;
 const NOTHING: f64 = 1e-9;
 /// A relation integrates where its curl along the directions that it leaves is below this part of its slopes.
 const CURLED: f64 = 0.02;
+/// Motions that begin within this mean square, in units of the noise, are one that was repeated.
+const REPEATED: f64 = 10.0;
 /// A system that is released from rest has no momentum: its motions begin with less than this part of their mean speed.
 const REST: f64 = 0.05;
 
@@ -58,11 +60,13 @@ struct State {
 /// Adds the relations that these motions keep: of second order between all points, of the velocity of an end of a rod along and across it, of
 /// both ends, of all.
 pub(super) fn find(search: &mut Search<'_>, points: &[Point], motions: &[&[f64]]) {
-    if motions.len() < MOTIONS || points.is_empty() || search.cloud.n > MOST {
+    if points.is_empty() || search.cloud.n > MOST {
         return;
     }
+    let motions = &distinct(search, motions)[..];
     let all = states(search, motions);
-    if all.iter().all(Vec::is_empty) || begin_at_rest(search, &all, motions) {
+    let some = all.iter().filter(|own| !own.is_empty()).count();
+    if some < MOTIONS || begin_at_rest(search, &all, motions) {
         return;
     }
     let mut look = Look {
@@ -143,6 +147,25 @@ fn both(first: &[(usize, f64)], second: &[(usize, f64)]) -> Constraint {
             .flat_map(|(i, j, ab)| [(i, j, ab), (j, i, ab)])
             .collect(),
     )
+}
+
+/// The motions that begin elsewhere than those before them: one that was repeated judges nothing.
+fn distinct<'a>(search: &Search<'_>, motions: &[&'a [f64]]) -> Vec<&'a [f64]> {
+    let (n, noise) = (search.cloud.n, &search.cloud.noise);
+    let apart = |a: &[f64], b: &[f64]| {
+        let each = a.iter().zip(b).zip(noise);
+        each.map(|((a, b), s)| ((a - b) / s).powi(2)).sum::<f64>() / n as f64
+    };
+    let mut all: Vec<&[f64]> = Vec::new();
+    for own in motions {
+        if all
+            .iter()
+            .all(|other| apart(&own[..n], &other[..n]) > REPEATED)
+        {
+            all.push(own);
+        }
+    }
+    all
 }
 
 /// Whether motions begin at rest: the mean square of the velocity of their first samples is a part of that of all, or what noise makes of it.
