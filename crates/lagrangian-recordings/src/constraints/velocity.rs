@@ -64,9 +64,10 @@ pub(super) fn find(search: &mut Search<'_>, points: &[Point], motions: &[&[f64]]
         return;
     }
     let motions = &distinct(search, motions)[..];
-    let all = states(search, motions);
+    let window = window(search, motions);
+    let all = states(search, motions, window);
     let some = all.iter().filter(|own| !own.is_empty()).count();
-    if some < MOTIONS || begin_at_rest(search, &all, motions) {
+    if some < MOTIONS || begin_at_rest(search, &all, motions, window) {
         return;
     }
     let mut look = Look {
@@ -169,10 +170,14 @@ fn distinct<'a>(search: &Search<'_>, motions: &[&'a [f64]]) -> Vec<&'a [f64]> {
 }
 
 /// Whether motions begin at rest: the mean square of the velocity of their first samples is a part of that of all, or what noise makes of it.
-fn begin_at_rest(search: &Search<'_>, all: &[Vec<State>], motions: &[&[f64]]) -> bool {
+fn begin_at_rest(
+    search: &Search<'_>,
+    all: &[Vec<State>],
+    motions: &[&[f64]],
+    window: usize,
+) -> bool {
     let (n, noise) = (search.cloud.n, &search.cloud.noise);
     let typical = mean(&mut all.iter().flatten().map(|own| dot(&own.qd, &own.qd)));
-    let window = window(search, motions);
     let [_, slope] = filters(window, 0);
     let by_noise = dot(noise, noise) * dot(&slope, &slope);
     let long: Vec<&&[f64]> = motions
@@ -189,10 +194,9 @@ fn begin_at_rest(search: &Search<'_>, all: &[Vec<State>], motions: &[&[f64]]) ->
     first - by_noise < REST * REST * typical + 2.0 * chance
 }
 
-/// The states of each motion, by polynomials.
-fn states(search: &Search<'_>, motions: &[&[f64]]) -> Vec<Vec<State>> {
+/// The states of each motion, by polynomials of this window.
+fn states(search: &Search<'_>, motions: &[&[f64]], window: usize) -> Vec<Vec<State>> {
     let (n, noise) = (search.cloud.n, &search.cloud.noise);
-    let window = window(search, motions);
     let [value, slope] = filters(window, window / 2);
     let spread = dot(&slope, &slope);
     let samples: usize = motions.iter().map(|own| own.len() / n).sum();
@@ -344,7 +348,7 @@ impl Sums {
             values,
             noise,
             free,
-            judges: JUDGED * judges.len(),
+            judges: judges.len(),
         }
     }
 
@@ -479,7 +483,7 @@ fn holding(all: &[State], features: &[Constraint]) -> Vec<Constraint> {
     let shown = shown.iter().take_while(|c| sums.holds(c, 0)).count();
     let mut judged = combinations(&values, &noise, &free, features.len());
     judged.retain(|c| sums.holds(c, 0) && sums.holds(c, 1));
-    if judged.len() > shown || shown > sums.judges {
+    if judged.len() > shown || shown > JUDGED * sums.judges {
         return Vec::new();
     }
     judged.iter().map(|c| combined(features, c)).collect()
