@@ -3,6 +3,7 @@
 use std::fmt;
 
 use lagrangian_motion::parallel::prelude::*;
+use lagrangian_motion::statistics::sort_by_number;
 use serde::Serialize;
 
 use super::boundary::Boundary;
@@ -131,7 +132,7 @@ pub fn stationary_paths(
             Ok(found) => search.paths.push(found),
         }
     }
-    search.paths.sort_by(|a, b| a.action.total_cmp(&b.action));
+    sort_by_number(&mut search.paths, |own| own.action);
     Ok(search)
 }
 

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::{Graph, Id, Operation, Value};
+use lagrangian_motion::statistics::sort_by_number;
 
 impl<'g> Value<'g> {
     /// Change of this vector when each of these vectors changes along its direction.
@@ -293,7 +294,7 @@ impl<'g> Adjoint<'g> {
 
     /// Sum of all parts, `length` numbers.
     fn total(mut self, graph: &'g Graph, length: usize) -> Value<'g> {
-        self.parts.sort_by_key(|(first, _)| *first);
+        sort_by_number(&mut self.parts, |(first, _)| *first as f64);
         // Parts that do not overlap are joined into one vector; a part that overlaps begins another vector.
         while !self.parts.is_empty() {
             let (mut joined, mut at, mut rest) = (Vec::new(), 0, Vec::new());

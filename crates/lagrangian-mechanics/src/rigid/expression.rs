@@ -4,6 +4,7 @@ use super::RigidBodies;
 use super::spatial::{Inertia, Vec3};
 use super::tree::Body;
 use crate::expression::{Expressed, Moving, Value};
+use lagrangian_motion::statistics::sort_by_number;
 
 /// A vector of space.
 type Space<'g> = [Value<'g>; 3];
@@ -228,7 +229,7 @@ impl RigidBodies {
                 wrenches[parent] = wrenches[parent].plus(frames[i].wrench_back(wrenches[i]));
             }
         }
-        along.sort_by_key(|(coordinate, _)| *coordinate);
+        sort_by_number(&mut along, |(coordinate, _)| *coordinate as f64);
         along.into_iter().map(|(_, part)| part).collect()
     }
 }

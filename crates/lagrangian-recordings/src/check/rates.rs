@@ -11,7 +11,7 @@ use crate::derivatives::GAP;
 use crate::derivatives::velocity;
 use crate::local_polynomial::{Series, median_step, segments};
 use lagrangian_motion::Signal;
-use lagrangian_motion::statistics::root_mean_square;
+use lagrangian_motion::statistics::{root_mean_square, sort_by_number};
 
 /// A lag is searched up to this many samples in both directions.
 const LONGEST_LAG: usize = 30;
@@ -210,7 +210,7 @@ fn omit_uncertain(series: Series<'_>, derivatives: &mut [Vec<f64>; 2]) {
     let inner = 2..series.t.len().saturating_sub(2);
     let difference = |k: usize| (slope(series, k, 1) - slope(series, k, 2)).abs();
     let mut worst: Vec<(f64, usize)> = inner.map(|k| (difference(k), k)).collect();
-    worst.sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
+    sort_by_number(&mut worst, |own| -own.0);
     let count = (UNCERTAIN * worst.len() as f64) as usize;
     for derivative in derivatives {
         let omitted = worst[..count].iter();

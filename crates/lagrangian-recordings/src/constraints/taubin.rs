@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use lagrangian_motion::Constraint;
 use lagrangian_motion::solve::{diagonalise, inverse_root};
+use lagrangian_motion::statistics::sort_by_number;
 
 /// Positions of all motions, rows of `n`, and the noise of each coordinate, `[n]`.
 pub(super) struct Cloud {
@@ -78,7 +79,7 @@ impl Cloud {
             }
         };
         let mut all: Vec<Relation> = (0..k).map(of).collect();
-        all.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+        sort_by_number(&mut all, |own| own.distance);
         all
     }
 }

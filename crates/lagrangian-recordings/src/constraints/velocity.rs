@@ -7,7 +7,7 @@
 use std::collections::BTreeSet;
 
 use lagrangian_motion::solve::{diagonalise, dot, inverse_root, product};
-use lagrangian_motion::statistics::mean;
+use lagrangian_motion::statistics::{mean, sort_by_number};
 use lagrangian_motion::{Constraint, Coordinates};
 
 use super::taubin::{Relation, combined};
@@ -534,7 +534,7 @@ fn combinations(values: &[f64], noise: &[f64], free: &[f64], k: usize) -> Vec<Ve
     );
     diagonalise(&mut whitened, &mut turned, r);
     let mut order: Vec<usize> = (0..r).collect();
-    order.sort_by(|a, b| whitened[a * (r + 1)].total_cmp(&whitened[b * (r + 1)]));
+    sort_by_number(&mut order, |at| whitened[at * (r + 1)]);
     let back = |at: usize| {
         let own = &turned[at * r..][..r];
         let weights: Vec<f64> = root.chunks_exact(r).map(|row| dot(row, own)).collect();

@@ -14,6 +14,7 @@ use std::f64::consts::LN_10;
 use std::ops::Range;
 
 use lagrangian_motion::parallel::prelude::*;
+use lagrangian_motion::statistics::sort_by_number;
 
 use super::local_polynomial::median_step;
 use intensity::Fitted;
@@ -250,7 +251,7 @@ impl<'a> Scaled<'a> {
     fn orders(&self, few: &[Range<usize>]) -> Vec<(f64, usize)> {
         let error = |order| (self.left_out(order, few, 1), order);
         let mut errors: Vec<(f64, usize)> = ORDERS.into_par_iter().map(error).collect();
-        errors.sort_by(|a, b| a.0.total_cmp(&b.0));
+        sort_by_number(&mut errors, |own| own.0);
         errors
     }
 

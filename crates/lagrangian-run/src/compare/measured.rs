@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::LoadedRun;
 use super::paired::{Best, Blocked, Difference, blocks};
 use crate::error::Result;
+use lagrangian_motion::statistics::sort_by_number;
 
 /// A quantity that is measured of each model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -105,7 +106,7 @@ impl Lead {
         let mut known: Vec<_> = known
             .filter_map(|(k, own)| Some((k, own.as_ref()?)))
             .collect();
-        known.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
+        sort_by_number(&mut known, cost);
         let [(first, leader), (second, next), ..] = known[..] else {
             return None;
         };

@@ -14,6 +14,7 @@ use crate::saved::{self, SavedModel};
 use crate::train::{AutoSetting, DataFacts, FitSpec, Learner, Loss, Observer, TrainingTask};
 use lagrangian_mechanics::integrate::Method;
 use lagrangian_motion::settings::{Kind, Setting};
+use lagrangian_motion::statistics::sort_by_number;
 use lagrangian_motion::{Error, Result};
 use nets::simd::Real;
 
@@ -367,7 +368,7 @@ impl Entry {
         let own = |entry: &'static Self| entry.candidates.iter().map(move |own| (entry, own));
         let all = FAMILIES.iter().flat_map(own);
         let mut all: Vec<_> = all.filter(|(_, own)| (own.on)(data, robot)).collect();
-        all.sort_by_key(|(_, own)| own.rank);
+        sort_by_number(&mut all, |(_, own)| f64::from(own.rank));
         let alone = all.iter().find(|(_, own)| own.alone).copied();
         alone.map_or(all, |alone| vec![alone])
     }

@@ -276,6 +276,70 @@ fn a_sleigh_is_found_not_to_slip_and_glides_as_it_did() {
     );
 }
 
+/// A bob on a rod of 1 m that a gust of places pushes: both its places and its velocities.
+fn gusty(angle: f64, speed: f64, seconds: f64) -> [Vec<f64>; 2] {
+    let rate = |[angle, speed]: [f64; 2]| {
+        let (sin, cos) = angle.sin_cos();
+        let [x, y] = [sin - 0.6, 0.5 - cos];
+        // V = g y + exp(−r² / 0.2), r the distance from (0.6, −0.5).
+        let slope = -10.0 * (-(x * x + y * y) / 0.2).exp();
+        [speed, -9.8 * sin - slope * (x * cos + y * sin)]
+    };
+    let plus = |a: [f64; 2], b: [f64; 2], h: f64| [a[0] + h * b[0], a[1] + h * b[1]];
+    let (mut state, mut q, mut qd) = ([angle, speed], Vec::new(), Vec::new());
+    for _ in 0..(seconds / 0.02) as usize {
+        let ([sin, cos], v) = ([state[0].sin(), state[0].cos()], state[1]);
+        q.extend([sin, -cos]);
+        qd.extend([cos * v, sin * v]);
+        for _ in 0..10 {
+            let a = rate(state);
+            let b = rate(plus(state, a, 1e-3));
+            let c = rate(plus(state, b, 1e-3));
+            let d = rate(plus(state, c, 2e-3));
+            state = [0, 1].map(|i| state[i] + 2e-3 / 6.0 * (a[i] + 2.0 * (b[i] + c[i]) + d[i]));
+        }
+    }
+    [q, qd]
+}
+
+#[test]
+fn a_potential_that_is_no_formula_is_a_field_and_no_law() {
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let mut recording = |k: usize| {
+        let k = k as f64;
+        let [q, _] = gusty(1.2 * (2.0 * k).sin(), 2.5 * (3.0 * k + 1.0).cos(), 3.0);
+        let q: Vec<f64> = q.iter().map(|x| x + 1e-3 * normal(&mut rng)).collect();
+        Recording {
+            t: (0..q.len() / 2).map(|s| 0.02 * s as f64).collect(),
+            signals: Signals {
+                q,
+                ..Signals::default()
+            },
+            coordinates: Coordinates::lines(2),
+            unwrapped: vec![0; 2],
+            ..recordings(1, 0.1, 0.05, 0.0, false).remove(0)
+        }
+    };
+    let config = CartesianConfig {
+        points: vec![vec![0, 1]],
+        ..CartesianConfig::default()
+    };
+    let fit = fitted((0..8).map(&mut recording).collect(), config).unwrap();
+    let law = fit.model.written().unwrap();
+    assert_eq!(law.verdict, "expansion", "{}", law.text);
+    assert!(law.text.contains(" - W("), "{}", law.text);
+    let [truth, speeds] = gusty(-0.9, 1.0, 3.0);
+    let times: Vec<f64> = (0..truth.len() / 2).map(|s| 0.02 * s as f64).collect();
+    let options = RolloutOptions::default();
+    let bytes = fit.model.save(Provenance::default()).unwrap().to_bytes();
+    let loaded = Learned::load(&SavedModel::from_bytes(&bytes.unwrap()).unwrap()).unwrap();
+    let own = rollout::rollout(&loaded, &truth[..2], &speeds[..2], &times, &free, &options);
+    let own = own.unwrap().trajectory.q.clone();
+    let off = own.iter().zip(&truth).map(|(a, b)| (a - b).abs());
+    let worst = off.fold(0.0, f64::max);
+    assert!(worst < 0.03, "{worst:.1e} {}", law.text);
+}
+
 #[test]
 fn a_model_of_points_is_saved_to_the_bit() {
     let fit = fitted(recordings(20, 0.6, 0.1, 0.0, true), rods()).unwrap();

@@ -15,7 +15,7 @@ use super::terms::{Shapes, Terms};
 use super::undriven::vanishing;
 use super::{Filtered, Stretches};
 use crate::check::range;
-use lagrangian_motion::statistics::{deviation, mean, upper_median};
+use lagrangian_motion::statistics::{deviation, mean, sort_by_number, upper_median};
 
 /// Fewer recordings do not tell which of them is the odd one; more take too long.
 const RECORDINGS: std::ops::RangeInclusive<usize> = 3..=100;
@@ -302,7 +302,7 @@ impl<'a> Laws<'a> {
         if self.sources.len() < new.len() + 2 {
             return None;
         }
-        order.sort_by(|a, b| suspicion(*b).total_cmp(&suspicion(*a)));
+        sort_by_number(&mut order, |r| -suspicion(*r));
         let suspects = order.into_iter().take(SUSPECTS);
         let suspects: Vec<Suspect> = suspects.filter_map(|r| self.suspect(r, &new)).collect();
         let found = |how: fn(&Self, &Suspect) -> Option<Disagreement>| {

@@ -28,7 +28,9 @@ pub(in crate::check) use coupling::Coupling;
 pub(in crate::check) use cutoff::Cutoff;
 pub(in crate::check) use friction::FrictionTerm;
 use lagrangian_motion::Coordinates;
-use lagrangian_motion::statistics::{column, deviation, mean, positive, root_mean_square};
+use lagrangian_motion::statistics::{
+    column, deviation, mean, positive, root_mean_square, sort_by_number,
+};
 use laws::Disagreement;
 use laws::Laws;
 pub(in crate::check) use least_squares::jackknife;
@@ -203,7 +205,7 @@ fn laws<'a>(all: &[&'a Recording], low_pass: Option<f64>) -> Option<Vec<Laws<'a>
             laws.extend(filtered.iter().filter_map(|own| Laws::new(own, shapes)));
         }
     }
-    laws.sort_by(|a, b| a.error().total_cmp(&b.error()));
+    sort_by_number(&mut laws, Laws::error);
     Some(laws)
 }
 

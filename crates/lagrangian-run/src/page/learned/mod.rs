@@ -12,7 +12,7 @@ use std::f64::consts::{PI, TAU};
 
 use lagrangian::trajectory::{Axis as Range, Visited};
 use lagrangian::{Coordinates, Learned, Model, Signals, Trajectory};
-use lagrangian_motion::statistics::upper_median;
+use lagrangian_motion::statistics::{sort_by_number, upper_median};
 use lagrangian_report::{Along, Axis, Figure, HeatMap, Table};
 
 use super::Page;
@@ -75,7 +75,7 @@ impl<'a> Subject<'a> {
         let range = |i: &usize| visited[*i].map_or(0.0, |axis| axis.high - axis.low);
         let n = coordinates.dof();
         let mut moved: Vec<usize> = (0..n).filter(|&i| !coordinates.is_parameter(i)).collect();
-        moved.sort_by(|a, b| range(b).total_cmp(&range(a)));
+        sort_by_number(&mut moved, |i| -range(i));
         if moved.is_empty() || motions.iter().all(|motion| motion.is_empty()) {
             return None;
         }

@@ -265,7 +265,7 @@ impl FittedModel for Cartesian {
         let (verdict, meaning) = match points.shape.misfit {
             Some(misfit) if misfit <= FITS && points.shape.has_curves() => (
                 "expansion",
-                "an expansion and not the law: forces along the lines between these points as curves of distances, which explain the data to their noise",
+                "an expansion and not the law: forces as curves of distances or fields of places, which explain the data to their noise",
             ),
             Some(misfit)
                 if misfit <= FITS && self.constraints().is_empty() && !points.is_certain() =>
@@ -305,7 +305,7 @@ impl FittedModel for Cartesian {
         let points = &self.inner.lagrangian;
         let without = match (self.constraints().is_empty(), points.shape.has_curves()) {
             (false, _) => "a model with constraints between its coordinates",
-            (true, true) => "a model whose forces are curves of distances",
+            (true, true) => "a model whose forces are curves of distances or fields",
             (true, false) => return expression::of(graph, points, &self.inner.applied()),
         };
         Err(expression::without(without))

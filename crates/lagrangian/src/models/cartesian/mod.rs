@@ -2,6 +2,7 @@
 //!
 //! | file | content |
 //! |---|---|
+//! | `fields.rs` | potentials under constraints that are no formula |
 //! | `inertia.rs` | masses, and what the points of a rigid body share |
 //! | `points.rs` | the Lagrangian of the points |
 //! | `radial.rs` | forces along the line between two points, or to the origin |
@@ -12,6 +13,7 @@
 //! | `family.rs` | the data of the family, its saved form, its row of the table |
 
 pub(crate) mod family;
+mod fields;
 mod inertia;
 mod points;
 mod radial;

@@ -62,9 +62,10 @@ impl Shape {
         }
         let axes = |at: usize| self.points.get(at).map(Vec::len);
         let radial = |own: &&Radial| {
+            let field = matches!(own.law, RadialLaw::Field { .. });
             let known = match *own.points {
                 [a] => axes(a).is_some(),
-                [a, b] => a != b && axes(a).is_some() && axes(a) == axes(b),
+                [a, b] => !field && a != b && axes(a).is_some() && axes(a) == axes(b),
                 _ => false,
             };
             !known || !own.law.is_right()
@@ -280,8 +281,8 @@ impl Points {
             let own = term.written((&self.coordinates, &self.shape.points), style);
             match term.law {
                 RadialLaw::Power(_) => add(-c, *error, &own),
-                RadialLaw::Curve { .. } if curves.contains(&own) => (),
-                RadialLaw::Curve { .. } => curves.push(own),
+                _ if curves.contains(&own) => (),
+                _ => curves.push(own),
             }
         }
         for ((term, c), error) in self.potential().zip(products) {

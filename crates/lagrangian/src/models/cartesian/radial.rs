@@ -1,4 +1,4 @@
-//! Forces along the line between two points, or between a point and the origin: functions of their distance.
+//! Forces along the line between two points, or between a point and the origin or another fixed place: functions of their distance.
 
 use serde::{Deserialize, Serialize};
 
@@ -32,15 +32,20 @@ pub enum RadialLaw {
         /// The number of the function.
         at: usize,
     },
+    /// r³ from this place: one of the functions of a smooth potential of one point (Duchon 1977).
+    Field {
+        /// The place; what a point lacks of coordinates is not used.
+        about: [f64; 3],
+    },
 }
 
 /// The largest size of an exponent.
 const MOST_EXPONENT: i32 = 24;
 
 impl RadialLaw {
-    /// Whether it is a function of a curve.
+    /// Whether it is one function of many that are a curve or a field together.
     pub(super) fn is_curve(&self) -> bool {
-        matches!(self, Self::Curve { .. })
+        !matches!(self, Self::Power(_))
     }
 
     /// Whether it is one function, of a basis that has it.
@@ -48,6 +53,7 @@ impl RadialLaw {
         match self {
             Self::Power(own) => own.abs() <= MOST_EXPONENT,
             Self::Curve { basis, at } => basis.check().is_ok() && *at < basis.count(),
+            Self::Field { about } => about.iter().all(|x| x.is_finite()),
         }
     }
 
@@ -56,6 +62,7 @@ impl RadialLaw {
             Self::Power(0) => r.ln(),
             Self::Power(own) => r.powi(own),
             Self::Curve { basis, at } => one(at, |add| basis.integrals(r.sqrt(), add)),
+            Self::Field { .. } => r.powi(3),
         }
     }
 
@@ -74,6 +81,7 @@ impl RadialLaw {
                 let rate = one(at, |add| basis.rates(s, add));
                 [0.5 * own / s, 0.25 * (rate - own / s) / r]
             }
+            Self::Field { .. } => [3.0 * r * r, 6.0 * r],
         }
     }
 }
@@ -99,9 +107,13 @@ impl Radial {
     /// The difference of the places.
     pub(super) fn difference(&self, points: &[Vec<usize>], x: &[f64]) -> [f64; 3] {
         let [first, second] = self.axes(points);
-        let mut difference = [0.0; 3];
+        let mut difference = match self.law {
+            RadialLaw::Field { about } => about.map(|x| -x),
+            _ => [0.0; 3],
+        };
+        difference[first.len()..].fill(0.0);
         for (k, i) in first.iter().enumerate() {
-            difference[k] = x[*i] - second.get(k).map_or(0.0, |j| x[*j]);
+            difference[k] += x[*i] - second.get(k).map_or(0.0, |j| x[*j]);
         }
         difference
     }
@@ -125,7 +137,8 @@ impl Radial {
         mut add: impl FnMut(usize, f64),
     ) {
         let difference = self.difference(points, q);
-        let r = dot(&difference, &difference).sqrt();
+        // A field is smooth in its places.
+        let r = dot(&difference, &difference).sqrt().max(f64::MIN_POSITIVE);
         let [slope, _] = self.law.slopes(r);
         let force = difference.map(|x| slope * x / r);
         let [first, second] = self.axes(points);
@@ -143,14 +156,14 @@ impl Radial {
         mut add: impl FnMut(usize, usize, f64),
     ) {
         let difference = self.difference(points, q);
-        let r = dot(&difference, &difference).sqrt();
+        let r = dot(&difference, &difference).sqrt().max(f64::MIN_POSITIVE);
         let [slope, bend] = self.law.slopes(r);
         let across = slope / r;
-        let along = (bend - across) / (r * r);
+        let along = |x: f64, y: f64| (bend - across) * (x / r) * (y / r);
         let [first, second] = self.axes(points);
         for (k, x) in difference.iter().enumerate().take(first.len()) {
             for (l, y) in difference.iter().enumerate().take(first.len()) {
-                let own = along * x * y + if k == l { across } else { 0.0 };
+                let own = along(*x, *y) + if k == l { across } else { 0.0 };
                 add(first[k], first[l], own);
                 if !second.is_empty() {
                     add(second[k], second[l], own);
@@ -220,6 +233,7 @@ impl Radial {
             (RadialLaw::Power(0), Style::Latex) => format!("\\ln {distance}"),
             (RadialLaw::Power(own), style) => style.power(distance, own),
             (RadialLaw::Curve { .. }, _) => format!("W({distance})"),
+            (RadialLaw::Field { .. }, _) => format!("W({names})"),
         }
     }
 
@@ -233,6 +247,7 @@ impl Radial {
             RadialLaw::Power(own) if own > 0 => format!("J/m^{own}"),
             RadialLaw::Power(own) => format!("J·m^{}", -own),
             RadialLaw::Curve { .. } => "J/m^0.5".into(),
+            RadialLaw::Field { .. } => "J/m^3".into(),
         }
     }
 }
@@ -249,8 +264,17 @@ mod tests {
         let basis = Basis::spline([0.8, 1.6], 4);
         let powers = [-6, -1, 0, 1, 2, 3].map(RadialLaw::Power);
         let curves = [0, 2, 4].map(|at| RadialLaw::Curve { basis, at });
-        for law in powers.into_iter().chain(curves) {
-            for own in [vec![1], vec![0, 1]] {
+        let about = [0.2, -0.4, 1.3];
+        let pairs = powers
+            .into_iter()
+            .chain(curves)
+            .map(|law| (vec![0, 1], law));
+        let single = powers
+            .into_iter()
+            .chain(curves)
+            .chain([RadialLaw::Field { about }]);
+        {
+            for (own, law) in pairs.chain(single.map(|law| (vec![1], law))) {
                 let own = Radial { points: own, law };
                 let moved =
                     |h: f64| -> Vec<f64> { q.iter().zip(by).map(|(q, by)| q + h * by).collect() };

@@ -20,7 +20,7 @@ use lagrangian_mechanics::forces::Dissipation;
 use lagrangian_motion::solve::dot;
 use lagrangian_motion::solve::quadratic::Quadratic;
 use lagrangian_motion::solve::ridge::{Ridge, scales};
-use lagrangian_motion::statistics::{column, deviation, root_mean_square};
+use lagrangian_motion::statistics::{column, deviation, root_mean_square, sort_by_number};
 use lagrangian_motion::{Error, Result, Samples};
 
 /// The samples of a segment at first and at last, where recordings are long.
@@ -76,15 +76,15 @@ const EXPLAINED: f64 = 1.1;
 
 /// Parameters on the way, with the segments that they were fitted to.
 #[derive(Clone)]
-struct Fit<'a> {
-    data: Data<'a>,
+pub(super) struct Fit<'a> {
+    pub(super) data: Data<'a>,
     /// The deviation of each value that is compared.
     unit: Vec<f64>,
-    layout: Layout,
-    theta: Vec<f64>,
+    pub(super) layout: Layout,
+    pub(super) theta: Vec<f64>,
     noise: Vec<f64>,
-    segments: Vec<Segment>,
-    cost: f64,
+    pub(super) segments: Vec<Segment>,
+    pub(super) cost: f64,
     /// The largest number of halvings of steps.
     halvings: usize,
 }
@@ -110,24 +110,36 @@ pub(super) fn find(
     }
     let mut points = fit.clone();
     points.under_constraints(dataset, &candidates, &mut tell);
-    let shared = Shared::of_rods(&points.layout.points, &config.constraints);
-    // The page in a browser has no room for it.
-    let tried = !shared.is_empty() && !cfg!(target_family = "wasm");
-    if tried && points.lacks_inertia(&shared, dataset) {
-        let mut bodies = fit;
-        bodies.layout.shared = shared;
-        bodies.under_constraints(dataset, &candidates, &mut tell);
-        if bodies.explains_more(&points) {
-            points = bodies;
+    let mut tried = vec![points];
+    // The page in a browser has no room for more.
+    if !cfg!(target_family = "wasm") {
+        let shared = Shared::of_rods(&fit.layout.points, &config.constraints);
+        if !shared.is_empty() && tried[0].lacks_inertia(&shared, dataset) {
+            let mut bodies = fit;
+            bodies.layout.shared = shared;
+            bodies.under_constraints(dataset, &candidates, &mut tell);
+            if bodies.explains_more(&tried[0]) {
+                tried.push(bodies);
+            }
+        }
+        let lacking = tried.iter().all(|own| own.lacks_forces(dataset));
+        for at in 0..if lacking { tried.len() } else { 0 } {
+            tried[at] = tried[at].clone().with_fields(dataset, &mut tell);
+            if !tried[at].lacks_forces(dataset) {
+                tried.truncate(at + 1);
+                break;
+            }
         }
     }
-    if !points.cost.is_finite() {
-        return Err(Error::setting(
+    let stay = tried.into_iter().filter(|own| own.cost.is_finite());
+    let best = stay.min_by(|a, b| a.left().total_cmp(&b.left()));
+    let none = || {
+        Error::setting(
             "no masses were found: simulations from the recorded states under these constraints do not stay finite",
             "check that the motions keep the constraints, and that times and velocities are right",
-        ));
-    }
-    points.solution(dataset)
+        )
+    };
+    best.ok_or_else(none)?.solution(dataset)
 }
 
 impl<'a> Fit<'a> {
@@ -172,7 +184,7 @@ impl<'a> Fit<'a> {
         })
     }
 
-    fn problem(&self) -> Problem<'_> {
+    pub(super) fn problem(&self) -> Problem<'_> {
         Problem {
             layout: &self.layout,
             data: self.data,
@@ -238,7 +250,9 @@ impl<'a> Fit<'a> {
                 break;
             }
         }
-        kept.sort_by_key(|own| matches!(own, PointTerm::Friction(_)));
+        sort_by_number(&mut kept, |own| {
+            f64::from(matches!(own, PointTerm::Friction(_)))
+        });
         kept
     }
 
@@ -394,7 +408,7 @@ impl<'a> Fit<'a> {
     }
 
     /// The mean square of what is left, in parts of the motion.
-    fn left(&self) -> f64 {
+    pub(super) fn left(&self) -> f64 {
         if !self.cost.is_finite() {
             return f64::INFINITY;
         }
@@ -494,7 +508,7 @@ impl<'a> Fit<'a> {
     }
 
     /// Fits all parameters, and again with the noise of the residuals.
-    fn refine(&mut self, go_on: &mut dyn FnMut() -> bool) {
+    pub(super) fn refine(&mut self, go_on: &mut dyn FnMut() -> bool) {
         let passes = if self.segments.is_empty() {
             FIRST
         } else {
@@ -519,11 +533,17 @@ impl<'a> Fit<'a> {
     }
 
     /// Cuts the motions into longer segments that start at the states of the present ones.
-    fn lengthen(&mut self) {
+    pub(super) fn lengthen(&mut self) {
         let problem = self.problem();
         let mut states = self.data.states();
         problem.write_states(&self.theta, &self.segments, &mut states);
         self.segments = problem.segments(HORIZONS[1], MOST, &states);
+    }
+
+    /// Cuts the motions into short segments again, of about so many samples.
+    pub(super) fn shorten(&mut self, most: usize) {
+        let states = self.data.states();
+        self.segments = self.problem().segments(HORIZONS[0], most, &states);
     }
 
     /// Whether the residuals are as small as those of a computation.
@@ -564,7 +584,7 @@ impl<'a> Fit<'a> {
         let asked: Vec<usize> = (count..layout.len()).collect();
         let mut found = self.scores(&layout, &theta, &asked, first);
         found.retain(|(_, z)| *z > MISSING);
-        found.sort_by(|a, b| b.1.total_cmp(&a.1));
+        sort_by_number(&mut found, |own| -own.1);
         let least = found.first().map_or(0.0, |own| 0.3 * own.1);
         let mut added: Vec<PointTerm> = Vec::new();
         for (at, _) in found.iter().take(4).filter(|own| own.1 > least) {
@@ -636,7 +656,7 @@ impl<'a> Fit<'a> {
     }
 
     /// Leaves out the terms whose coefficients are nothing, and the shared inertias that are known to be, if asked; whether there is any.
-    fn drop_small(&mut self, shared: bool) -> bool {
+    pub(super) fn drop_small(&mut self, shared: bool) -> bool {
         // Motions may leave a scale of a body's inertia open, on which all else depends.
         let known = (!self.layout.shared.is_empty()).then_some(GUESSED);
         let (points, inertias, errors) = (
@@ -763,7 +783,7 @@ impl<'a> Fit<'a> {
     }
 
     /// χ² over its expectation, by the noise of the positions; `None` where motions are too short to tell it.
-    fn misfit(&self, dataset: &Dataset) -> Option<f64> {
+    pub(super) fn misfit(&self, dataset: &Dataset) -> Option<f64> {
         if self.data.velocities {
             return None;
         }
@@ -791,6 +811,6 @@ fn floored(mut sizes: Vec<f64>) -> Vec<f64> {
 }
 
 /// At most about so many samples, evenly spread.
-fn spread(data: &Samples, count: usize) -> impl Iterator<Item = usize> + use<> {
+pub(super) fn spread(data: &Samples, count: usize) -> impl Iterator<Item = usize> + use<> {
     (0..data.len()).step_by(data.len().div_ceil(count).max(1))
 }

@@ -41,7 +41,7 @@ pub(super) struct Data<'a> {
 #[derive(Debug, Clone)]
 pub(super) struct Segment {
     begin: usize,
-    len: usize,
+    pub(super) len: usize,
     start: Vec<f64>,
     /// The recorded state, of which the start was a correction at first.
     recorded: Vec<f64>,

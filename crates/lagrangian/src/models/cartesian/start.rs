@@ -15,12 +15,13 @@ use lagrangian_mechanics::lattice::Basis;
 use lagrangian_motion::solve::dot;
 use lagrangian_motion::solve::quadratic::Quadratic;
 use lagrangian_motion::solve::ridge::{Ridge, scales};
+use lagrangian_motion::statistics::sort_by_number;
 
 /// The powers of distances of a potential.
 pub(super) const EXPONENTS: [i32; 10] = [2, 1, -1, 0, -2, 3, 4, -3, -6, -12];
 /// The intervals of curves of distances, and the largest number of points for which these are tried.
 const INTERVALS: [usize; 2] = [8, 16];
-const FEW: usize = 8;
+pub(super) const FEW: usize = 8;
 /// The lengths of stretches beside the shortest, in its units; how many there must be of one that is taken, and how much clearer its accelerations.
 const LENGTHS: [usize; 3] = [2, 4, 8];
 const FEWEST: usize = 100;
@@ -72,7 +73,8 @@ fn groups(layout: &Layout, all: &[Moments]) -> Vec<Group> {
         })
     };
     let curve = |own: &Vec<usize>, intervals: usize| {
-        let basis = Basis::spline(roots(layout, all, own), intervals);
+        let states = all.iter().flat_map(|own| own.q.chunks_exact(layout.n));
+        let basis = Basis::spline(roots(&layout.points, states, own), intervals);
         let each = (0..basis.count()).map(move |at| RadialLaw::Curve { basis, at });
         each.map(|law| radial(own, law)).collect::<Vec<_>>()
     };
@@ -96,13 +98,16 @@ fn groups(layout: &Layout, all: &[Moments]) -> Vec<Group> {
 }
 
 /// The smallest and the largest root of a distance.
-fn roots(layout: &Layout, all: &[Moments], points: &[usize]) -> [f64; 2] {
+pub(super) fn roots<'a>(
+    points: &[Vec<usize>],
+    states: impl Iterator<Item = &'a [f64]>,
+    of: &[usize],
+) -> [f64; 2] {
     let radial = Radial {
-        points: points.to_vec(),
+        points: of.to_vec(),
         law: RadialLaw::Power(1),
     };
-    let states = all.iter().flat_map(|own| own.q.chunks_exact(layout.n));
-    let each = states.map(|q| radial.distance(&layout.points, q).sqrt());
+    let each = states.map(|q| radial.distance(points, q).sqrt());
     each.fold([f64::INFINITY, 0.0], |[low, high], r| {
         [low.min(r), high.max(r)]
     })
@@ -134,7 +139,7 @@ pub(super) fn find(dataset: &Dataset, layout: &Layout) -> Vec<Start> {
     let grown = |of: &[bool], may: &[bool]| {
         let all = (0..groups.len()).into_par_iter().filter(|at| of[*at]);
         let mut all: Vec<(f64, Vec<bool>)> = all.filter_map(|at| from(at, may)).collect();
-        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        sort_by_number(&mut all, |own| own.0);
         all.dedup_by(|a, b| a.1 == b.1);
         all
     };

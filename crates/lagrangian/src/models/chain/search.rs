@@ -19,6 +19,7 @@ use lagrangian_mechanics::rigid::{JointKind, RigidBodies};
 use lagrangian_motion::Samples;
 use lagrangian_motion::solve::quadratic::Quadratic;
 use lagrangian_motion::solve::ridge::{Ridge, scales};
+use lagrangian_motion::statistics::sort_by_number;
 use lagrangian_motion::{Coordinates, Error, Result};
 
 /// The number of samples of a search.
@@ -85,7 +86,7 @@ pub(super) fn screws(
             found
         })
         .collect();
-    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    sort_by_number(&mut found, |own| own.0);
     found.dedup_by(|a, b| (a.0 - b.0).abs() < GAIN);
     let samples = evenly(&dataset.train, REFINED);
     let refinement = Refinement {

@@ -9,6 +9,7 @@ use rand_chacha::ChaCha8Rng;
 
 use lagrangian_motion::Coordinates;
 use lagrangian_motion::noise::normal;
+use lagrangian_motion::statistics::sort_by_number;
 
 use super::refine::sign;
 use super::rows::{COPIES, Row, Rows};
@@ -387,12 +388,14 @@ fn leaving(
     let mut order: Vec<usize> = (0..active.len())
         .filter(|i| !limits.holds(active[*i], active))
         .collect();
-    order.sort_by(|a, b| costs[*a].total_cmp(&costs[*b]));
+    sort_by_number(&mut order, |i| costs[*i]);
     // Of those that cost no more than chance would, the most complex go first.
     let chance = CHEAP * ratio.max(LEAST) * sums.count;
     let cheap = order.iter().take_while(|i| costs[**i] < chance).count();
     let complex = |i: &usize| limits.complexity[active[*i]];
-    order[..cheap].sort_by(|a, b| complex(b).total_cmp(&complex(a)));
+    let dear = order.split_off(cheap);
+    sort_by_number(&mut order, |i| -complex(i));
+    order.extend(dear);
     let several = ((AT_ONCE * active.len() as f64) as usize).min(cheap / 3);
     let gone = if active.len() > MANY {
         several.max(1)

@@ -5,6 +5,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::super::term::Term;
 use crate::dataset::Dataset;
+use lagrangian_motion::statistics::sort_by_number;
 use lagrangian_motion::{Coordinates, Samples};
 
 /// The largest number of terms.
@@ -52,7 +53,7 @@ pub(super) fn library(dataset: &Dataset) -> Vec<Term> {
         }
     }
     all.retain(|term| cyclic.iter().all(|i| !term.depends_on(*i)));
-    all.sort_by(|a, b| a.complexity().total_cmp(&b.complexity()));
+    sort_by_number(&mut all, Term::complexity);
     independent(all, coordinates, data)
 }
 

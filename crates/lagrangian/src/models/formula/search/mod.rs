@@ -16,7 +16,6 @@ mod refine;
 mod rows;
 mod smooth;
 
-use std::cmp::Reverse;
 
 use nets::Instant;
 use serde::{Deserialize, Serialize};
@@ -30,7 +29,7 @@ use crate::dataset::Dataset;
 use crate::models::family::Solution;
 use crate::train::{Observer, TrainingTask};
 use eliminate::{Candidate, Inertia, Limits};
-use lagrangian_motion::statistics::size;
+use lagrangian_motion::statistics::{size, sort_by_number};
 use lagrangian_motion::{Error, Result};
 use refine::{Refined, Start};
 use rows::Rows;
@@ -177,7 +176,7 @@ fn paths(
     let mut path = eliminate::path(rows, apart, &limits, tell);
     if n > 1 {
         path.extend(eliminate::path(rows, active, &limits, tell));
-        path.sort_by_key(|own| Reverse(own.values.len()));
+        sort_by_number(&mut path, |own| -(own.values.len() as f64));
     }
     path
 }
@@ -191,7 +190,7 @@ fn promising(starts: &[(f64, Start)]) -> Vec<&Start> {
     };
     let loss = |k: usize| starts.get(k + 1).map_or(1.0, |next| next.0 / starts[k].0);
     let mut order: Vec<usize> = (0..starts.len()).collect();
-    order.sort_by(|a, b| loss(*b).total_cmp(&loss(*a)));
+    sort_by_number(&mut order, |k| -loss(*k));
     order.retain(|k| *k != first);
     let all = [first].into_iter().chain(order.into_iter().take(1));
     all.map(|k| &starts[k].1).collect()

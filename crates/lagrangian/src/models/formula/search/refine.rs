@@ -15,7 +15,9 @@ use crate::train::rollout::Recorded;
 use crate::train::shooting::{Problem, Segment, Shooting, descend};
 use crate::train::{ForceTerms, Learner, Loss, Observer, TrainingTask};
 use lagrangian_motion::solve::diagonalise;
-use lagrangian_motion::statistics::{column, deviation, mean, root_mean_square, size};
+use lagrangian_motion::statistics::{
+    column, deviation, mean, root_mean_square, size, sort_by_number,
+};
 use lagrangian_motion::{Coordinates, Result, Samples};
 
 /// The least eigenvalue of a mass matrix over the largest, in units of the velocities of the data.
@@ -423,7 +425,7 @@ pub(super) fn missing(
     let size = refined.misfit.max(1.0).sqrt();
     scores.iter_mut().for_each(|(_, z)| *z /= size);
     scores.retain(|(_, z)| z.is_finite());
-    scores.sort_by(|a, b| b.1.total_cmp(&a.1));
+    sort_by_number(&mut scores, |own| -own.1);
     Ok(scores)
 }
 
