@@ -57,6 +57,9 @@ def _describe(setting: Mapping[str, Any]) -> str:
     if setting["kind"] in ("choice", "choices"):
         names = ", ".join(f"``{name}``" for name, _ in values)
         text += f" {'Some' if setting['kind'] == 'choices' else 'One'} of {names}."
+    elif setting["kind"] == "document":
+        names = ", ".join(f"``{name}``" for name, _ in values)
+        text += f" One of {names}, or a document."
     elif setting["kind"] == "integer":
         text += f" A whole number from {values[0]}."
     elif setting["kind"] in ("number", "numbers"):

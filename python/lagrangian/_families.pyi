@@ -1,6 +1,6 @@
 # Made by python/tools/stubs.py from the tables of settings of the library.
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
 from ._estimators import Estimator
@@ -32,6 +32,7 @@ class Best(Estimator):
         searches: The number of searches for the joints, each from other random directions. A whole number from 1. Default: 8.
         friction: The terms of the friction of gears (arXiv 2410.08650). One of ``m1``, ``m2``, ``m3``, ``m4``, ``m5``, ``m6``. Default: by held-out motions.
         weight: The moment m g l of the first link's weight, N·m: without a torque only ratios to it are learned. A number above 0, from 1e-9 to 1e9. Default: 1.
+        constraints: The constraints between the coordinates; a file is one that `lagrangian constraints --json` wrote. One of ``find``, ``none``, or a document. Default: find.
         neighbours: The differences of the indices of neighbours, such as 1 in a chain, or 1 and 32 in a grid of rows of 32. Numbers above 0, from 1 to 1e6. Default: found.
         ends: What bounds the sites. One of ``find``, ``ring``, ``walls``, ``free``. Default: find.
         loss: What is compared with the data. One of ``acceleration``, ``acceleration-relative``, ``acceleration-l1``, ``torque``, ``torque-l1``, ``torque-acceleration``, ``torque-power``, ``positions``, ``positions-trapezoidal``, ``rollout``. Default: acceleration; rollout for neural-ode; positions for vin; torque for delan where torques are recorded and accelerations certain to 0.5 %.
@@ -81,6 +82,7 @@ class Best(Estimator):
     searches: int | None
     friction: Literal["m1", "m2", "m3", "m4", "m5", "m6"] | None
     weight: float | None
+    constraints: str | Mapping[str, Any] | Sequence[Mapping[str, Any]] | None
     neighbours: Sequence[float] | None
     ends: Literal["find", "ring", "walls", "free"] | None
     loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None
@@ -132,6 +134,7 @@ class Best(Estimator):
         searches: int | None = ...,
         friction: Literal["m1", "m2", "m3", "m4", "m5", "m6"] | None = ...,
         weight: float | None = ...,
+        constraints: str | Mapping[str, Any] | Sequence[Mapping[str, Any]] | None = ...,
         neighbours: Sequence[float] | None = ...,
         ends: Literal["find", "ring", "walls", "free"] | None = ...,
         loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None = ...,
@@ -1210,6 +1213,7 @@ class Cartesian(Estimator):
     """points in Cartesian coordinates: the rods that join them or the forces between them, and their masses.
     
     Args:
+        constraints: The constraints between the coordinates; a file is one that `lagrangian constraints --json` wrote. One of ``find``, ``none``, or a document. Default: find.
         loss: What is compared with the data. One of ``acceleration``, ``acceleration-relative``, ``acceleration-l1``, ``torque``, ``torque-l1``, ``torque-acceleration``, ``torque-power``, ``positions``, ``positions-trapezoidal``, ``rollout``. Default: acceleration; rollout for neural-ode; positions for vin; torque for delan where torques are recorded and accelerations certain to 0.5 %.
         optimizer: Natural gradient, or Adam. One of ``natural``, ``adam``. Default: natural; adam where the data are noisy and accelerations or torques compared.
         batch: Samples in a batch. A whole number from 1. Default: natural gradient 128 by time and 256 by steps, Adam 512.
@@ -1238,6 +1242,7 @@ class Cartesian(Estimator):
         nominal: URDF of a nominal model, whose omissions a network learns.
         joints: Joints of the robot in the order of the data.
     """
+    constraints: str | Mapping[str, Any] | Sequence[Mapping[str, Any]] | None
     loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None
     optimizer: Literal["natural", "adam"] | None
     batch: int | None
@@ -1268,6 +1273,7 @@ class Cartesian(Estimator):
     def __init__(
         self,
         *,
+        constraints: str | Mapping[str, Any] | Sequence[Mapping[str, Any]] | None = ...,
         loss: Literal["acceleration", "acceleration-relative", "acceleration-l1", "torque", "torque-l1", "torque-acceleration", "torque-power", "positions", "positions-trapezoidal", "rollout"] | None = ...,
         optimizer: Literal["natural", "adam"] | None = ...,
         batch: int | None = ...,

@@ -17,6 +17,7 @@ TYPES = {
     "integer": "int | None",
     "number": "float | None",
     "numbers": "Sequence[float] | None",
+    "document": "str | Mapping[str, Any] | Sequence[Mapping[str, Any]] | None",
 }
 
 COMMON_TYPES = {
@@ -37,7 +38,7 @@ COMMON_TYPES = {
 HEAD = '''\
 # Made by python/tools/stubs.py from the tables of settings of the library.
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ._estimators import Estimator

@@ -135,6 +135,7 @@ fn argument(offered: &Offered, names: &[&str]) -> Option<Arg> {
         Kind::Integer { min, max } => flag.value_parser(clap::value_parser!(u64).range(min..=max)),
         Kind::Number(range) => flag.value_parser(number(range)),
         Kind::Numbers(range) => list(flag).value_parser(number(range)),
+        Kind::Document(values) => flag.value_parser(document(values)),
     })
 }
 
@@ -183,6 +184,21 @@ fn number(range: Range) -> ValueParser {
     ValueParser::new(move |text: &str| in_range(text, range))
 }
 
+/// One of these names, or the JSON document of a file.
+fn document(names: &'static [Named]) -> ValueParser {
+    ValueParser::new(move |text: &str| -> Result<Value, String> {
+        if names.iter().any(|own| own.name == text) {
+            return Ok(text.into());
+        }
+        let all: Vec<&str> = names.iter().map(|own| own.name).collect();
+        let all = all.join(", ");
+        let bytes = std::fs::read(text).map_err(|error| {
+            format!("neither one of {all} nor a file that can be read: {error}")
+        })?;
+        serde_json::from_slice(&bytes).map_err(|error| format!("the file is no JSON: {error}"))
+    })
+}
+
 /// The given value of a setting.
 fn given(setting: &Setting, matches: &ArgMatches) -> Option<Value> {
     let name = setting.name;
@@ -197,6 +213,7 @@ fn given(setting: &Setting, matches: &ArgMatches) -> Option<Value> {
         Kind::Integer { .. } => one::<u64>(matches, name),
         Kind::Number(_) => one::<f64>(matches, name),
         Kind::Numbers(_) => all::<f64>(matches, name),
+        Kind::Document(_) => one::<Value>(matches, name),
     }
 }
 

@@ -4,6 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use serde::{Deserialize, Serialize};
 
+use lagrangian_motion::statistics::sort_numbers;
 use lagrangian_motion::{Coordinates, Signals};
 use lagrangian_motion::{Error, Result};
 
@@ -356,7 +357,7 @@ fn apart(circle: bool, a: f64, b: f64) -> f64 {
 /// The shortest arc that holds all angles, or the whole circle from −π if each gap is narrow.
 fn arc(mut angles: Vec<f64>) -> (f64, f64) {
     angles.iter_mut().for_each(|x| *x = x.rem_euclid(TAU));
-    angles.sort_unstable_by(f64::total_cmp);
+    sort_numbers(&mut angles);
     let around = angles.last().zip(angles.first());
     let (last, first) = around.map_or((0.0, 0.0), |(last, first)| (*last, *first));
     let mut widest = (first + TAU - last, first);

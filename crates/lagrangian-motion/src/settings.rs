@@ -59,6 +59,8 @@ pub enum Kind {
     Numbers(Range),
     /// A robot as `RobotConfig`.
     Robot,
+    /// One of these names, or a document: a JSON object or array.
+    Document(&'static [Named]),
 }
 
 /// A named value.
@@ -138,6 +140,7 @@ impl Setting {
             Kind::Number(range) => value.as_f64().is_some_and(|x| range.contains(x)),
             Kind::Numbers(range) => all(&|value| value.as_f64().is_some_and(|x| range.contains(x))),
             Kind::Robot => value.is_object(),
+            Kind::Document(names) => one_of(names, value) || value.is_object() || value.is_array(),
         };
         match fits {
             true => Ok(()),
@@ -165,6 +168,7 @@ impl Kind {
             Self::Number(range) => format!("a number {}", range.words()),
             Self::Numbers(range) => format!("a list of numbers {}", range.words()),
             Self::Robot => "a robot".into(),
+            Self::Document(values) => format!("one of {}, or a document", names(values)),
         }
     }
 }

@@ -44,12 +44,17 @@ pub fn upper_median(values: &mut [f64]) -> f64 {
 /// The median, between the middle two of an even number; NaN without values.
 #[must_use]
 pub fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
+    sort_numbers(&mut values);
     match values.len() {
         0 => f64::NAN,
         n if n % 2 == 1 => values[n / 2],
         n => 0.5 * (values[n / 2 - 1] + values[n / 2]),
     }
+}
+
+/// Puts numbers in order, the smallest first.
+pub fn sort_numbers(values: &mut [f64]) {
+    values.sort_by(f64::total_cmp);
 }
 
 /// Puts items in the order of a number of each, the smallest first; equal ones keep their order.

@@ -21,6 +21,7 @@ fn described(setting: &Setting) -> Value {
         Kind::Number(of) => ("number", json!(of.words())),
         Kind::Numbers(of) => ("numbers", json!(of.words())),
         Kind::Robot => ("robot", Value::Null),
+        Kind::Document(values) => ("document", json!(names(values))),
     };
     json!({
         "name": setting.name,

@@ -141,7 +141,18 @@ impl Layout {
     /// # Errors
     /// [`Error::Layout`] with the place, if it is not TOML or has an unknown key.
     pub fn from_toml(text: &str) -> Result<Self> {
-        let file: LayoutFile = toml::from_str(text).map_err(Error::layout)?;
+        Self::of(toml::from_str(text).map_err(Error::layout)?)
+    }
+
+    /// Reads the table that such a file holds.
+    ///
+    /// # Errors
+    /// As [`Self::from_toml`].
+    pub fn from_table(table: toml::Table) -> Result<Self> {
+        Self::of(table.try_into().map_err(Error::layout)?)
+    }
+
+    fn of(file: LayoutFile) -> Result<Self> {
         let mut columns = file.columns;
         let mut layout = Self {
             trajectory: one(columns.remove("trajectory"))?,
@@ -288,6 +299,18 @@ impl Layout {
     /// # Errors
     /// [`Error::Layout`] if it cannot be written as TOML.
     pub fn to_toml(&self) -> Result<String> {
+        toml::to_string(&self.file()).map_err(Error::layout)
+    }
+
+    /// The table that [`Layout::from_table`] reads back.
+    ///
+    /// # Errors
+    /// As [`Self::to_toml`].
+    pub fn to_table(&self) -> Result<toml::Table> {
+        toml::Table::try_from(self.file()).map_err(Error::layout)
+    }
+
+    fn file(&self) -> LayoutFile {
         let signals = self.columns.iter();
         let signals = signals.map(|(signal, names)| (signal.name(), list(names)));
         let single = |name: &Option<String>| name.clone().map(OneOrMany::One);
@@ -298,7 +321,7 @@ impl Layout {
         .into_iter()
         .chain(signals)
         .filter_map(|(name, columns)| Some((name.to_owned(), columns?)));
-        let file = LayoutFile {
+        LayoutFile {
             angle: list(&self.angles),
             actuated: list(&self.actuated),
             polar: list(&self.polar.iter().map(Polar::to_string).collect::<Vec<_>>()),
@@ -311,8 +334,7 @@ impl Layout {
             units: self.units.clone(),
             system: self.system.clone(),
             links: self.links,
-        };
-        toml::to_string(&file).map_err(Error::layout)
+        }
     }
 
     /// The layout of files that [`super::Format::write`] makes: default column names, angles declared.

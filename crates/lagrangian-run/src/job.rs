@@ -316,6 +316,8 @@ impl PreparedFit {
         }
         let columns = match &self.columns {
             Some(columns) => columns.clone(),
+            // A page has them, and does without the parser of TOML.
+            None if cfg!(target_family = "wasm") => Columns::default(),
             None => Columns::of_layout(&self.preparation.layout)?,
         };
         record.resolved = resolved(

@@ -24,15 +24,14 @@ impl Columns {
     /// The layouts of some files, with the largest number of rows that are used.
     ///
     /// # Errors
-    /// As [`Layout::to_toml`].
+    /// As [`Layout::to_table`].
     pub fn of(
         files: impl IntoIterator<Item = (PathBuf, Layout)>,
         rows: Option<usize>,
     ) -> Result<Self> {
         let mut layouts: Option<(Table, Map<String, Value>)> = None;
         for (path, layout) in files {
-            let text = layout.to_toml()?;
-            let own: Table = toml::from_str(&text).context("cannot write the columns", "")?;
+            let own = layout.to_table()?;
             match &mut layouts {
                 None => layouts = Some((own, Map::new())),
                 Some((first, others)) if own != *first => {
@@ -97,8 +96,7 @@ pub(crate) fn of_fit(config: &FitConfig) -> Result<Table> {
 }
 
 fn table(value: Value) -> Result<Table> {
-    let text = toml::to_string(&for_toml(value));
-    toml::from_str(&text.context(FAILED, "")?).context(FAILED, "")
+    Table::try_from(for_toml(value)).context(FAILED, "")
 }
 
 /// Replaces a robot's description by its size, since the file is among the data. That of a simulated robot stays, as it is the truth.

@@ -1,14 +1,14 @@
 //! Data from files.
 
 use std::io::Cursor;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use lagrangian::trajectory::{
     Readings,
     csv::{self, Look},
 };
 use lagrangian::{Format, Layout, Recording, Signals, Trajectory};
-use lagrangian_run::{Data, DataFile, FileHash};
+use lagrangian_run::{Columns as Read, Data, DataFile, FileHash};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -168,6 +168,7 @@ pub(crate) fn read(files: &[UploadedFile], columns: Columns) -> Result<(Given, V
     let layout = columns.layout();
     let mut data = Data {
         layout: layout.to_toml()?,
+        columns: Some(Read::of([(PathBuf::new(), layout.clone())], None)?),
         hashes: files.iter().map(UploadedFile::file).collect(),
         ..Data::default()
     };

@@ -3,6 +3,7 @@
 use super::discrete::{DiscreteAction, Path};
 use super::tridiagonal::{BlockTridiagonal, Factored};
 use lagrangian::mechanics::{diagonalise, inverse_root, product};
+use lagrangian_motion::statistics::sort_numbers;
 
 /// Number of bisections of an interval that contains an eigenvalue.
 const BISECTIONS: usize = 60;
@@ -58,7 +59,7 @@ fn crossings(hessian: &BlockTridiagonal, factored: &Factored<'_>, step: f64) -> 
         let node = (k + 1) as f64 * step;
         let mut here: Vec<f64> = known.map(|mu| node + step / (1.0 - mu)).collect();
         here.resize(pivot.negative(), node);
-        here.sort_by(f64::total_cmp);
+        sort_numbers(&mut here);
         times.extend(here);
     }
     times

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use lagrangian_motion::statistics::sort_by_number;
 use roxmltree::Node;
 
 /// A text and its replacements.
@@ -125,7 +126,7 @@ impl<'t> TextEdits<'t> {
 
     /// The text with all edits.
     pub(super) fn apply(mut self) -> String {
-        self.edits.sort_by_key(|edit| edit.range.start);
+        sort_by_number(&mut self.edits, |edit| edit.range.start as f64);
         let (mut out, mut from) = (String::with_capacity(self.text.len()), 0);
         for Edit { range, new } in self.edits {
             out += &self.text[from..range.start];

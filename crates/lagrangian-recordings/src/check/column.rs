@@ -4,7 +4,7 @@ use super::range;
 use crate::Recording;
 use crate::local_polynomial::Series;
 use lagrangian_motion::Signal;
-use lagrangian_motion::statistics::{deviation, upper_median};
+use lagrangian_motion::statistics::{deviation, sort_numbers, upper_median};
 
 /// One column of a recording.
 pub(super) struct Column<'a> {
@@ -27,7 +27,7 @@ impl<'a> Column<'a> {
     /// Smallest step between the values, within which they are rounded; 0 if they are all equal.
     pub(super) fn quantum(&self) -> f64 {
         let mut values: Vec<f64> = self.iter().collect();
-        values.sort_unstable_by(f64::total_cmp);
+        sort_numbers(&mut values);
         let span = values.last().unwrap_or(&0.0) - values.first().unwrap_or(&0.0);
         let steps = values.windows(2).map(|w| w[1] - w[0]);
         steps.filter(|d| *d > 1e-9 * span).fold(span, f64::min)

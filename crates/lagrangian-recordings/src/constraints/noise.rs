@@ -3,7 +3,7 @@
 use super::points::Point;
 use super::taubin::Cloud;
 use super::{linear, square};
-use lagrangian_motion::statistics::{deviation, upper_median};
+use lagrangian_motion::statistics::{deviation, sort_numbers, upper_median};
 
 /// Motions of at least so many samples show their noise by themselves.
 const LONG: usize = 24;
@@ -71,7 +71,7 @@ fn gap(cloud: &Cloud, points: &[Point], scale: f64) -> Option<f64> {
             .map(|own| own.scatter.max(1e-9 * scale))
     };
     let mut all: Vec<f64> = features.iter().filter_map(least).collect();
-    all.sort_by(f64::total_cmp);
+    sort_numbers(&mut all);
     all.push(scale);
     let pairs = all.windows(2).filter(|w| w[0] < SMALL * scale);
     let widest = pairs.max_by(|a, b| (a[1] / a[0]).total_cmp(&(b[1] / b[0])))?;

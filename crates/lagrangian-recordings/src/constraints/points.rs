@@ -25,12 +25,12 @@ impl Point {
             let Some((stem, axis)) = named.filter(|_| coordinate.topology == Topology::Line) else {
                 continue;
             };
-            match points.iter_mut().find(|(own, _)| *own == stem) {
-                Some((_, axes)) => {
-                    axes.entry(axis).or_insert(i);
-                }
-                None => points.push((stem, BTreeMap::from([(axis, i)]))),
-            }
+            let known = points.iter().position(|(own, _)| *own == stem);
+            let at = known.unwrap_or_else(|| {
+                points.push((stem, BTreeMap::new()));
+                points.len() - 1
+            });
+            points[at].1.entry(axis).or_insert(i);
         }
         let several = points.into_iter().filter(|(_, axes)| axes.len() > 1);
         let point = |(name, axes): (String, BTreeMap<char, usize>)| Self {

@@ -3,6 +3,7 @@
 use std::f64::consts::LN_10;
 
 use lagrangian_motion::parallel::prelude::*;
+use lagrangian_motion::statistics::sort_numbers;
 
 use super::process::{Observation, Problem, Process};
 use super::smoother::ORDER_OF_NOISE;
@@ -181,7 +182,7 @@ fn floor(pieces: &[(Vec<f64>, Vec<f64>)]) -> f64 {
     let count = values.len();
     let largest = values.iter().fold(0.0_f64, |m, y| m.max(y.abs()));
     let rounding = (largest * f64::EPSILON).max(1e-18);
-    values.sort_by(f64::total_cmp);
+    sort_numbers(&mut values);
     values.dedup();
     if values.len() * 20 > count * 19 {
         return rounding;

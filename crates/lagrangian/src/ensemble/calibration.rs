@@ -9,6 +9,7 @@ use crate::score::{bounded, predict};
 use lagrangian_mechanics::dynamics::Model;
 use lagrangian_mechanics::rollout::{Rollout, RolloutOptions};
 use lagrangian_motion::Signal;
+use lagrangian_motion::statistics::sort_numbers;
 use lagrangian_motion::{Error, Result, Trajectory};
 
 /// The levels of the factors that are stored: 0.01 … 0.99.
@@ -214,7 +215,7 @@ impl Errors {
         let floor: Vec<f64> = floors.collect();
         let factors = self.of.iter().zip(&floor).map(|(all, floor)| {
             let mut sizes: Vec<f64> = all.iter().map(|e| relative(*e, *floor)).collect();
-            sizes.sort_unstable_by(f64::total_cmp);
+            sort_numbers(&mut sizes);
             (1..=LEVELS).map(|k| quantile(&sizes, k)).collect()
         });
         let scale = Scale {

@@ -9,6 +9,7 @@ use super::speed::weakened;
 use super::{Errors, Forecast, RestartScore, RolloutScore, Score, SignalError, add_torques};
 use crate::models::Entry;
 use lagrangian_mechanics::Model;
+use lagrangian_motion::statistics::sort_by_number;
 use lagrangian_motion::{Coordinates, Trajectory};
 use lagrangian_motion::{Signal, Stop};
 use lagrangian_recordings::check::{CheckReport, Item, LARGEST};
@@ -127,7 +128,7 @@ impl Assessment {
     /// The assessment with more reasons.
     fn with(mut self, reasons: impl IntoIterator<Item = Reason>) -> Self {
         self.reasons.extend(reasons);
-        self.reasons.sort_by_key(|r| std::cmp::Reverse(r.grade));
+        sort_by_number(&mut self.reasons, |r| -f64::from(r.grade as u8));
         self.verdict = self.reasons.first().map_or(Grade::Good, |r| r.grade);
         self
     }

@@ -79,10 +79,10 @@ fn rods() -> CartesianConfig {
         constant: Some(-0.5),
     };
     CartesianConfig {
-        constraints: vec![
+        constraints: Some(vec![
             rod("first", vec![own(0), own(1)]),
             rod("second", [both(0), both(1)].concat()),
-        ],
+        ]),
         points: vec![vec![0, 1], vec![2, 3]],
     }
 }
@@ -136,7 +136,7 @@ fn short_pieces_with_velocities_give_the_motion_and_it_keeps_its_rods() {
     let own = rollout::rollout(&fit.model, &place, &speed, &times, &free, &options).unwrap();
     let states = own.trajectory.q.chunks(4).zip(truth.trajectory.q.chunks(2));
     for (own, truth) in states {
-        for rod in rods().constraints {
+        for rod in rods().constraints.unwrap() {
             assert!(rod.value(own).unwrap().abs() < 1e-10);
         }
         let [truth, _] = places(truth, &[0.0; 2]);
@@ -397,9 +397,37 @@ fn settings_that_make_no_sense_are_refused() {
             .to_string()
     };
     let mut far = rods();
-    far.constraints[0].products.push((7, 7, 1.0));
+    let all = far.constraints.as_mut().unwrap();
+    all[0].products.push((7, 7, 1.0));
     assert!(refused(far).contains("constraint"));
     let mut shared = rods();
     shared.points[1][0] = 0;
     assert!(refused(shared).contains("points"));
+    let mut longer = rods();
+    longer.constraints.as_mut().unwrap()[1].constant = Some(-0.6);
+    let refusal = refused(longer);
+    assert!(
+        refusal.contains("contradict the constraint 'second'"),
+        "{refusal}"
+    );
+}
+
+#[test]
+fn constraints_are_read_as_the_command_prints_them() {
+    let read = |text: &str| serde_json::from_str::<CartesianConfig>(text);
+    let rod = r#"{"name": "rod", "products": [[0, 0, 1.0], [1, 1, 1.0]], "constant": -0.5}"#;
+    let found = format!(r#"{{"constraint": {rod}, "kind": "circle", "points": [0]}}"#);
+    let count = |own: &str| {
+        let config = read(&format!(r#"{{"constraints": {own}}}"#)).unwrap();
+        config.constraints.map(|all| all.len())
+    };
+    assert_eq!(count(r#""find""#), None);
+    assert_eq!(count(r#""none""#), Some(0));
+    assert_eq!(count(&format!("[{rod}]")), Some(1));
+    assert_eq!(count(&format!("[{found}, {found}]")), Some(2));
+    let printed =
+        format!(r#"{{"command": "constraints", "structure": {{"constraints": [{found}]}}}}"#);
+    assert_eq!(count(&printed), Some(1));
+    assert!(read(r#"{"constraints": "all"}"#).is_err());
+    assert!(read(r#"{"constraints": [{"kind": "rod"}]}"#).is_err());
 }

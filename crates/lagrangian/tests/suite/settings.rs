@@ -168,7 +168,7 @@ fn values(setting: &Setting) -> Vec<Value> {
         Kind::Number(range) if range.max < 1.0 => vec![json!(0.2), json!(0.7)],
         Kind::Number(_) => vec![json!(3.5), json!(7.5)],
         Kind::Numbers(_) => vec![json!([1.5, 0.5]), json!([2.5, 1.0])],
-        Kind::Robot => Vec::new(),
+        Kind::Robot | Kind::Document(_) => Vec::new(),
     }
 }
 

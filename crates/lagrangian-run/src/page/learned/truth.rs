@@ -20,7 +20,7 @@ pub(super) struct Truth {
 /// The columns of the data of a run.
 pub(in crate::page) fn layout(record: &RunRecord) -> Option<Layout> {
     let columns = record.resolved.get("data")?.get("columns")?;
-    Layout::from_toml(&toml::to_string(columns).ok()?).ok()
+    Layout::from_table(columns.as_table()?.clone()).ok()
 }
 
 impl Truth {

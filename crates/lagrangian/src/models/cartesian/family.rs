@@ -4,7 +4,7 @@ use super::points::{ERRORS, Points, Shape};
 use super::{CartesianConfig, search};
 use crate::dataset::Dataset;
 use crate::models::family::{self, Abilities, Candidate, Entry, Family, Plan, Solution};
-use crate::models::formula::{Style, WINDOW, friction};
+use crate::models::formula::{Style, WINDOW, friction, noise_sizes};
 use crate::models::learned::{Description, FittedModel, Linkage, ModelParts, Stored, WrittenLaw};
 use crate::models::named::{Named, Parameter};
 use crate::saved::{self, SavedModel, WEIGHTS};
@@ -12,6 +12,9 @@ use crate::train::{Loss, TrainingTask};
 use lagrangian_mechanics::constrained::Constrained;
 use lagrangian_mechanics::dynamics::Mechanical;
 use lagrangian_mechanics::expression::{self, Equations, Graph};
+use lagrangian_motion::settings::{Kind as Values, Named as Value, Setting};
+use lagrangian_motion::solve::dot;
+use lagrangian_motion::statistics::{column, deviation, positive, root_mean_square};
 use lagrangian_motion::{Coordinates, Error, Result, Topology};
 use lagrangian_recordings::constraints::{self, Found, Kind, Point, Structure};
 
@@ -20,7 +23,7 @@ pub(crate) const ENTRY: Entry = Entry {
     name: NAME,
     about: "points in Cartesian coordinates: the rods that join them or the forces between them, and their masses",
     default: family::default::<CartesianConfig>,
-    settings: &[],
+    settings: SETTINGS,
     choose: family::no_choice,
     read: family::read::<CartesianConfig>,
     saved_as: &[NAME],
@@ -39,6 +42,24 @@ pub(crate) const ENTRY: Entry = Entry {
     jointed: false,
 };
 
+/// The settings of points.
+const SETTINGS: &[Setting] = &[Setting::new(
+    "constraints",
+    Values::Document(&[
+        Value {
+            name: "find",
+            help: "those that the data show",
+        },
+        Value {
+            name: "none",
+            help: "none: points that nothing holds",
+        },
+    ]),
+    "The constraints between the coordinates; a file is one that `lagrangian constraints --json` wrote",
+)
+.shown_as("FILE")
+.or("find")];
+
 /// The name of the family.
 pub(super) const NAME: &str = "cartesian";
 
@@ -51,7 +72,7 @@ impl Family for CartesianConfig {
     }
 
     fn summary(&self) -> String {
-        match self.constraints.len() {
+        match self.known().len() {
             0 => "points by the names of their coordinates".into(),
             count => format!("{count} constraints between coordinates"),
         }
@@ -111,12 +132,19 @@ impl CartesianConfig {
     /// The settings with the constraints that are given, or else with those that the positions keep; where there are none, with the points that
     /// names tell, or those of two and of three coordinates in turn.
     fn alternatives(&self, dataset: &Dataset) -> Result<Vec<Self>> {
-        if !self.constraints.is_empty() {
-            return Ok(vec![self.clone()]);
+        let mut found = structure(dataset, &self.points);
+        if !self.known().is_empty() {
+            self.contradicted(dataset)?;
+            return Ok(vec![Self {
+                points: found.points.into_iter().map(|own| own.axes).collect(),
+                ..self.clone()
+            }]);
         }
-        let found = structure(dataset, &self.points);
+        if self.constraints.is_some() {
+            found.found.clear();
+        }
         let of = |found: Vec<Found>, points: Vec<Point>| Self {
-            constraints: found.into_iter().map(|own| own.constraint).collect(),
+            constraints: Some(found.into_iter().map(|own| own.constraint).collect()),
             points: points.into_iter().map(|own| own.axes).collect(),
         };
         if !found.found.is_empty() {
@@ -134,6 +162,33 @@ impl CartesianConfig {
         } else {
             Ok(all)
         }
+    }
+}
+
+impl CartesianConfig {
+    /// Refuses a given constraint that the positions do not keep.
+    fn contradicted(&self, dataset: &Dataset) -> Result<()> {
+        let n = dataset.coordinates.dof();
+        let noise = noise_sizes(&dataset.coordinates, &dataset.train, &dataset.train_times);
+        let spread = column(&dataset.train.q, n, deviation);
+        for own in self.known() {
+            let mut distances = dataset.train.q.chunks_exact(n).filter_map(|q| {
+                let row = own.row(q);
+                Some(own.value(q)? / positive(dot(&row, &row).sqrt()))
+            });
+            let off = root_mean_square(&mut distances);
+            let largest = |all: &[f64]| all.iter().copied().fold(0.0, f64::max);
+            if off > (OFF * largest(&noise)).max(FAR * largest(&spread)) {
+                return Err(Error::setting(
+                    format!(
+                        "the data contradict the constraint '{}': positions are {off:.2e} off",
+                        own.name
+                    ),
+                    "correct or omit it; `lagrangian constraints` shows those that hold",
+                ));
+            }
+        }
+        Ok(())
     }
 }
 
@@ -205,7 +260,7 @@ fn load(saved: &SavedModel) -> Result<Cartesian> {
     let shape: Shape = saved::read("architecture", &header.architecture)?;
     let [parameters, errors] = saved.vectors([WEIGHTS, ERRORS])?;
     let config = CartesianConfig {
-        constraints: shape.constraints.clone(),
+        constraints: Some(shape.constraints.clone()),
         points: shape.points.clone(),
     };
     let n = header.coordinates.dof();
@@ -215,9 +270,12 @@ fn load(saved: &SavedModel) -> Result<Cartesian> {
         ));
     }
     let points = Points::new(header.coordinates.clone(), shape, parameters, errors)?;
-    Constrained::new(saved.moving(points)?, config.constraints)
+    Constrained::new(saved.moving(points)?, config.known().to_vec())
 }
 
+/// A given constraint may be off by so many times the largest noise, or by this part of the widest coordinate.
+const OFF: f64 = 5.0;
+const FAR: f64 = 0.02;
 /// A misfit up to which the data are explained to their noise.
 const FITS: f64 = 1.1;
 /// … and up to which no other model is tried: beyond the noise it leaves no more than the noise itself.

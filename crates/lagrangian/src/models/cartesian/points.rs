@@ -115,6 +115,12 @@ pub enum PointTerm {
     Friction(usize),
 }
 
+impl PointTerm {
+    pub(super) fn is_friction(&self) -> bool {
+        matches!(self, Self::Friction(_))
+    }
+}
+
 /// Points with masses in a potential, in the order of the parameters: masses, what points share, then coefficients of the potential.
 #[derive(Debug, Clone)]
 pub struct Points {
@@ -227,11 +233,11 @@ impl Points {
             .chain(self.shape.shared.iter().map(share))
             .chain(potential);
         let values = self.parameters.iter().zip(&self.errors);
-        let held = |at: usize| {
-            self.shape
-                .points
-                .get(at)
-                .is_some_and(|own| self.shape.is_held(own))
+        let first = self.shape.inertias() + self.shape.potential.len();
+        // What has no effect, and functions that mean something together alone.
+        let held = |at: usize| match at.checked_sub(first) {
+            Some(radial) => self.shape.radial[radial].law.is_curve(),
+            None => (self.shape.points.get(at)).is_some_and(|own| self.shape.is_held(own)),
         };
         let each = all
             .zip(values)

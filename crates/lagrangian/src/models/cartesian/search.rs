@@ -67,6 +67,7 @@ const UNKNOWN: f64 = 1e3;
 /// Seconds after which nothing more is tried, and the largest number of forces, between points that nothing holds; the part of the motion
 /// that these may leave.
 const LONGEST: f64 = 40.0;
+const LONGEST_HELD: f64 = 180.0;
 const MOST_FITTED: usize = 160;
 const REFUSED: f64 = 0.1;
 /// The samples and steps of a trial of a choice of forces, and the misfit with which no other is tried.
@@ -96,10 +97,11 @@ pub(super) fn find(
     observer: &mut dyn Observer,
 ) -> Result<Solution> {
     let clock = Instant::now();
-    let free = config.constraints.is_empty();
+    let free = config.known().is_empty();
     let fit = Fit::start(dataset, config)?;
     let mut tell = |what: &str, share: f64| {
-        let late = free && clock.elapsed().as_secs_f64() > LONGEST;
+        let most = if free { LONGEST } else { LONGEST_HELD };
+        let late = clock.elapsed().as_secs_f64() > most;
         !(observer.stage(what, share).is_break() || late)
     };
     let candidates = fit.candidates(dataset);
@@ -113,7 +115,7 @@ pub(super) fn find(
     let mut tried = vec![points];
     // The page in a browser has no room for more.
     if !cfg!(target_family = "wasm") {
-        let shared = Shared::of_rods(&fit.layout.points, &config.constraints);
+        let shared = Shared::of_rods(&fit.layout.points, config.known());
         if !shared.is_empty() && tried[0].lacks_inertia(&shared, dataset) {
             let mut bodies = fit;
             bodies.layout.shared = shared;
@@ -170,7 +172,7 @@ impl<'a> Fit<'a> {
             unit,
             layout: Layout {
                 n,
-                constraints: config.constraints.clone(),
+                constraints: config.known().to_vec(),
                 shared: Vec::new(),
                 terms: Vec::new(),
                 reference: fastest.filter(|_| !dataset.forced),
@@ -250,9 +252,7 @@ impl<'a> Fit<'a> {
                 break;
             }
         }
-        sort_by_number(&mut kept, |own| {
-            f64::from(matches!(own, PointTerm::Friction(_)))
-        });
+        sort_by_number(&mut kept, |own| f64::from(own.is_friction()));
         kept
     }
 
@@ -579,8 +579,8 @@ impl<'a> Fit<'a> {
         layout.terms.extend(others.iter().cloned());
         let mut theta = self.theta.clone();
         theta.resize(layout.len(), 0.0);
-        let friction = |own: &PointTerm| matches!(own, PointTerm::Friction(_));
-        let first = others.iter().position(friction).unwrap_or(others.len());
+        let first = others.iter().position(PointTerm::is_friction);
+        let first = first.unwrap_or(others.len());
         let asked: Vec<usize> = (count..layout.len()).collect();
         let mut found = self.scores(&layout, &theta, &asked, first);
         found.retain(|(_, z)| *z > MISSING);
@@ -674,7 +674,7 @@ impl<'a> Fit<'a> {
                 return !shared || *k < points || unknown || counts(*k) && !faint;
             };
             let term = &self.layout.terms[at];
-            let sign = self.theta[*k] > 0.0 || !matches!(term, PointTerm::Friction(_));
+            let sign = self.theta[*k] > 0.0 || !term.is_friction();
             sign && (is_curve(term) || counts(*k) && sizes[at] > FAINT * largest)
         };
         let kept: Vec<usize> = (0..self.theta.len()).filter(keeps).collect();

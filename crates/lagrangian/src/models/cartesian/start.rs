@@ -430,7 +430,7 @@ impl Choice {
                 }
             }
             let own = sum / weights;
-            if own.is_finite() && !(own <= 0.0 && matches!(term, PointTerm::Friction(_))) {
+            if own.is_finite() && !(own <= 0.0 && term.is_friction()) {
                 start.terms.push(term.clone());
                 start.theta.push(own);
             }

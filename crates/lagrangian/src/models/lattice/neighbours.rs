@@ -1,7 +1,6 @@
 //! Which sites are neighbours: the accelerations of all sites regressed on the positions of all others, at first by the difference of
 //! their indices, which is a convolution, then each bond by itself.
 
-use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
 use lagrangian_motion::parallel::prelude::*;
@@ -12,6 +11,7 @@ use crate::models::formula::{STRIDE, WINDOW};
 use lagrangian_mechanics::lattice::{Bonds, Ends};
 use lagrangian_motion::solve::quadratic::Quadratic;
 use lagrangian_motion::solve::ridge::{Ridge, scales};
+use lagrangian_motion::statistics::sort_numbers;
 use lagrangian_motion::{Coordinates, Error, Result};
 
 /// The bonds of one law: their pairs as found, and, where it is open what is at the ends, those with walls.
@@ -48,13 +48,12 @@ pub(super) fn find(
     let n = coordinates.dof();
     let offsets = match config.neighbours.is_empty() {
         true => offsets(moments, n)?,
-        false => config
-            .neighbours
-            .iter()
-            .copied()
-            .collect::<BTreeSet<_>>()
-            .into_iter()
-            .collect(),
+        false => {
+            let mut given = config.neighbours.clone();
+            given.sort_unstable();
+            given.dedup();
+            given
+        }
     };
     let ends = match config.ends {
         LatticeEnds::Find => None,
@@ -232,7 +231,7 @@ impl Found {
             (f64::midpoint(after, before).abs(), 0.5 * a.hypot(b))
         };
         let mut sizes: Vec<f64> = whole.iter().map(|pair| strength(*pair).0).collect();
-        sizes.sort_by(f64::total_cmp);
+        sort_numbers(&mut sizes);
         // Where the rows of a grid meet, few of a kind exist.
         let usual = sizes[sizes.len() - 1 - sizes.len() / 100];
         let exists = |pair: &[usize; 2]| {

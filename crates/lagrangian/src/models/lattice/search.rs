@@ -13,6 +13,7 @@ use lagrangian_mechanics::forces::Dissipation;
 use lagrangian_mechanics::lattice::{Basis, Bonds, Lattice, LatticeShape};
 use lagrangian_motion::solve::dot;
 use lagrangian_motion::solve::quadratic::Quadratic;
+use lagrangian_motion::statistics::sort_numbers;
 use lagrangian_motion::{Error, Result};
 
 /// Rows of all sites together, at most; stretches, and the values of all of them.
@@ -266,7 +267,7 @@ fn check(law: &Fitted, sums: &Sums, noise: f64) -> Result<()> {
     let each = law.left_of_each(sums);
     let worst = (0..each.len()).max_by(|a, b| each[*a].total_cmp(&each[*b]));
     let mut sorted = each.clone();
-    sorted.sort_by(f64::total_cmp);
+    sort_numbers(&mut sorted);
     let differ = each.len() > 1 && sorted[each.len() - 1] > 10.0 * sorted[each.len() / 2];
     Err(Error::setting(
         match worst.filter(|_| differ) {

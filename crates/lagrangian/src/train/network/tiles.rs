@@ -3,6 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use lagrangian_motion::parallel::prelude::*;
+use lagrangian_motion::statistics::sort_by_number;
 
 use super::block::{BLOCK, Block};
 use super::products::tile_of_residuals;
@@ -116,7 +117,9 @@ fn in_squares(count: usize) -> Vec<(usize, usize)> {
     let mut tiles: Vec<_> = (0..count)
         .flat_map(|i| (0..=i).map(move |j| (i, j)))
         .collect();
-    tiles.sort_by_key(|&(i, j)| (i / SQUARE, j / SQUARE, i, j));
+    sort_by_number(&mut tiles, |&(i, j)| {
+        (i / SQUARE * count + j / SQUARE) as f64
+    });
     tiles
 }
 

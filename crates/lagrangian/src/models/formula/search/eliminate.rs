@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 
 use lagrangian_motion::Coordinates;
 use lagrangian_motion::noise::normal;
-use lagrangian_motion::statistics::sort_by_number;
+use lagrangian_motion::statistics::{sort_by_number, sort_numbers};
 
 use super::refine::sign;
 use super::rows::{COPIES, Row, Rows};
@@ -182,7 +182,7 @@ impl Sums {
 pub(super) fn inverse_factor(noise: Mat<f64>) -> Option<Mat<f64>> {
     let k = noise.nrows();
     let mut sizes: Vec<f64> = (0..k).map(|i| noise[(i, i)]).collect();
-    sizes.sort_by(f64::total_cmp);
+    sort_numbers(&mut sizes);
     let usual = sizes[k / 2];
     let noise = Mat::from_fn(k, k, |i, j| match i == j {
         true => noise[(i, j)] * (1.0 + RIDGE) + 0.01 * RIDGE * usual,
@@ -207,7 +207,7 @@ pub(super) fn square(m: &Mat<f64>, c: &[f64]) -> f64 {
 /// The weights of rows: one over the noise of each for these coefficients, less for those that misfit.
 fn weights(each: &[[f64; 2]]) -> Vec<f64> {
     let mut ratios: Vec<f64> = each.iter().map(|[r, s]| (r / s).abs()).collect();
-    ratios.sort_by(f64::total_cmp);
+    sort_numbers(&mut ratios);
     // The median of the size of a normal number is 0.6745 of its deviation.
     let usual = ratios.get(ratios.len() / 2).copied().unwrap_or(1.0) / 0.6745;
     let weight = |[r, s]: &[f64; 2]| {
@@ -372,7 +372,7 @@ fn misfit(each: &[[f64; 2]]) -> f64 {
         .iter()
         .map(|[r, s]| (r / s).powi(2).min(1e12))
         .collect();
-    each.sort_by(f64::total_cmp);
+    sort_numbers(&mut each);
     let most = (USUAL * each.len() as f64).ceil() as usize;
     each[..most].iter().sum::<f64>() / most.max(1) as f64
 }

@@ -16,7 +16,6 @@ mod refine;
 mod rows;
 mod smooth;
 
-
 use nets::Instant;
 use serde::{Deserialize, Serialize};
 

@@ -10,7 +10,9 @@ use rand_chacha::ChaCha8Rng;
 use super::super::term::{Position, Term};
 use super::smooth::{self, Polynomial};
 use lagrangian_motion::noise::normal;
-use lagrangian_motion::statistics::{column, deviation, median_size, root_mean_square};
+use lagrangian_motion::statistics::{
+    column, deviation, median_size, root_mean_square, sort_numbers,
+};
 use lagrangian_motion::{Coordinates, Samples};
 
 use crate::dataset::{Dataset, Timeline};
@@ -303,7 +305,7 @@ pub(crate) fn positions<'a>(samples: &'a Samples, times: &'a Timeline) -> &'a [f
 fn resolved(windows: &mut Vec<Window<'_>>, noise: &[f64]) {
     let off: Vec<f64> = windows.par_iter().map(|w| w.unresolved(noise)).collect();
     let mut sorted = off.clone();
-    sorted.sort_by(f64::total_cmp);
+    sort_numbers(&mut sorted);
     let kept = sorted
         .get((KEPT * sorted.len() as f64) as usize)
         .copied()
