@@ -248,7 +248,18 @@ fn value(rng: &mut impl Rng, scene: &Scene, setting: &Setting) -> Value {
             json!((0..count).map(|_| number(rng, range)).collect::<Vec<_>>())
         }
         Kind::Robot => described(scene.n).map_or(Value::Null, |robot| json!(robot)),
+        Kind::Document(names) if rng.random_bool(0.5) => {
+            json!(names[rng.random_range(0..names.len())].name)
+        }
+        Kind::Document(_) => json!([relation(rng, scene.n)]),
     }
+}
+
+/// A relation between coordinates, mostly one that motions do not keep.
+fn relation(rng: &mut impl Rng, n: usize) -> Value {
+    let i = rng.random_range(0..=n);
+    let c = number(rng, Range::new(-10.0, 10.0));
+    json!({ "name": "one", "slopes": [[i, 1.0]], "products": [[0, 0, c]], "constant": c })
 }
 
 fn number(rng: &mut impl Rng, Range { min, max }: Range) -> f64 {
