@@ -2,14 +2,15 @@
 
 use super::points::PointTerm;
 use super::radial::{Radial, RadialLaw};
-use super::search::{Fit, spread};
-use super::shooting::{Problem, Segment};
+use super::search::{Fit, HORIZONS, spread};
+use super::shooting::{Data, Problem, Segment};
 use super::start::{FEW, is_curve, pairs, roots};
 use super::system::Layout;
 use crate::dataset::Dataset;
 use lagrangian_mechanics::lattice::Basis;
 use lagrangian_motion::Samples;
 use lagrangian_motion::solve::ridge::{Ridge, scales};
+use lagrangian_motion::statistics::mean;
 
 /// The intervals of a curve; the places of a field, of which twice as many are taken each time that fewer were not enough.
 const INTERVALS: usize = 12;
@@ -17,6 +18,8 @@ const PLACES: usize = 40;
 /// The largest number of functions, and the samples that tell whether they are needed.
 const MOST: usize = 170;
 const LOOKED_AT: usize = 3000;
+/// Samples times functions that are looked at together.
+const SLOPES: usize = 600_000;
 /// The samples that they are fitted to, and the steps of each fit.
 const FITTED_TO: usize = 8000;
 const STEPS: usize = 6;
@@ -24,6 +27,8 @@ const STEPS: usize = 6;
 const LEFT: f64 = 1e-9;
 /// Deviations of χ² by chance beyond which something is missing.
 const CHANCE: f64 = 5.0;
+/// How much worse motions that were held back may be, in natural logarithms: they begin at states with noise.
+const WORSE: f64 = 0.1;
 /// The samples whose places a field may be about.
 const SEEN: usize = 4000;
 /// A distance that changes by less, in parts of the largest, is one that a constraint holds.
@@ -61,10 +66,36 @@ impl Fit<'_> {
             }
         }
         let has_any = self.layout.terms.iter().any(is_curve);
-        match has_any && self.left() < before.left() {
+        let better = || self.left() < before.left();
+        match has_any && better() && self.predicts_as_well_as(&before, dataset) {
             true => self,
             false => before,
         }
+    }
+
+    /// Whether motions that were held back are simulated as well, if there are any.
+    fn predicts_as_well_as(&self, other: &Self, dataset: &Dataset) -> bool {
+        let data = Data {
+            samples: &dataset.validation,
+            times: &dataset.validation_times,
+            velocities: self.data.velocities,
+        };
+        let error = |own: &Self| {
+            let problem = Problem {
+                layout: &own.layout,
+                data,
+                noise: other.problem().noise,
+            };
+            let mut segments = problem.segments(HORIZONS[1], FITTED_TO, &data.states());
+            own.resolve(&problem, &mut segments);
+            // The geometric mean: where bodies meet, the noise of a start decides.
+            let mut each = segments.iter().map(|one| {
+                let cost = problem.cost(&own.theta, std::slice::from_ref(one));
+                cost.clamp(f64::MIN_POSITIVE, f64::MAX).ln()
+            });
+            mean(&mut each)
+        };
+        error(self) <= error(other) + WORSE
     }
 
     /// Whether the motions are not explained to their noise, by more than χ² varies by chance.
@@ -107,7 +138,8 @@ impl Fit<'_> {
             ..self.problem()
         };
         let samples: usize = self.segments.iter().map(|own| own.len).sum();
-        let every = samples.div_ceil(LOOKED_AT).max(1);
+        let looked_at = LOOKED_AT.min(SLOPES / layout.len().max(1)).max(1);
+        let every = samples.div_ceil(looked_at).max(1);
         let some: Vec<Segment> = self.segments.iter().step_by(every).cloned().collect();
         let Some(normal) = problem.normal(&theta, &some) else {
             return false;

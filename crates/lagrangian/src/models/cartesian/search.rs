@@ -24,7 +24,7 @@ use lagrangian_motion::statistics::{column, deviation, root_mean_square, sort_by
 use lagrangian_motion::{Error, Result, Samples};
 
 /// The samples of a segment at first and at last, where recordings are long.
-const HORIZONS: [usize; 2] = [20, 60];
+pub(super) const HORIZONS: [usize; 2] = [20, 60];
 /// The largest number of samples that are simulated, and of those that terms are looked for in.
 const MOST: usize = 20_000;
 const LOOKED_AT: usize = 1500;
@@ -538,6 +538,11 @@ impl<'a> Fit<'a> {
         let mut states = self.data.states();
         problem.write_states(&self.theta, &self.segments, &mut states);
         self.segments = problem.segments(HORIZONS[1], MOST, &states);
+    }
+
+    /// As [`Problem::resolve`], in a few halvings.
+    pub(super) fn resolve(&self, problem: &Problem<'_>, segments: &mut [Segment]) {
+        problem.resolve(&self.theta, segments, &self.unit, FEW_HALVINGS);
     }
 
     /// Cuts the motions into short segments again, of about so many samples.
