@@ -27,7 +27,7 @@ const STEPS: usize = 6;
 const LEFT: f64 = 1e-9;
 /// Deviations of χ² by chance beyond which something is missing.
 const CHANCE: f64 = 5.0;
-/// How much worse motions that were held back may be, in natural logarithms: they begin at states with noise.
+/// How much worse motions that were held back may be, in natural logarithms.
 const WORSE: f64 = 0.1;
 /// The samples whose places a field may be about.
 const SEEN: usize = 4000;
@@ -88,7 +88,8 @@ impl Fit<'_> {
             };
             let mut segments = problem.segments(HORIZONS[1], FITTED_TO, &data.states());
             own.resolve(&problem, &mut segments);
-            // The geometric mean: where bodies meet, the noise of a start decides.
+            problem.settle(&own.theta, &mut segments);
+            // The geometric mean: where bodies meet, a start that was not found decides.
             let mut each = segments.iter().map(|one| {
                 let cost = problem.cost(&own.theta, std::slice::from_ref(one));
                 cost.clamp(f64::MIN_POSITIVE, f64::MAX).ln()

@@ -22,6 +22,8 @@ const TRIES: usize = 9;
 const HELD: usize = 128;
 /// A descent ends when a step lowers the cost by less than this part.
 const ENOUGH: f64 = 1e-4;
+/// Steps of starts alone.
+const SETTLED: usize = 4;
 /// The errors of steps in parts of the noise, and at least in parts of the motion.
 const FINE: f64 = 1e-4;
 const EXACT: f64 = 1e-10;
@@ -279,14 +281,25 @@ impl Problem<'_> {
             .for_each(|(k, by)| delta[*k] = part * by);
         let next: Vec<f64> = theta.iter().zip(&delta).map(|(x, by)| x + by).collect();
         self.layout.inverse(&next)?;
-        let n = self.layout.n;
-        let unit = inverse(&vec![1.0; n]);
         // The best change of a start is that for the whole change of the parameters.
         let whole: Vec<f64> = delta.iter().map(|by| by / part).collect();
+        Some((next, self.restarted(segments, normal, &whole, part)))
+    }
+
+    /// The segments from a part of the best change of their starts for this change of the parameters.
+    fn restarted(
+        &self,
+        segments: &[Segment],
+        normal: &Normal,
+        whole: &[f64],
+        part: f64,
+    ) -> Vec<Segment> {
+        let n = self.layout.n;
+        let unit = inverse(&vec![1.0; n]);
         let pairs = segments.par_iter().zip(&normal.starts);
         let moved = pairs.map(|(segment, (best, free))| {
             let mut own = segment.clone();
-            for (direction, by) in free.iter().zip(best.change(&whole)) {
+            for (direction, by) in free.iter().zip(best.change(whole)) {
                 let each = own.start.iter_mut().zip(direction);
                 each.for_each(|(x, d)| *x += part * by * d);
             }
@@ -294,7 +307,24 @@ impl Problem<'_> {
             joints.project(&self.layout.constraints, &unit, &mut own.start);
             own
         });
-        Some((next, moved.collect()))
+        moved.collect()
+    }
+
+    /// Moves the starts alone, in a few steps, to where the cost of each segment is least.
+    pub(super) fn settle(&self, theta: &[f64], segments: &mut [Segment]) {
+        for _ in 0..SETTLED {
+            let Some(normal) = self.normal(theta, segments) else {
+                return;
+            };
+            let moved = self.restarted(segments, &normal, &vec![0.0; theta.len()], 1.0);
+            for (own, moved) in segments.iter_mut().zip(moved) {
+                if self.cost(theta, std::slice::from_ref(&moved))
+                    < self.cost(theta, std::slice::from_ref(own))
+                {
+                    *own = moved;
+                }
+            }
+        }
     }
 
     /// Writes the simulated states of all samples of the segments to `states`, `[m, 2 n]`.
