@@ -661,7 +661,7 @@ impl<'a> Fit<'a> {
     }
 
     /// Leaves out the terms whose coefficients are nothing, and the shared inertias that are known to be, if asked; whether there is any.
-    pub(super) fn drop_small(&mut self, shared: bool) -> bool {
+    fn drop_small(&mut self, shared: bool) -> bool {
         // Motions may leave a scale of a body's inertia open, on which all else depends.
         let known = (!self.layout.shared.is_empty()).then_some(GUESSED);
         let (points, inertias, errors) = (
