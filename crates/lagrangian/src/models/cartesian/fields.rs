@@ -39,12 +39,12 @@ const ROUNDS: usize = 8;
 impl Fit<'_> {
     /// Adds curves and fields while the motions are not explained to their noise and they explain more than chance.
     pub(super) fn with_fields(
-        mut self,
+        &self,
         dataset: &Dataset,
         tell: &mut dyn FnMut(&str, f64) -> bool,
     ) -> Self {
-        let before = self.clone();
-        self.shorten(FITTED_TO);
+        let mut fit = self.clone();
+        fit.shorten(FITTED_TO);
         let mut refine = |own: &mut Self, share: f64| {
             let mut steps = 0;
             own.refine(&mut || {
@@ -52,24 +52,24 @@ impl Fit<'_> {
                 steps <= STEPS && tell("fitting masses, curves and fields", share)
             });
         };
-        refine(&mut self, 0.5);
+        refine(&mut fit, 0.5);
         let mut long = false;
         for round in 0..ROUNDS {
-            if self.lacks_forces(dataset) && self.add_group() {
-                refine(&mut self, 0.6 + 0.03 * round as f64);
-            } else if long || !self.layout.terms.iter().any(is_curve) {
+            if fit.lacks_forces(dataset) && fit.add_group() {
+                refine(&mut fit, 0.6 + 0.03 * round as f64);
+            } else if long || !fit.layout.terms.iter().any(is_curve) {
                 break;
             } else {
                 long = true;
-                self.lengthen();
-                refine(&mut self, 0.85);
+                fit.lengthen();
+                refine(&mut fit, 0.85);
             }
         }
-        let has_any = self.layout.terms.iter().any(is_curve);
-        let better = || self.left() < before.left();
-        match has_any && better() && self.predicts_as_well_as(&before, dataset) {
-            true => self,
-            false => before,
+        let has_any = fit.layout.terms.iter().any(is_curve);
+        let better = has_any && fit.left() < self.left();
+        match better && fit.predicts_as_well_as(self, dataset) {
+            true => fit,
+            false => self.clone(),
         }
     }
 
@@ -91,8 +91,8 @@ impl Fit<'_> {
             problem.settle(&own.theta, &mut segments);
             // The geometric mean: where bodies meet, a start that was not found decides.
             let mut each = segments.iter().map(|one| {
-                let cost = problem.cost(&own.theta, std::slice::from_ref(one));
-                cost.clamp(f64::MIN_POSITIVE, f64::MAX).ln()
+                let square = problem.square(&own.theta, one);
+                square.clamp(f64::MIN_POSITIVE, f64::MAX).ln()
             });
             mean(&mut each)
         };

@@ -265,40 +265,33 @@ mod tests {
         let powers = [-6, -1, 0, 1, 2, 3].map(RadialLaw::Power);
         let curves = [0, 2, 4].map(|at| RadialLaw::Curve { basis, at });
         let about = [0.2, -0.4, 1.3];
-        let pairs = powers
-            .into_iter()
-            .chain(curves)
-            .map(|law| (vec![0, 1], law));
-        let single = powers
-            .into_iter()
-            .chain(curves)
-            .chain([RadialLaw::Field { about }]);
-        {
-            for (own, law) in pairs.chain(single.map(|law| (vec![1], law))) {
-                let own = Radial { points: own, law };
-                let moved =
-                    |h: f64| -> Vec<f64> { q.iter().zip(by).map(|(q, by)| q + h * by).collect() };
-                let gradient = |h: f64| {
-                    let mut all = vec![0.0; 6];
-                    own.gradient(&points, &moved(h), |i, x| all[i] += x);
-                    all
-                };
-                let value = |h: f64| own.potential(&points, &moved(h));
-                let slope = (value(1e-5) - value(-1e-5)) / 2e-5;
-                let expected = dot(&gradient(0.0), &by);
+        let laws = powers.into_iter().chain(curves);
+        let pairs = laws.clone().map(|law| (vec![0, 1], law));
+        let single = laws.chain([RadialLaw::Field { about }]);
+        for (own, law) in pairs.chain(single.map(|law| (vec![1], law))) {
+            let own = Radial { points: own, law };
+            let moved =
+                |h: f64| -> Vec<f64> { q.iter().zip(by).map(|(q, by)| q + h * by).collect() };
+            let gradient = |h: f64| {
+                let mut all = vec![0.0; 6];
+                own.gradient(&points, &moved(h), |i, x| all[i] += x);
+                all
+            };
+            let value = |h: f64| own.potential(&points, &moved(h));
+            let slope = (value(1e-5) - value(-1e-5)) / 2e-5;
+            let expected = dot(&gradient(0.0), &by);
+            assert!(
+                (slope - expected).abs() < 1e-7 * (1.0 + expected.abs()),
+                "{own:?}"
+            );
+            let mut change = [0.0; 6];
+            own.bends(&points, &q, |i, j, bend| change[i] += bend * by[j]);
+            for (i, change) in change.iter().enumerate() {
+                let slope = (gradient(1e-5)[i] - gradient(-1e-5)[i]) / 2e-5;
                 assert!(
-                    (slope - expected).abs() < 1e-7 * (1.0 + expected.abs()),
-                    "{own:?}"
+                    (slope - change).abs() < 1e-6 * (1.0 + change.abs()),
+                    "{own:?} {i}"
                 );
-                let mut change = [0.0; 6];
-                own.bends(&points, &q, |i, j, bend| change[i] += bend * by[j]);
-                for (i, change) in change.iter().enumerate() {
-                    let slope = (gradient(1e-5)[i] - gradient(-1e-5)[i]) / 2e-5;
-                    assert!(
-                        (slope - change).abs() < 1e-6 * (1.0 + change.abs()),
-                        "{own:?} {i}"
-                    );
-                }
             }
         }
     }

@@ -64,10 +64,10 @@ const NOISELESS: f64 = 1e-7;
 /// Standard errors beyond this part of a value are not known; beyond the value itself where points share inertia that motions may not tell apart.
 const UNKNOWN: f64 = 1e3;
 
-/// Seconds after which nothing more is tried, and the largest number of forces, between points that nothing holds; the part of the motion
-/// that these may leave.
+/// Seconds after which nothing more is tried, of points that nothing holds and of points under constraints.
 const LONGEST: f64 = 40.0;
 const LONGEST_HELD: f64 = 180.0;
+/// The largest number of forces between points that nothing holds, and the part of the motion that these may leave.
 const MOST_FITTED: usize = 160;
 const REFUSED: f64 = 0.1;
 /// The samples and steps of a trial of a choice of forces, and the misfit with which no other is tried.
@@ -124,12 +124,13 @@ pub(super) fn find(
                 tried.push(bodies);
             }
         }
-        let lacking = tried.iter().all(|own| own.lacks_forces(dataset));
-        for at in 0..if lacking { tried.len() } else { 0 } {
-            tried[at] = tried[at].clone().with_fields(dataset, &mut tell);
-            if !tried[at].lacks_forces(dataset) {
-                tried.truncate(at + 1);
-                break;
+        if tried.iter().all(|own| own.lacks_forces(dataset)) {
+            for at in 0..tried.len() {
+                tried[at] = tried[at].with_fields(dataset, &mut tell);
+                if !tried[at].lacks_forces(dataset) {
+                    tried.truncate(at + 1);
+                    break;
+                }
             }
         }
     }

@@ -154,12 +154,15 @@ impl Problem<'_> {
 
     /// The sum of the squares of all residuals; ∞ where a simulation fails.
     pub(super) fn cost(&self, theta: &[f64], segments: &[Segment]) -> f64 {
-        let square = |own: &Segment| {
-            let residuals = self.residuals(theta, own);
-            dot(&residuals, &residuals)
-        };
+        let square = |own: &Segment| self.square(theta, own);
         let each: Vec<f64> = segments.par_iter().map(square).collect();
-        let sum: f64 = each.iter().sum();
+        each.iter().sum()
+    }
+
+    /// The sum of the squares of the residuals of a segment; ∞ where its simulation fails.
+    pub(super) fn square(&self, theta: &[f64], segment: &Segment) -> f64 {
+        let residuals = self.residuals(theta, segment);
+        let sum = dot(&residuals, &residuals);
         if sum.is_finite() { sum } else { f64::INFINITY }
     }
 
@@ -215,10 +218,7 @@ impl Problem<'_> {
                 start: own.recorded.clone(),
                 ..own.clone()
             };
-            let [now, again] = [&*own, &fresh].map(|own| {
-                let residuals = self.residuals(theta, own);
-                dot(&residuals, &residuals)
-            });
+            let [now, again] = [&*own, &fresh].map(|own| self.square(theta, own));
             if again < now || !now.is_finite() {
                 *own = fresh;
             }
@@ -317,13 +317,11 @@ impl Problem<'_> {
                 return;
             };
             let moved = self.restarted(segments, &normal, &vec![0.0; theta.len()], 1.0);
-            for (own, moved) in segments.iter_mut().zip(moved) {
-                if self.cost(theta, std::slice::from_ref(&moved))
-                    < self.cost(theta, std::slice::from_ref(own))
-                {
+            segments.par_iter_mut().zip(moved).for_each(|(own, moved)| {
+                if self.square(theta, &moved) < self.square(theta, own) {
                     *own = moved;
                 }
-            }
+            });
         }
     }
 
