@@ -22,6 +22,7 @@ pub mod field;
 mod hamiltonian;
 mod harness;
 mod is_lagrangian;
+mod laws;
 pub mod letters;
 mod magnetic;
 mod mistakes;

@@ -120,6 +120,24 @@ fn systems_with_and_without_a_lagrangian_are_told_apart() {
 }
 
 #[test]
+fn laws_of_the_library_are_found_in_positions_alone() {
+    let (figures, files) = figures("laws");
+    for half in ["first", "second"] {
+        let own = &figures[half]["noise_0.001"];
+        let at = |quantity: &str| own[quantity][0].as_f64().unwrap();
+        assert!(
+            at("within") > 0.0 && at("right") == at("within"),
+            "{half}: {own:#}"
+        );
+        assert!(
+            at("wrong") == 0.0 && at("false_momenta") == 0.0 && at("joined") == 0.0,
+            "{half}: {own:#}"
+        );
+    }
+    assert!(files.iter().any(|file| file == "cases.txt"));
+}
+
+#[test]
 fn good_simulated_logs_are_not_accused() {
     let (figures, _) = figures("alarms --only simulated");
     let rows = ["robots", "driven systems", "free systems"];

@@ -22,26 +22,26 @@ const SPOILED: usize = 3;
 
 /// One file that is given to the plain command.
 #[derive(Clone)]
-pub(super) struct Case {
-    pub(super) system: Named,
+pub(crate) struct Case {
+    pub(crate) system: Named,
     noise: f64,
     velocities: bool,
     count: usize,
-    pub(super) forced: bool,
-    pub(super) flaw: Option<&'static Flaw>,
+    pub(crate) forced: bool,
+    pub(crate) flaw: Option<&'static Flaw>,
     /// Other motions of the same kind for another seed.
-    pub(super) seed: u64,
+    pub(crate) seed: u64,
 }
 
 /// What the command is given.
-pub(super) struct Files {
-    pub(super) training: Vec<Recording>,
-    pub(super) validation: Vec<Recording>,
+pub(crate) struct Files {
+    pub(crate) training: Vec<Recording>,
+    pub(crate) validation: Vec<Recording>,
 }
 
 /// Something that is wrong with the files.
-pub(super) struct Flaw {
-    pub(super) name: &'static str,
+pub(crate) struct Flaw {
+    pub(crate) name: &'static str,
     /// The fewest coordinates, and whether there must be an angle.
     needs: (usize, bool),
     forced: bool,
@@ -184,7 +184,7 @@ const FLAWS: &[Flaw] = &[
 ];
 
 /// All cases, in an order that never changes.
-pub(super) fn cases() -> Vec<Case> {
+pub(crate) fn cases() -> Vec<Case> {
     let systems = all();
     let kinds = |(at, system): (usize, &Named)| {
         let system = *system;
@@ -230,8 +230,21 @@ pub(super) fn cases() -> Vec<Case> {
 }
 
 impl Case {
+    /// Positions alone of so many motions that nothing drives.
+    pub(crate) fn of_positions(system: Named, noise: f64, count: usize, seed: u64) -> Self {
+        Self {
+            system,
+            noise,
+            velocities: false,
+            count,
+            forced: false,
+            flaw: None,
+            seed,
+        }
+    }
+
     /// Its name, which says what is known of it.
-    pub(super) fn name(&self) -> String {
+    pub(crate) fn name(&self) -> String {
         let Self { noise, count, .. } = self;
         let drive = if self.forced { "forced" } else { "free" };
         match self.flaw {
@@ -247,18 +260,18 @@ impl Case {
     }
 
     /// The seed of its motions.
-    pub(super) fn seed(&self) -> u64 {
+    pub(crate) fn seed(&self) -> u64 {
         let add = |sum: u64, byte: u8| sum.wrapping_mul(131).wrapping_add(byte.into()) % 1_000_003;
         self.name().bytes().fold(17, add) + 7_000_003 * self.seed
     }
 
     /// Whether it is small enough for a quick run.
-    pub(super) fn is_small(&self) -> bool {
+    pub(crate) fn is_small(&self) -> bool {
         self.count == COUNTS[0] && self.system.shape().is_ok_and(|(n, _)| n <= 2)
     }
 
     /// The recordings as a file gives them.
-    pub(super) fn files(&self, truth: &Truth) -> Result<Files> {
+    pub(crate) fn files(&self, truth: &Truth) -> Result<Files> {
         let mut motions: Vec<Trajectory> = truth
             .motions(self.count, self.forced, self.seed())?
             .into_iter()

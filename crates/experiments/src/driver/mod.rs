@@ -1,11 +1,11 @@
 //! The plain command on files whose truth is known: what its choices cost, and whether what it says is true.
 
-mod cases;
+pub(crate) mod cases;
 mod measure;
 mod peers;
-mod systems;
+pub(crate) mod systems;
 
-use anyhow::Result;
+use anyhow::{Error, Result};
 use lagrangian_report::{Role, Table};
 
 use crate::harness::failure::mistake;
@@ -68,29 +68,14 @@ fn run(lab: &mut Lab) -> Result<()> {
     let length = if lab.quick() { "quick".into() } else { seconds };
     let flags = if lab.args.flags { ", flags" } else { "" };
     let asked = format!("{length}{flags}, seed {}", lab.args.seed);
-    let kept = lab.folder.read(KEPT);
-    let mut records: Vec<Record> = kept
-        .lines()
-        .filter_map(|line| serde_json::from_str(line).ok())
-        .collect();
-    let known =
-        |records: &[Record], name: &str| records.iter().any(|r| r.name == name && r.asked == asked);
+    let mut records: Vec<Record> = Vec::new();
     lab.plan(chosen.len());
     for case in &chosen {
         let name = case.name();
         lab.begin(&name)?;
-        if known(&records, &name) {
-            continue;
-        }
-        records.push(measured(lab, case, asked.clone())?);
-        let lines = records
-            .iter()
-            .map(serde_json::to_string)
-            .collect::<Result<Vec<_>, _>>()?;
-        lab.write(KEPT, (lines.join("\n") + "\n").as_bytes())?;
+        let own = |own: &Record| own.name == name && own.asked == asked;
+        records.push(lab.remembered(KEPT, own, |lab| measured(lab, case, asked.clone()))?);
     }
-    let names: Vec<String> = chosen.iter().map(Case::name).collect();
-    records.retain(|r| r.asked == asked && names.contains(&r.name));
     for half in ["first", "second"] {
         let own: Vec<&Record> = records.iter().filter(|r| r.half == half).collect();
         if !own.is_empty() {
@@ -114,10 +99,7 @@ fn chosen(lab: &Lab) -> Result<Vec<Case>> {
             .is_none_or(|part| case.name().contains(part))
     });
     if all.is_empty() {
-        return Err(mistake(
-            "no case has this in its name",
-            "omit --only, or give a part of the name of a system or flaw",
-        ));
+        return Err(none_named());
     }
     let most = lab
         .args
@@ -127,6 +109,14 @@ fn chosen(lab: &Lab) -> Result<Vec<Case>> {
     Ok((0..count)
         .map(|k| all[k * all.len() / count].clone())
         .collect())
+}
+
+/// That no case has what was asked for in its name.
+pub(crate) fn none_named() -> Error {
+    mistake(
+        "no case has this in its name",
+        "omit --only, or give a part of the name of a system, flaw or noise",
+    )
 }
 
 impl Record {

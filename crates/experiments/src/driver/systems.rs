@@ -207,7 +207,7 @@ const LOSSY: &[(&str, Loss)] = &[
 
 /// What takes energy, or force, away.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Loss {
+pub(crate) enum Loss {
     None,
     Viscous,
     Coulomb,
@@ -219,13 +219,13 @@ pub(super) enum Loss {
 
 /// A system by its name: that of its Lagrangian, and what it loses.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Named {
+pub(crate) struct Named {
     lagrangian: &'static str,
-    pub(super) loss: Loss,
+    pub(crate) loss: Loss,
 }
 
 /// All systems.
-pub(super) fn all() -> Vec<Named> {
+pub(crate) fn all() -> Vec<Named> {
     let plain = LIBRARY
         .iter()
         .map(|own| own.0)
@@ -238,8 +238,13 @@ pub(super) fn all() -> Vec<Named> {
 }
 
 impl Named {
+    /// Whether a motion that nothing drives shows all of it.
+    pub(crate) fn is_free(self) -> bool {
+        self.loss != Loss::DeadZone
+    }
+
     /// Its name, which says what it loses.
-    pub(super) fn name(self) -> String {
+    pub(crate) fn name(self) -> String {
         match self.loss {
             Loss::None => self.lagrangian.into(),
             loss => format!("{}, {loss:?}", self.lagrangian).to_lowercase(),
@@ -247,7 +252,7 @@ impl Named {
     }
 
     /// The half that it belongs to, by a bit of the FNV-1a sum of its Lagrangian's name: nothing is tuned on the second.
-    pub(super) fn half(self) -> &'static str {
+    pub(crate) fn half(self) -> &'static str {
         let add = |sum: u64, byte: u8| (sum ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
         let sum = self.lagrangian.bytes().fold(0xcbf2_9ce4_8422_2325, add);
         ["first", "second"][(sum >> 16) as usize % 2]
@@ -262,14 +267,14 @@ impl Named {
     }
 
     /// The number of its coordinates, and whether one is an angle.
-    pub(super) fn shape(self) -> Result<(usize, bool)> {
+    pub(crate) fn shape(self) -> Result<(usize, bool)> {
         let model = self.model()?;
         let (n, coordinates) = (model.coordinates().dof(), model.coordinates());
         Ok((n, (0..n).any(|i| coordinates.is_circle(i))))
     }
 
     /// The system, with the sizes of its speeds and forces.
-    pub(super) fn build(self) -> Result<Truth> {
+    pub(crate) fn build(self) -> Result<Truth> {
         let model = self.model()?;
         let n = model.coordinates().dof();
         let mut truth = Truth {
@@ -324,7 +329,7 @@ impl Named {
 /// Lengths of motions, s: the longest whose samples resolve most motions.
 const SECONDS: [f64; 3] = [5.0, 2.5, 1.25];
 /// Samples of a motion.
-pub(super) const SAMPLES: usize = 250;
+pub(crate) const SAMPLES: usize = 250;
 /// A motion is resolved where no acceleration moves a coordinate farther in a step than this part of its deviation, or of a radian.
 const RESOLVED: f64 = 0.05;
 /// The drive at its usual strength, in parts of the usual force.
@@ -333,27 +338,27 @@ const DRIVEN: f64 = 0.4;
 const LOST: f64 = 0.15;
 
 /// A system that moves.
-pub(super) struct Truth {
-    pub(super) model: Box<dyn AnalyticModel>,
+pub(crate) struct Truth {
+    pub(crate) model: Box<dyn AnalyticModel>,
     loss: Loss,
     /// The length of its motions, s.
-    pub(super) seconds: f64,
+    pub(crate) seconds: f64,
     /// The usual force on each coordinate, and the usual speed.
     force: Vec<f64>,
     speed: Vec<f64>,
 }
 
 /// A motion with what a sensor at the drive shows.
-pub(super) struct Motion {
+pub(crate) struct Motion {
     /// q, q̇, q̈, and the forces of the drive where there is one.
-    pub(super) shown: Trajectory,
+    pub(crate) shown: Trajectory,
     drive: Vec<(f64, Path)>,
     pace: f64,
 }
 
 impl Motion {
     /// The forces of the drive at a time.
-    pub(super) fn drive(&self, t: f64, tau: &mut [f64]) {
+    pub(crate) fn drive(&self, t: f64, tau: &mut [f64]) {
         tau.fill(0.0);
         for (tau, (size, path)) in tau.iter_mut().zip(&self.drive) {
             *tau = size * path.at(self.pace * t)[0];
@@ -363,7 +368,7 @@ impl Motion {
 
 impl Truth {
     /// So many motions, each from its own start and under its own forces.
-    pub(super) fn motions(&self, count: usize, forced: bool, seed: u64) -> Result<Vec<Motion>> {
+    pub(crate) fn motions(&self, count: usize, forced: bool, seed: u64) -> Result<Vec<Motion>> {
         let tries = (0..20 * count as u64).map(|k| seed.wrapping_mul(1009).wrapping_add(k));
         let mut all = Vec::new();
         for seed in tries {
@@ -422,6 +427,22 @@ impl Truth {
         rows.for_each(|(t, tau)| motion.drive(*t, tau));
         motion.shown.tau = tau;
         Ok(Some(motion))
+    }
+
+    /// Whether it loses energy.
+    pub(crate) fn loses(&self) -> bool {
+        self.loss != Loss::None
+    }
+
+    /// The accelerations of a state that nothing drives, `[n]`.
+    pub(crate) fn accelerations(&self, q: &[f64], qd: &[f64]) -> Vec<f64> {
+        let [mut tau, mut qdd] = [vec![0.0; q.len()], vec![f64::NAN; q.len()]];
+        self.lose(qd, &mut tau);
+        let _ = self
+            .model
+            .evaluator()
+            .forward_dynamics(q, qd, &tau, &mut qdd);
+        qdd
     }
 
     /// What is left of the forces of a drive.

@@ -4,6 +4,9 @@ use std::fs;
 use std::path::PathBuf;
 
 use anyhow::Result;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
 use lagrangian::{Budget, Dataset, Fit, FitConfig, Learned, Observer, Provenance};
 
 use super::args::Args;
@@ -91,6 +94,27 @@ impl Lab<'_> {
     /// Writes a file beside the figures.
     pub(crate) fn write(&self, name: &str, bytes: &[u8]) -> Result<()> {
         self.folder.write(name, bytes)
+    }
+
+    /// The record of which this holds in a file of one to a line; where there is none it is measured and appended, so that a run that was
+    /// cut goes on.
+    pub(crate) fn remembered<R: Serialize + DeserializeOwned>(
+        &mut self,
+        file: &str,
+        is: impl Fn(&R) -> bool,
+        measure: impl FnOnce(&mut Self) -> Result<R>,
+    ) -> Result<R> {
+        let kept = self.folder.read(file);
+        let mut known = kept
+            .lines()
+            .filter_map(|line| serde_json::from_str(line).ok());
+        if let Some(record) = known.find(is) {
+            return Ok(record);
+        }
+        let record = measure(self)?;
+        let line = serde_json::to_string(&record)?;
+        self.write(file, (kept + &line + "\n").as_bytes())?;
+        Ok(record)
     }
 
     /// The row of a contestant in a group.

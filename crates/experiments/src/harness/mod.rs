@@ -102,6 +102,7 @@ const EXPERIMENTS: &[Experiment] = &[
     crate::noisy::EXPERIMENT,
     crate::action::EXPERIMENT,
     crate::is_lagrangian::EXPERIMENT,
+    crate::laws::EXPERIMENT,
     crate::table::EXPERIMENT,
     crate::features::EXPERIMENT,
 ];
