@@ -74,17 +74,24 @@ pub(crate) fn drifts(dataset: &Dataset) -> Vec<Option<Drift>> {
         return vec![None; n];
     };
     let with = OnceCell::new();
-    // Whether accelerations may change with it: whether features of all states tell those of other motions better than without it.
-    let is_felt = |i: usize| {
-        let with = with.get_or_init(|| unexplained(dataset, None));
-        unexplained(dataset, Some(i)) > (FELT * with + EXACT).min(UNTOLD)
+    // Whether accelerations may change with them: whether features of all states tell those of other motions better than without them.
+    let are_felt = |omitted: &[usize]| {
+        let with = with.get_or_init(|| unexplained(dataset, &[]));
+        unexplained(dataset, omitted) > (FELT * with + EXACT).min(UNTOLD)
     };
     let drift = |i: usize| {
         let own = motions.momentum(i)?;
-        let kept = own.kept && !is_felt(i);
+        let kept = own.kept && !are_felt(&[i]);
         Some(Drift { kept, ..own })
     };
-    (0..n).map(drift).collect()
+    let mut all: Vec<Option<Drift>> = (0..n).map(drift).collect();
+    let is_kept = |i: &usize| all[*i].is_some_and(|own| own.kept);
+    let kept: Vec<usize> = (0..n).filter(is_kept).collect();
+    // Of coordinates that depend on each other, as of two bodies about their centre, any one can be spared, but not all of them.
+    if kept.len() > 1 && are_felt(&kept) {
+        all.iter_mut().flatten().for_each(|own| own.kept = false);
+    }
+    all
 }
 
 /// How the data contradict that coordinate `i` is cyclic, of states that are smoothed and as they are; `None` where they do not.
@@ -98,7 +105,7 @@ pub(crate) fn contradiction(dataset: &Dataset, i: usize) -> Option<String> {
             100.0 * share
         ));
     }
-    let [with, without] = [None, Some(i)].map(|omitted| unexplained(dataset, omitted));
+    let [with, without] = [&[][..], &[i]].map(|omitted| unexplained(dataset, omitted));
     (without > SURELY * with + EXACT).then(|| {
         format!(
             "accelerations change with {name}: features of the state leave {:.2} % of those of other motions, and {:.2} % without {name}",
@@ -294,10 +301,10 @@ impl Motion {
 }
 
 /// What a sum of random features of positions, velocities and forces leaves of the accelerations, in parts of their variances.
-fn unexplained(dataset: &Dataset, omitted: Option<usize>) -> f64 {
+fn unexplained(dataset: &Dataset, omitted: &[usize]) -> f64 {
     let n = dataset.coordinates.dof();
     let scaling = Scaling {
-        cyclic: omitted.into_iter().collect(),
+        cyclic: omitted.to_vec(),
         ..dataset.scaling()
     };
     let (tau, qdd) = (dataset.force_scale(), dataset.acceleration_scale());
