@@ -8,8 +8,8 @@ use lagrangian::models::WrittenLaw;
 use lagrangian::rollout::{free, rollout_many, times};
 use lagrangian::train::FitSpec;
 use lagrangian::{
-    Fit, FitConfig, Learned, Prepared, Provenance, Recording, RolloutOptions, SavedModel, Signals,
-    fit,
+    Coordinates, Fit, FitConfig, Learned, Prepared, Provenance, Recording, RolloutOptions,
+    SavedModel, Signals, fit,
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -100,4 +100,66 @@ fn what_no_sum_of_these_terms_explains_is_no_law() {
     let fitted = fit(&prepared.dataset, &candidates[0].config, None, &mut ());
     let written = fitted.ok().and_then(|fit| fit.model.written());
     assert!(written.is_none_or(|own| !own.is_law()));
+}
+
+/// Two springs that do not feel each other, 2 and 2.6 rad/s, with noise in parts of the amplitude of each motion.
+fn two_springs(noise: f64) -> Vec<Recording> {
+    let mut rng = ChaCha8Rng::seed_from_u64(8);
+    let motion = |k: usize| {
+        let size = |i: usize| 0.3 + 0.7 * ((3 * k + 5 * i) % 8) as f64 / 7.0;
+        let place = |i: usize, t: f64| {
+            let (rate, phase) = ([2.0, 2.6][i], (1 + i) as f64 * k as f64);
+            size(i) * (rate * t + phase).sin()
+        };
+        let t: Vec<f64> = (0..200).map(|s| 0.02 * s as f64).collect();
+        let both = t.iter().flat_map(|t| [0, 1].map(|i| (i, place(i, *t))));
+        let q = both.map(|(i, q)| q + noise * size(i) * normal(&mut rng));
+        Recording {
+            name: format!("motion {k}"),
+            coordinates: Coordinates::lines(2),
+            signals: Signals {
+                q: q.collect(),
+                ..Signals::default()
+            },
+            columns: Default::default(),
+            unwrapped: vec![0; 2],
+            sampled: None,
+            t,
+        }
+    };
+    (0..8).map(motion).collect()
+}
+
+#[test]
+fn coordinates_that_move_by_themselves_have_a_law_each() {
+    for noise in [0.0, 1e-3] {
+        let (fit, written) = found(two_springs(noise));
+        assert!(
+            written.is_law(),
+            "{noise}: {} {}",
+            written.text,
+            written.meaning
+        );
+        let mut terms: Vec<(String, f64)> = fit
+            .model
+            .parameters()
+            .into_iter()
+            .map(|own| (own.name, own.value))
+            .collect();
+        terms.sort_by(|a, b| a.0.cmp(&b.0));
+        let expected = [
+            ("q1'^2", 0.5),
+            ("q1^2", -2.0),
+            ("q2'^2", 0.5),
+            ("q2^2", -3.38),
+        ];
+        assert_eq!(terms.len(), expected.len(), "{noise}: {}", written.text);
+        for ((name, value), (own, exact)) in terms.iter().zip(expected) {
+            assert!(
+                name == own && (value - exact).abs() < 3e-3,
+                "{noise}: {}",
+                written.text
+            );
+        }
+    }
 }

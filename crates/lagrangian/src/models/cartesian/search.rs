@@ -653,7 +653,7 @@ impl<'a> Fit<'a> {
         {
             information[(k, k)] += (part * self.heaviest()).powi(-2);
         }
-        errors(&information, self.layout.reference, misfit)
+        errors(&information, self.layout.reference.as_slice(), misfit)
     }
 
     fn heaviest(&self) -> f64 {

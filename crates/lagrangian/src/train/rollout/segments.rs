@@ -8,7 +8,7 @@ use lagrangian_motion::Samples;
 /// The recorded motion that segments are cut from.
 #[derive(Clone, Copy)]
 pub(crate) struct Recorded<'a> {
-    pub(super) coordinates: &'a Coordinates,
+    pub(crate) coordinates: &'a Coordinates,
     pub(crate) samples: &'a Samples,
     pub(crate) times: &'a Timeline,
     /// The source of the momenta, where states are (q, p).

@@ -33,10 +33,10 @@ const SETTLED: f64 = 1e-9;
 const LOST: [f64; 2] = [f64::INFINITY, 0.0];
 
 /// The length of the rollouts that tell how many steps of the integrator are needed, their largest number between two samples, and the
-/// error, in units of the noise, that is too small to need more.
+/// error, in units of the noise, that is too small to need more: it grows along a segment of ten times that length.
 const RESOLVED: usize = 15;
 const SUBSTEPS: usize = 8;
-const SLIGHT: f64 = 0.1;
+const SLIGHT: f64 = 0.02;
 
 /// An error of the start as large as the noise may grow to this part of the deviation, or else by this factor: beyond that residuals
 /// are not linear in the start.
@@ -59,6 +59,8 @@ pub(crate) struct Problem<'a> {
     pub(super) recorded: Recorded<'a>,
     /// The noise of the components of a state that are compared, `[n]` or `[2n]`.
     pub(super) noise: &'a [f64],
+    /// The end of each run and its own noise, where runs differ.
+    runs: Vec<(usize, Vec<f64>)>,
     /// The deviation of each component of a state, `[2n]`.
     deviations: Vec<f64>,
     pub(super) course: Course,
@@ -77,11 +79,24 @@ impl<'a> Problem<'a> {
             learner,
             recorded,
             noise,
+            runs: Vec::new(),
             course: Course {
                 substeps: 1,
                 held: true,
             },
         }
+    }
+
+    /// The same with a noise of each run, which ends at the sample beside it.
+    pub(crate) fn with_noise_of(mut self, runs: Vec<(usize, Vec<f64>)>) -> Self {
+        self.runs = runs;
+        self
+    }
+
+    /// The noise of what is compared along a segment.
+    fn noise_of(&self, segment: &Segment) -> &[f64] {
+        let at = self.runs.partition_point(|(end, _)| *end <= segment.begin);
+        self.runs.get(at).map_or(self.noise, |(_, own)| own)
     }
 
     /// The same with as many steps of the integrator as keep its errors below the noise, and with forces that are held or not, as short
@@ -100,9 +115,14 @@ impl<'a> Problem<'a> {
         while self.course.substeps < SUBSTEPS {
             self.course.substeps *= 2;
             let finer = self.followed(theta, &segments);
-            let pairs = now.iter().flatten().zip(finer.iter().flatten());
-            let errors = pairs.map(|(a, b)| a - b).filter(|e| e.is_finite());
-            if root_mean_square(&mut errors.collect::<Vec<_>>().into_iter()) < SLIGHT {
+            let error = |(a, b): (&Vec<f64>, &Vec<f64>)| {
+                let errors = a.iter().zip(b).map(|(a, b)| a - b);
+                let errors: Vec<f64> = errors.filter(|e| e.is_finite()).collect();
+                root_mean_square(&mut errors.into_iter())
+            };
+            let errors = now.iter().zip(&finer).map(error);
+            // The fastest motion decides: what is little for all of them together can be most of its misfit.
+            if errors.filter(|e| e.is_finite()).fold(0.0, f64::max) < SLIGHT {
                 self.course.substeps /= 2;
                 break;
             }
@@ -213,17 +233,26 @@ impl<'a> Problem<'a> {
 
     /// χ² of each recorded motion over its expectation, from the starts of these segments.
     pub(crate) fn misfits(&self, theta: &[f64], segments: &[Segment]) -> Vec<f64> {
-        let values = self.values(theta, segments);
+        let each = self.motions(segments);
+        let each = each.iter().filter_map(|own| self.misfit(theta, own));
+        each.map(|[value, count]| value / count).collect()
+    }
+
+    /// These segments by recorded motion.
+    pub(crate) fn motions(&self, segments: &[Segment]) -> Vec<Vec<Segment>> {
         let runs = self.recorded.times.runs().filter(|run| run.len() > 1);
-        let misfit = |run: Range<usize>| {
-            let own = segments.iter().zip(&values);
-            let own = own.filter(|(s, _)| run.contains(&s.begin));
-            let value: f64 = own.clone().map(|(_, value)| value).sum();
-            let own: Vec<Segment> = own.map(|(s, _)| s.clone()).collect();
-            let (residuals, starts) = self.counts(&own);
-            (residuals > starts).then(|| value / (residuals - starts) as f64)
+        let own = |run: Range<usize>| {
+            let own = segments.iter().filter(|s| run.contains(&s.begin));
+            own.cloned().collect()
         };
-        runs.filter_map(misfit).collect()
+        runs.map(own).collect()
+    }
+
+    /// χ² of segments and its expectation; `None` where there is nothing but their starts.
+    pub(crate) fn misfit(&self, theta: &[f64], segments: &[Segment]) -> Option<[f64; 2]> {
+        let (residuals, starts) = self.counts(segments);
+        let value = || self.values(theta, segments).iter().sum();
+        (residuals > starts).then(|| [value(), (residuals - starts) as f64])
     }
 
     /// Whether a state of each segment depends on its start by more than the bound.
@@ -248,7 +277,7 @@ impl<'a> Problem<'a> {
     /// The residuals of a segment along these states.
     fn residuals<'s>(&'s self, segment: &'s Segment, states: &'s [f64]) -> Vec<f64> {
         let of_sample = |(j, x): (usize, &'s [f64])| {
-            let errors = x.iter().zip(self.noise).enumerate();
+            let errors = x.iter().zip(self.noise_of(segment)).enumerate();
             errors.map(move |(c, (x, sigma))| {
                 let seen = self.recorded.measured(segment.begin + j, c);
                 self.recorded.difference(c, *x, seen) / sigma
@@ -341,7 +370,7 @@ impl<'a> Problem<'a> {
         let reduced = each.map(|((segment, states), mut rows)| {
             let scaled = rows
                 .chunks_exact_mut(count + d)
-                .zip(self.noise.iter().cycle());
+                .zip(self.noise_of(segment).iter().cycle());
             scaled.for_each(|(row, sigma)| row.iter_mut().for_each(|x| *x /= sigma));
             eliminate(rows, self.residuals(segment, states), count, d)
         });

@@ -12,7 +12,7 @@ use lagrangian_motion::noise::normal;
 use lagrangian_motion::statistics::{sort_by_number, sort_numbers};
 
 use super::refine::sign;
-use super::rows::{COPIES, Row, Rows};
+use super::rows::{COPIES, Row};
 
 /// Rounds of weighting rows by their own noise and misfit, and the misfit beyond which they weigh less.
 const ROUNDS: usize = 2;
@@ -321,12 +321,12 @@ impl Limits {
 
 /// The best coefficients of ever fewer of these values, the most first; of those without which nothing is lost the most complex go.
 pub(super) fn path(
-    rows: &Rows,
+    rows: Vec<&Row>,
     mut active: Vec<usize>,
     limits: &Limits,
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> Vec<Candidate> {
-    let (held, fitted): (Vec<&Row>, Vec<&Row>) = rows.rows.iter().partition(|row| row.held);
+    let (held, fitted): (Vec<&Row>, Vec<&Row>) = rows.into_iter().partition(|row| row.held);
     let mut found = Vec::new();
     let mut rng = ChaCha8Rng::seed_from_u64(2);
     let count = active.len() as f64;

@@ -30,7 +30,7 @@ use crate::train::{Observer, TrainingTask};
 use eliminate::{Candidate, Inertia, Limits};
 use lagrangian_motion::statistics::{size, sort_by_number};
 use lagrangian_motion::{Error, Result};
-use refine::{Refined, Start};
+use refine::{Refined, Start, part_of};
 use rows::Rows;
 
 /// A misfit of rows up to this multiple of the least is as good.
@@ -39,6 +39,10 @@ const NEARLY: f64 = 2.0;
 const MOST_TERMS: usize = 24;
 /// … and of more than these no term is added or left out.
 const MANY: usize = 14;
+/// The most values of the law of one coordinate: a series of more explains many a coupled one.
+const ALONE: usize = 6;
+/// Starts that are tried because a term less is a great loss.
+const KNEES: usize = 1;
 /// A misfit of rollouts with which no other start is tried.
 const GOOD: f64 = 1.15;
 /// The time after which nothing more is tried, s.
@@ -107,21 +111,11 @@ pub(super) fn find(
         false => config.terms.clone(),
     };
     let (rows, noise) = Rows::of(dataset, &terms);
-    let mut tell = |share: f64| !observer.stage("finding terms", share).is_break();
-    let path = paths(dataset, &terms, &rows, &mut tell);
-    let data = dataset.train.spread(300);
-    let starts: Vec<(f64, Start)> = path
-        .iter()
-        .map(|own| {
-            (
-                own.misfit.max(own.held).max(1.0),
-                Start::of(own, &terms, dataset),
-            )
-        })
-        .filter(|(_, start)| {
-            start.len() <= MOST_TERMS && start.is_definite(&data, &dataset.coordinates)
-        })
-        .collect();
+    let candidates = Candidates {
+        dataset,
+        terms: &terms,
+        rows: &rows,
+    };
     let search = Search {
         dataset,
         terms: &terms,
@@ -129,70 +123,181 @@ pub(super) fn find(
         clock: Instant::now(),
     };
     let mut best: Option<(Start, Refined, bool)> = None;
-    for start in promising(&starts) {
-        let own = search.refined(start.clone(), observer)?;
-        if best
-            .as_ref()
-            .is_none_or(|best| own.1.misfit < best.1.misfit)
-        {
-            best = Some(own);
+    let is_found = |best: &Option<(Start, Refined, bool)>| {
+        best.as_ref().is_some_and(|own| own.1.misfit < GOOD)
+    };
+    for starts in [Candidates::apart, Candidates::together] {
+        let mut tell = |share: f64| !observer.stage("finding terms", share).is_break();
+        for start in starts(&candidates, &mut tell) {
+            let own = search.refined(start, observer)?;
+            let least = best.as_ref().map_or(f64::INFINITY, |best| best.1.misfit);
+            if best.is_none() || own.1.misfit < least {
+                best = Some(own);
+            }
+            if is_found(&best) || search.is_late() {
+                break;
+            }
         }
-        if best.as_ref().is_some_and(|best| best.1.misfit < GOOD) || search.is_late() {
+        if is_found(&best) {
             break;
         }
     }
-    let (start, refined, complete) = best.ok_or_else(nothing)?;
+    let (mut start, refined, complete) = best.ok_or_else(nothing)?;
+    start.take_friction(&refined, SIGNIFICANT);
     let judged = search.judged((&start, &refined), complete)?;
     refined.solution(dataset, &start, task, judged)
 }
 
-/// Ever fewer terms that explain the rows, the most first.
-fn paths(
-    dataset: &Dataset,
-    terms: &[Term],
-    rows: &Rows,
-    tell: &mut dyn FnMut(f64) -> bool,
-) -> Vec<Candidate> {
-    let (n, force) = (dataset.coordinates.dof(), rows.values().saturating_sub(1));
-    let mut active: Vec<usize> = (0..force).collect();
-    let keep: Vec<usize> = dataset.forced.then_some(force).into_iter().collect();
-    active.extend(&keep);
-    let frictions = (0..rows::KINDS * n).map(|k| 1.0 + 0.7 * (k / n) as f64);
-    let complexity = terms.iter().map(Term::complexity).chain(frictions);
-    let inertia = |i: usize| {
-        let all = 0..terms.len();
-        all.filter(|k| terms[*k].speeds == [i, i]).collect()
-    };
-    let limits = Limits {
-        keep,
-        one_of: (0..n).map(inertia).collect(),
-        complexity: complexity.collect(),
-        inertia: inertia_of(terms, dataset, rows.values()),
-    };
-    // Of a linear motion other Lagrangians couple what the simplest one does not.
-    let couples = |k: &usize| terms.get(*k).is_some_and(Term::couples_alone);
-    let apart: Vec<usize> = active.iter().copied().filter(|k| !couples(k)).collect();
-    let mut path = eliminate::path(rows, apart, &limits, tell);
-    if n > 1 {
-        path.extend(eliminate::path(rows, active, &limits, tell));
-        sort_by_number(&mut path, |own| -(own.values.len() as f64));
-    }
-    path
+/// Terms that may explain rows.
+struct Candidates<'a> {
+    dataset: &'a Dataset,
+    terms: &'a [Term],
+    /// … in one or more precisions, the finest first.
+    rows: &'a [Rows],
 }
 
-/// The starts from which a formula is refined: the fewest terms that explain rows nearly as well as any, then those after which a term
-/// less is the greatest loss.
-fn promising(starts: &[(f64, Start)]) -> Vec<&Start> {
-    let least = starts.iter().map(|own| own.0).fold(f64::INFINITY, f64::min);
-    let Some(first) = starts.iter().rposition(|own| own.0 <= NEARLY * least) else {
-        return Vec::new();
-    };
-    let loss = |k: usize| starts.get(k + 1).map_or(1.0, |next| next.0 / starts[k].0);
-    let mut order: Vec<usize> = (0..starts.len()).collect();
-    sort_by_number(&mut order, |k| -loss(*k));
-    order.retain(|k| *k != first);
-    let all = [first].into_iter().chain(order.into_iter().take(1));
-    all.map(|k| &starts[k].1).collect()
+impl Candidates<'_> {
+    /// The starts of all coordinates together: the first of each precision, the fewest terms first, then the others.
+    fn together(&self, tell: &mut dyn FnMut(f64) -> bool) -> Vec<Start> {
+        let all: Vec<usize> = (0..self.dataset.coordinates.dof()).collect();
+        let paths = self.rows.iter().map(|rows| self.paths(rows, &all, tell));
+        let paths: Vec<Vec<Candidate>> = paths.collect();
+        let found = paths.iter().flat_map(|path| {
+            let found = self.promising(&all, path).into_iter().enumerate();
+            found.map(|(rank, own)| (rank.min(1), own))
+        });
+        let mut found: Vec<(usize, &Candidate)> = found.collect();
+        found.sort_by_key(|(rank, own)| (*rank, own.values.len()));
+        found.dedup_by_key(|(_, own)| own.values.clone());
+        let start = |(_, own)| Start::of(&[(own, all.clone())], self.terms, self.dataset);
+        found.into_iter().map(start).collect()
+    }
+
+    /// The starts where some coordinates move as if there were no others: of each of these by itself, and of the others together.
+    fn apart(&self, tell: &mut dyn FnMut(f64) -> bool) -> Vec<Start> {
+        let groups = self.groups(tell);
+        let each = groups.iter().map(|(own, path)| self.promising(own, path));
+        let each: Vec<Vec<&Candidate>> = each.collect();
+        let start = |k: usize| {
+            let own = each.iter().zip(&groups).map(|(found, (group, _))| {
+                let found = found.get(k).or(found.last());
+                found.map(|own| (*own, group.clone()))
+            });
+            let own: Vec<(&Candidate, Vec<usize>)> = own.collect::<Option<_>>()?;
+            (!own.is_empty()).then(|| Start::of(&own, self.terms, self.dataset))
+        };
+        let most = each.iter().map(Vec::len).max().unwrap_or(0);
+        (0..most).filter_map(start).collect()
+    }
+
+    /// The coordinates that rows explain without the others, each by itself, and then all others together; none where these are not
+    /// explained, or there is no such coordinate.
+    fn groups(&self, tell: &mut dyn FnMut(f64) -> bool) -> Vec<(Vec<usize>, Vec<Candidate>)> {
+        let coordinates = &self.dataset.coordinates;
+        let moving = (0..coordinates.dof()).filter(|i| !coordinates.is_parameter(*i));
+        let moving: Vec<usize> = moving.collect();
+        let (mut all, mut rest) = (Vec::new(), Vec::new());
+        let Some(rows) = self.rows.last().filter(|_| moving.len() > 1) else {
+            return all;
+        };
+        let explains = |own: &Candidate| own.misfit.max(own.held) <= NEARLY;
+        for i in moving {
+            let path = self.paths(rows, &[i], tell);
+            let is_short = |own: &&Candidate| own.values.len() <= ALONE;
+            match path.iter().filter(is_short).any(explains) {
+                true => all.push((vec![i], path)),
+                false => rest.push(i),
+            }
+        }
+        if !(all.is_empty() || rest.is_empty()) {
+            let path = self.paths(rows, &rest, tell);
+            // A pole moves by itself on a cart that nobody pushes, but the cart does not.
+            if !path.iter().any(explains) {
+                return Vec::new();
+            }
+            all.push((rest, path));
+        }
+        all
+    }
+
+    /// Ever fewer terms that explain the rows of these coordinates without the others, the most first.
+    fn paths(
+        &self,
+        rows: &Rows,
+        group: &[usize],
+        tell: &mut dyn FnMut(f64) -> bool,
+    ) -> Vec<Candidate> {
+        let Self { dataset, terms, .. } = self;
+        let n = dataset.coordinates.dof();
+        let (count, force) = (terms.len(), rows.values().saturating_sub(1));
+        let others =
+            (0..n).filter(|i| !(group.contains(i) || dataset.coordinates.is_parameter(*i)));
+        let others: Vec<usize> = others.collect();
+        let is_within = |term: &Term| {
+            let uses = |i: &usize| term.depends_on(*i) || term.speeds.contains(i);
+            !others.iter().any(uses)
+        };
+        let mut active: Vec<usize> = (0..count).filter(|k| is_within(&terms[*k])).collect();
+        active.extend((count..force).filter(|k| group.contains(&((k - count) % n))));
+        let driven = dataset.driven();
+        let is_driven = group.iter().any(|i| driven[*i]);
+        let keep: Vec<usize> = is_driven.then_some(force).into_iter().collect();
+        active.extend(&keep);
+        let frictions = (0..rows::KINDS * n).map(|k| 1.0 + 0.7 * (k / n) as f64);
+        let complexity = terms.iter().map(Term::complexity).chain(frictions);
+        let inertia = |i: &usize| {
+            let all = 0..count;
+            all.filter(|k| terms[*k].speeds == [*i, *i]).collect()
+        };
+        let limits = Limits {
+            keep,
+            one_of: group.iter().map(inertia).collect(),
+            complexity: complexity.collect(),
+            inertia: inertia_of(terms, dataset, (group, rows.values())),
+        };
+        let own = || {
+            rows.rows
+                .iter()
+                .filter(|row| group.contains(&row.of))
+                .collect()
+        };
+        // Of a linear motion other Lagrangians couple what the simplest one does not.
+        let couples = |k: &usize| terms.get(*k).is_some_and(Term::couples_alone);
+        let apart: Vec<usize> = active.iter().copied().filter(|k| !couples(k)).collect();
+        let mut path = eliminate::path(own(), apart, &limits, tell);
+        if group.len() > 1 {
+            path.extend(eliminate::path(own(), active, &limits, tell));
+            sort_by_number(&mut path, |own| -(own.values.len() as f64));
+        }
+        path
+    }
+
+    /// Of a path what is worth a refinement: the fewest terms that explain rows nearly as well as any, unless these are many, then those
+    /// after which a term less is the greatest loss.
+    fn promising<'c>(&self, group: &[usize], path: &'c [Candidate]) -> Vec<&'c Candidate> {
+        let Self { dataset, terms, .. } = self;
+        let data = dataset.train.spread(300);
+        let suits = |own: &&Candidate| {
+            let start = Start::of(&[(*own, group.to_vec())], terms, dataset);
+            start.len() <= MOST_TERMS && start.is_definite(&data, &dataset.coordinates)
+        };
+        let all: Vec<&Candidate> = path.iter().filter(suits).collect();
+        let misfit = |k: usize| all[k].misfit.max(all[k].held).max(1.0);
+        let least = (0..all.len()).map(misfit).fold(f64::INFINITY, f64::min);
+        let Some(first) = (0..all.len()).rfind(|k| misfit(*k) <= NEARLY * least) else {
+            return Vec::new();
+        };
+        let loss = |k: usize| match k + 1 < all.len() {
+            true => misfit(k + 1) / misfit(k),
+            false => 1.0,
+        };
+        let mut order: Vec<usize> = (0..all.len()).filter(|k| *k != first).collect();
+        sort_by_number(&mut order, |k| -loss(*k));
+        order.truncate(KNEES);
+        let few = all[first].values.len() <= MANY;
+        order.insert(if few { 0 } else { order.len() }, first);
+        order.into_iter().map(|k| all[k]).collect()
+    }
 }
 
 /// What a search is about.
@@ -261,10 +366,12 @@ impl Search<'_> {
     ) -> Result<(LawVerdict, f64)> {
         let definite =
             start.is_definite(&self.dataset.train.spread(300), &self.dataset.coordinates);
-        let [held, worst] = refine::held_out(self.dataset, (start, refined), self.given)?;
+        let held = refine::held_out(self.dataset, (start, refined), self.given)?;
+        let [whole, worst] = held.excess;
+        let held = held.misfit;
         let samples = (self.dataset.train.len() * self.dataset.train.n) as f64;
         let fits = refined.misfit <= FITS + CHANCE * (2.0 / samples).sqrt();
-        if !(fits && definite && held <= GOOD) {
+        if !(fits && definite && (held <= GOOD || whole <= CHANCE)) {
             let useful = definite && refined.misfit.max(held) <= NEARLY;
             let verdict = if useful {
                 LawVerdict::Expansion
@@ -292,28 +399,27 @@ impl Search<'_> {
 
 /// Misfits that need no more terms, and those that none mends.
 const EXACT: f64 = 0.01;
-const HOPELESS: f64 = 100.0;
+const HOPELESS: f64 = 1e5;
 
-/// The inertia of terms at these states, among so many values.
-fn inertia_of(terms: &[Term], dataset: &Dataset, values: usize) -> Inertia {
+/// The inertia that so many values, terms among them, give these coordinates.
+fn inertia_of(terms: &[Term], dataset: &Dataset, (group, values): (&[usize], usize)) -> Inertia {
     let data = dataset.train.spread(60);
-    let n = data.n;
-    let speeds = size(&data.qd, n);
+    let (m, speeds) = (group.len(), size(&data.qd, data.n));
     let of = |value: usize| match terms.get(value).filter(|term| term.is_kinetic()) {
         None => Vec::new(),
         Some(term) => (0..data.len())
             .flat_map(|s| {
                 let place = term.place(data.row(s).q);
                 let entry = |at: usize| {
-                    let (i, j) = (at / n, at % n);
+                    let (i, j) = (group[at / m], group[at % m]);
                     place * term.by_speeds(i, j) * speeds[i] * speeds[j]
                 };
-                (0..n * n).map(entry).collect::<Vec<_>>()
+                (0..m * m).map(entry).collect::<Vec<_>>()
             })
             .collect(),
     };
     Inertia {
-        coordinates: dataset.coordinates.clone(),
+        coordinates: part_of(&dataset.coordinates, group),
         of: (0..values).map(of).collect(),
     }
 }

@@ -6,7 +6,7 @@ use faer::{Mat, Side};
 use super::super::{Evidence, FormulaConfig, FormulaShape, Term};
 use super::LawVerdict;
 use super::eliminate::Candidate;
-use super::rows::KINDS;
+use super::rows::{KINDS, noise_of_runs};
 use crate::dataset::Dataset;
 use crate::models::family::{Residuals, Solution, Trained};
 use crate::models::network::NetworkShape;
@@ -37,6 +37,14 @@ pub(super) struct Start {
     coefficients: Vec<f64>,
     /// Friction, viscous, Coulomb and by drag, `[KINDS, n]`.
     friction: Vec<f64>,
+    /// What moves by itself.
+    groups: Vec<Group>,
+}
+
+/// Coordinates that no term couples with others: their part of the Lagrangian has a unit of its own.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Group {
+    pub(super) coordinates: Vec<usize>,
     /// The term that the others are measured by; `None` where forces give the unit.
     reference: Option<usize>,
 }
@@ -50,9 +58,8 @@ pub(super) struct Refined {
     values: Vec<[f64; 2]>,
     /// The square of the noise in parts of the variance of the motion.
     unit: f64,
-    /// χ² over its expectation, of the fitted motions and of the worst of them.
+    /// χ² over its expectation.
     pub(super) misfit: f64,
-    worst: f64,
     segments: Vec<Segment>,
 }
 
@@ -74,47 +81,89 @@ pub(super) fn sign(mass: &mut [f64], coordinates: &Coordinates) -> i8 {
     }
 }
 
+/// These coordinates alone.
+pub(super) fn part_of(coordinates: &Coordinates, own: &[usize]) -> Coordinates {
+    Coordinates(own.iter().map(|i| coordinates.0[*i].clone()).collect())
+}
+
+impl Group {
+    /// Whether a term moves one of its coordinates.
+    fn has_part_in(&self, term: &Term) -> bool {
+        let moves = |i: &usize| term.depends_on(*i) || term.speeds.contains(i);
+        self.coordinates.iter().any(moves)
+    }
+
+    /// Both together, which have one unit: that of the forces, where there are any.
+    fn joined(self, other: Self) -> Self {
+        Self {
+            coordinates: [self.coordinates, other.coordinates].concat(),
+            reference: other.reference.and(self.reference),
+        }
+    }
+}
+
 impl Start {
-    /// The terms and coefficients of a candidate. The unit is that of the forces, or the largest kinetic coefficient is ½.
-    pub(super) fn of(candidate: &Candidate, terms: &[Term], dataset: &Dataset) -> Self {
+    /// The terms and coefficients of candidates, each of a group of coordinates. The unit of each is that of the forces, or its largest
+    /// kinetic coefficient is ½.
+    pub(super) fn of(
+        candidates: &[(&Candidate, Vec<usize>)],
+        terms: &[Term],
+        dataset: &Dataset,
+    ) -> Self {
         let n = dataset.coordinates.dof();
         let mut own = Self {
             terms: Vec::new(),
             coefficients: Vec::new(),
             friction: vec![0.0; KINDS * n],
-            reference: None,
+            groups: Vec::new(),
         };
-        let mut force = None;
-        for (value, c) in candidate.values.iter().zip(&candidate.coefficients) {
-            if let Some(term) = terms.get(*value) {
-                own.terms.push(term.clone());
-                own.coefficients.push(*c);
-            } else if let Some(friction) = own.friction.get_mut(value - terms.len()) {
-                *friction = *c;
-            } else {
-                force = Some(*c);
+        let mut forces = Vec::new();
+        for (candidate, coordinates) in candidates {
+            let mut force = None;
+            for (value, c) in candidate.values.iter().zip(&candidate.coefficients) {
+                if let Some(term) = terms.get(*value) {
+                    own.terms.push(term.clone());
+                    own.coefficients.push(*c);
+                } else if let Some(friction) = own.friction.get_mut(value - terms.len()) {
+                    *friction = *c;
+                } else {
+                    force = Some(*c);
+                }
             }
+            forces.push(force);
+            own.groups.push(Group {
+                coordinates: coordinates.clone(),
+                reference: None,
+            });
         }
-        own.scale(force);
+        own.scale(&forces);
         own
     }
 
-    /// Whether its mass matrix is definite at samples of the data.
+    /// Whether the mass matrix of its coordinates is definite at samples of the data.
     pub(super) fn is_definite(&self, data: &Samples, coordinates: &Coordinates) -> bool {
-        let n = data.n;
-        let speeds = size(&data.qd, n);
+        let own: Vec<usize> = self
+            .groups
+            .iter()
+            .flat_map(|own| own.coordinates.clone())
+            .collect();
+        let (m, speeds, coordinates) = (
+            own.len(),
+            size(&data.qd, data.n),
+            part_of(coordinates, &own),
+        );
         (0..data.len()).all(|s| {
-            let mut mass = vec![0.0; n * n];
+            let mut mass = vec![0.0; m * m];
             for (term, c) in self.terms.iter().zip(&self.coefficients) {
                 let value = c * term.place(data.row(s).q);
-                for (at, m) in mass.iter_mut().enumerate() {
-                    *m += value * term.by_speeds(at / n, at % n);
+                for (at, entry) in mass.iter_mut().enumerate() {
+                    *entry += value * term.by_speeds(own[at / m], own[at % m]);
                 }
             }
-            for (at, m) in mass.iter_mut().enumerate() {
-                *m *= speeds[at / n] * speeds[at % n];
+            for (at, entry) in mass.iter_mut().enumerate() {
+                *entry *= speeds[own[at / m]] * speeds[own[at % m]];
             }
-            sign(&mut mass, coordinates) == 1
+            sign(&mut mass, &coordinates) == 1
         })
     }
 
@@ -127,6 +176,9 @@ impl Start {
     pub(super) fn add(&mut self, value: usize, all: &[Term]) {
         match all.get(value) {
             Some(term) => {
+                let parts = self.groups.extract_if(.., |own| own.has_part_in(term));
+                let joined = parts.reduce(Group::joined).unwrap_or_default();
+                self.groups.push(joined);
                 self.terms.push(term.clone());
                 self.coefficients.push(0.0);
             }
@@ -134,30 +186,39 @@ impl Start {
         }
     }
 
-    /// Multiplies all so that the force has the coefficient 1, or the largest kinetic term ½.
-    fn scale(&mut self, force: Option<f64>) {
-        let kinetic = (0..self.terms.len()).filter(|i| self.terms[*i].is_kinetic());
-        let largest = kinetic.max_by(|a, b| {
-            self.coefficients[*a]
-                .abs()
-                .total_cmp(&self.coefficients[*b].abs())
-        });
-        self.reference = if force.is_some() { None } else { largest };
-        let unit = match (force, largest) {
-            (Some(force), _) => force,
-            (None, Some(largest)) => 2.0 * self.coefficients[largest],
-            (None, None) => 1.0,
-        };
-        let all = self.coefficients.iter_mut().chain(&mut self.friction);
-        all.for_each(|c| *c /= unit);
+    /// Multiplies the part of each group so that the force has the coefficient 1, or its largest kinetic term ½.
+    fn scale(&mut self, forces: &[Option<f64>]) {
+        for (group, force) in self.groups.iter_mut().zip(forces) {
+            let own = |i: &usize| group.has_part_in(&self.terms[*i]);
+            let own: Vec<usize> = (0..self.terms.len()).filter(own).collect();
+            let size = |i: &usize| self.coefficients[*i].abs();
+            let kinetic = own.iter().filter(|i| self.terms[**i].is_kinetic());
+            let largest = kinetic.copied().max_by(|a, b| size(a).total_cmp(&size(b)));
+            group.reference = if force.is_some() { None } else { largest };
+            let unit = match (force, largest) {
+                (Some(force), _) => *force,
+                (None, Some(largest)) => 2.0 * self.coefficients[largest],
+                (None, None) => 1.0,
+            };
+            own.iter().for_each(|i| self.coefficients[*i] /= unit);
+            let n = self.friction.len() / KINDS;
+            let places =
+                (0..KINDS).flat_map(|kind| group.coordinates.iter().map(move |i| kind * n + i));
+            places.for_each(|at| self.friction[at] /= unit);
+        }
+    }
+
+    /// The terms that others are measured by.
+    fn references(&self) -> Vec<usize> {
+        self.groups.iter().filter_map(|own| own.reference).collect()
     }
 
     /// Takes refined coefficients, and leaves those out that are below `significant` standard errors; whether any is.
     pub(super) fn without(&mut self, refined: &Refined, significant: f64) -> bool {
-        let count = self.terms.len();
+        let (count, references) = (self.terms.len(), self.references());
         let keeps = |i: usize| {
             let [value, error] = refined.values[i];
-            Some(i) == self.reference || value.abs() >= significant * error
+            references.contains(&i) || value.abs() >= significant * error
         };
         let kept: Vec<usize> = (0..count).filter(|i| keeps(*i)).collect();
         let friction: Vec<f64> = (0..self.friction.len())
@@ -177,12 +238,19 @@ impl Start {
         self.coefficients = kept.iter().map(|i| refined.values[*i][0]).collect();
         self.terms = kept.iter().map(|i| self.terms[*i].clone()).collect();
         self.friction = friction;
-        self.scale(if self.reference.is_none() {
-            Some(1.0)
-        } else {
-            None
-        });
+        let force = |own: &Group| own.reference.is_none().then_some(1.0);
+        self.scale(&self.groups.iter().map(force).collect::<Vec<_>>());
         gone
+    }
+
+    /// Takes the friction that was fitted beside its own, of the same kind on other coordinates, where it is significant.
+    pub(super) fn take_friction(&mut self, refined: &Refined, significant: f64) {
+        let fitted = &refined.values[self.terms.len()..];
+        for (own, [value, error]) in self.friction.iter_mut().zip(fitted) {
+            if *own == 0.0 && *value > significant * error {
+                *own = *value;
+            }
+        }
     }
 
     /// The parameters of its coefficients in these units, and of its friction.
@@ -261,6 +329,19 @@ fn task_of(start: &Start, task: &TrainingTask) -> TrainingTask {
     }
 }
 
+/// The rollouts that are compared with recordings, given the noise of each position; a run whose noise differs has its own.
+fn problem<'a>(
+    learner: &'a dyn Learner<f64>,
+    recorded: Recorded<'a>,
+    (noise, theta): (&'a [f64], &[f64]),
+) -> Problem<'a> {
+    let (samples, times) = (recorded.samples, recorded.times);
+    let own = noise_of_runs(recorded.coordinates, samples, times);
+    Problem::new(learner, recorded, noise)
+        .with_noise_of(own)
+        .resolved(theta)
+}
+
 /// Refines the coefficients of a start by rollouts, given the noise of each position.
 pub(super) fn refine(
     dataset: &Dataset,
@@ -275,21 +356,28 @@ pub(super) fn refine(
     let units = shape.evidence.units.clone();
     let theta = start.theta(&units, &setup);
     let settings = settings();
-    let problem = Problem::new(learner, Recorded::train(&data, None), noise).resolved(&theta);
+    let problem = problem(learner, Recorded::train(&data, None), (noise, &theta));
     let refined = descend(&problem, theta, &settings, observer);
     let mut parameters = refined.parameters;
     let segments = problem.longest(&parameters, &HORIZONS);
-    let worst = (problem.misfits(&parameters, &segments).into_iter()).fold(0.0, f64::max);
     let information = problem.information(&parameters, &segments);
     // Where a rollout fails nothing is known.
     let unknown = || Mat::zeros(parameters.len(), parameters.len());
     let information = information.map_or_else(unknown, |(own, _)| own);
-    let mut errors = errors(&information, start.reference, refined.misfit);
-    if let Some(reference) = start.reference {
+    let mut errors = errors(&information, &start.references(), refined.misfit);
+    let (n, places) = (noise.len(), setup.forces.friction_places());
+    for group in &start.groups {
+        let Some(reference) = group.reference else {
+            continue;
+        };
         // Without forces a motion says nothing of the unit.
         let factor = 0.5 / (parameters[reference] * units[reference]);
-        let places = setup.forces.friction_places().into_iter().flatten();
-        for at in (0..units.len()).chain(places.map(|at| units.len() + at)) {
+        let own = |(i, term): (usize, &Term)| group.has_part_in(term).then_some(i);
+        let terms = start.terms.iter().enumerate().filter_map(own);
+        let friction = places.iter().enumerate();
+        let friction = friction.filter(|(k, _)| group.coordinates.contains(&(k % n)));
+        let friction = friction.filter_map(|(_, place)| place.map(|at| units.len() + at));
+        for at in terms.chain(friction) {
             parameters[at] *= factor;
             errors[at] *= factor.abs();
         }
@@ -303,7 +391,6 @@ pub(super) fn refine(
     Ok(Refined {
         unit: parts.sum::<f64>() / noise.len() as f64,
         misfit: refined.misfit,
-        worst,
         segments,
         parameters,
         units,
@@ -328,10 +415,10 @@ fn values(setup: &Setup, units: &[f64], (parameters, errors): (&[f64], &[f64])) 
         .collect()
 }
 
-/// The standard errors of the parameters, of which that at `reference` is held: 0.
-pub(crate) fn errors(information: &Mat<f64>, reference: Option<usize>, misfit: f64) -> Vec<f64> {
+/// The standard errors of the parameters, of which those at `references` are held: 0.
+pub(crate) fn errors(information: &Mat<f64>, references: &[usize], misfit: f64) -> Vec<f64> {
     let count = information.nrows();
-    let free: Vec<usize> = (0..count).filter(|i| Some(*i) != reference).collect();
+    let free: Vec<usize> = (0..count).filter(|i| !references.contains(i)).collect();
     let size: Vec<f64> = (0..count)
         .map(|i| information[(i, i)].max(f64::MIN_POSITIVE).sqrt())
         .collect();
@@ -353,25 +440,81 @@ pub(crate) fn errors(information: &Mat<f64>, reference: Option<usize>, misfit: f
     errors
 }
 
-/// The mean of χ² of held-out motions over its expectation, and by how many of its standard errors the largest of all motions exceeds 1.
+/// What motions that were held back say of a formula.
+pub(super) struct HeldOut {
+    /// The mean of χ² over its expectation.
+    pub(super) misfit: f64,
+    /// By how many of its standard errors the sum of χ² exceeds what noise and the errors of the coefficients make, and the largest by
+    /// which any motion does, those that were fitted among them.
+    pub(super) excess: [f64; 2],
+}
+
+/// Compares a formula with the motions that were held back: noise is as large as on those that were fitted.
 pub(super) fn held_out(
     dataset: &Dataset,
     (start, refined): (&Start, &Refined),
     (noise, task): (&[f64], &TrainingTask),
-) -> Result<[f64; 2]> {
+) -> Result<HeldOut> {
     let shape = start.shape(dataset, none(refined.units.clone()))?;
     let (setup, data) = Setup::new(dataset, &task_of(start, task))?;
     let learner = setup.learner(&shape, Residuals::OfRates);
     let learner: &dyn Learner<f64> = &learner;
-    let problem =
-        Problem::new(learner, Recorded::compared(&data), noise).resolved(&refined.parameters);
-    let segments = problem.longest(&refined.parameters, &HORIZONS);
-    let held = problem.misfits(&refined.parameters, &segments);
-    let longest = data.train_times.longest() as f64;
-    // The variance of χ² is twice its expectation.
-    let unit = (2.0 / (longest * noise.len() as f64)).sqrt();
-    let largest = held.iter().copied().fold(refined.worst, f64::max);
-    Ok([mean(&mut held.iter().copied()), (largest - 1.0) / unit])
+    let theta = &refined.parameters;
+    let unit = refined.misfit.max(1.0);
+    let fitted = problem(learner, Recorded::train(&data, None), (noise, theta));
+    let known = fitted.information(theta, &refined.segments);
+    let references = start.references();
+    // χ² that the errors of the coefficients make: the trace of their covariance with the information of a motion.
+    let by_errors = |own: Option<(Mat<f64>, Vec<f64>)>| match (&known, own) {
+        (Some((known, _)), Some((own, _))) => shared(known, &own, &references),
+        _ => 0.0,
+    };
+    let excess = |value: f64, count: f64, made: f64| {
+        (value / unit - count - made) / (2.0 * (count + made * made)).sqrt()
+    };
+    let problem = problem(learner, Recorded::compared(&data), (noise, theta));
+    let segments = problem.longest(theta, &HORIZONS);
+    let mut sums = [0.0; 3];
+    let (mut misfits, mut most) = (Vec::new(), f64::NEG_INFINITY);
+    for own in problem.motions(&segments) {
+        let Some([value, count]) = problem.misfit(theta, &own) else {
+            continue;
+        };
+        let made = by_errors(problem.information(theta, &own));
+        most = most.max(excess(value, count, made));
+        misfits.push(value / count);
+        let all = sums.iter_mut().zip([value, count, made]);
+        all.for_each(|(sum, own)| *sum += own);
+    }
+    for own in fitted.motions(&refined.segments) {
+        if let Some([value, count]) = fitted.misfit(theta, &own) {
+            most = most.max(excess(value, count, 0.0));
+        }
+    }
+    Ok(HeldOut {
+        misfit: mean(&mut misfits.into_iter()),
+        excess: [excess(sums[0], sums[1], sums[2]), most],
+    })
+}
+
+/// The trace of the covariance that one information gives with another, the parameters at `references` held.
+fn shared(known: &Mat<f64>, own: &Mat<f64>, references: &[usize]) -> f64 {
+    let free = (0..known.nrows()).filter(|i| !references.contains(i));
+    let free: Vec<usize> = free.collect();
+    let size = |i: usize| known[(i, i)].max(f64::MIN_POSITIVE).sqrt();
+    let part = |all: &Mat<f64>| {
+        Mat::from_fn(free.len(), free.len(), |i, j| {
+            let (a, b) = (free[i].max(free[j]), free[i].min(free[j]));
+            all[(a, b)] / (size(a) * size(b))
+        })
+    };
+    let mut scaled = part(known);
+    (0..free.len()).for_each(|i| scaled[(i, i)] += 1e-14);
+    let Ok(factor) = scaled.llt(Side::Lower) else {
+        return 0.0;
+    };
+    let solved = factor.solve(part(own));
+    (0..free.len()).map(|i| solved[(i, i)]).sum()
 }
 
 /// How many standard errors each value has that is not among those of a start, at zero: `(value, size)`, the largest first.
@@ -405,12 +548,13 @@ pub(super) fn missing(
     let learner = setup.learner(&shape, Residuals::OfRates);
     let learner: &dyn Learner<f64> = &learner;
     let theta = wide.theta(&shape.evidence.units, &setup);
-    let problem = Problem::new(learner, Recorded::train(&data, None), noise).resolved(&theta);
+    let problem = problem(learner, Recorded::train(&data, None), (noise, &theta));
     let Some(sums) = problem.information(&theta, &refined.segments) else {
         return Ok(Vec::new());
     };
     let count = wide.terms.len();
-    let known = (0..own).filter(|i| Some(*i) != start.reference);
+    let references = start.references();
+    let known = (0..own).filter(|i| !references.contains(i));
     let mut known: Vec<usize> = known.collect();
     let asked = places.iter().enumerate();
     let mut asked: Vec<(usize, usize)> = asked.map(|(k, value)| (*value, own + k)).collect();
@@ -483,7 +627,8 @@ impl Refined {
 
     /// The smallest coefficient of all in units of its standard error.
     pub(super) fn certainty(&self, start: &Start) -> f64 {
-        let shown = |i: &usize| Some(*i) != start.reference && self.values[*i][0] != 0.0;
+        let references = start.references();
+        let shown = |i: &usize| !references.contains(i) && self.values[*i][0] != 0.0;
         let shown = (0..self.values.len()).filter(shown);
         shown
             .map(|i| self.certainty_of(i))

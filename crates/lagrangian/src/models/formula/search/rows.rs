@@ -26,6 +26,12 @@ const EXPONENT: i32 = 6;
 const LEAST_NOISE: f64 = 1e-6;
 /// The noise of data that are not exact, in units of that.
 const NOISY: f64 = 3.0;
+/// The noise of a run is its own where its square differs by so many of its deviations, and it is white: differences of higher orders
+/// tell at most so many times as much.
+const DIFFERENT: f64 = 2.0;
+const WHITE: f64 = 1.4;
+/// What rows of exact data need not tell apart, in the same units: a series of many terms that is as near is no better than the law.
+const COARSE: f64 = 100.0;
 /// The largest number of windows.
 const MOST: usize = 4000;
 /// The part of windows that are kept whatever they say of the velocities, and what the others may be off by, in units of the noise.
@@ -43,6 +49,8 @@ pub(super) struct Rows {
 /// What a window says of a coordinate.
 #[derive(Debug, Clone)]
 pub(super) struct Row {
+    /// The coordinate.
+    pub(super) of: usize,
     /// That of each term, of each friction, `[KINDS, n]`, and of the forces.
     pub(super) values: Vec<f64>,
     /// What each of them changes by in copies of the data with more noise, `[COPIES, values]`.
@@ -52,14 +60,23 @@ pub(super) struct Row {
 }
 
 impl Rows {
-    /// The rows of these data for these terms, and the noise of each position, `[n]`.
-    pub(super) fn of(dataset: &Dataset, terms: &[Term]) -> (Self, Vec<f64>) {
+    /// The rows of these data for these terms, and of exact data those of which less is asked; and the noise of each position, `[n]`.
+    pub(super) fn of(dataset: &Dataset, terms: &[Term]) -> (Vec<Self>, Vec<f64>) {
         let noise = Noise::of(&dataset.coordinates, &dataset.train, &dataset.train_times);
+        let mut all = vec![Self::with(dataset, terms, &noise)];
+        if !noise.is_noisy() {
+            all.push(Self::with(dataset, terms, &noise.coarse()));
+        }
+        (all, noise.sizes)
+    }
+
+    /// As if the positions had this noise.
+    fn with(dataset: &Dataset, terms: &[Term], noise: &Noise) -> Self {
         let states = [
             (&dataset.train, &dataset.train_times),
             (&dataset.validation, &dataset.validation_times),
         ]
-        .map(|(samples, times)| Noisy::of(&dataset.coordinates, samples, times, &noise));
+        .map(|(samples, times)| Noisy::of(&dataset.coordinates, samples, times, noise));
         let all = stretches(dataset, MOST, WINDOW).into_iter();
         let windows = all.map(|stretch| Window {
             coordinates: &dataset.coordinates,
@@ -73,7 +90,7 @@ impl Rows {
             .par_iter()
             .flat_map_iter(|w| w.rows(terms))
             .collect();
-        (Self { rows }, noise.sizes)
+        Self { rows }
     }
 
     /// The number of values of a row.
@@ -185,7 +202,8 @@ impl Window<'_> {
         }
         let rows = own.into_iter().zip(noise).enumerate();
         let moving = rows.filter(|(i, _)| !self.coordinates.is_parameter(*i));
-        let row = |(_, (values, noise))| Row {
+        let row = |(of, (values, noise))| Row {
+            of,
             values,
             noise,
             held: self.stretch.held,
@@ -253,14 +271,19 @@ impl Noisy {
         let mut copies = vec![own.clone(); COPIES];
         let runs: Vec<Range<usize>> = times.runs().collect();
         let step = smooth::even_step(times);
+        let each = match noise.is_noisy() {
+            true => noise_of_runs(coordinates, samples, times),
+            false => Vec::new(),
+        };
         for i in 0..n {
-            let sigma = noise.sizes[i];
+            let usual = noise.sizes[i];
             let measured = smooth::unwound(coordinates, i, positions(samples, times), &runs);
             let best = match (step, noise.is_noisy()) {
-                (Some(_), true) => Polynomial::best(&measured, sigma),
+                (Some(_), true) => Polynomial::best(&measured, usual),
                 _ => None,
             };
-            for (run, x) in runs.iter().zip(&measured) {
+            for (k, (run, x)) in runs.iter().zip(&measured).enumerate() {
+                let sigma = each.get(k).map_or(usual, |(_, own)| own[i]);
                 let mut white =
                     || -> Vec<f64> { x.iter().map(|_| sigma * normal(&mut rng)).collect() };
                 let step = step.unwrap_or(1.0);
@@ -341,6 +364,15 @@ impl Noise {
         }
     }
 
+    /// As much as rows need not tell apart.
+    fn coarse(&self) -> Self {
+        let of = |all: &[f64]| all.iter().map(|x| COARSE * x).collect();
+        Self {
+            sizes: of(&self.sizes),
+            least: of(&self.least),
+        }
+    }
+
     /// As of exact data.
     pub(super) fn least(self) -> Self {
         Self {
@@ -364,32 +396,71 @@ pub(crate) fn noise_sizes(
     samples: &Samples,
     times: &Timeline,
 ) -> Vec<f64> {
-    const ORDERS: std::ops::RangeInclusive<usize> = 3..=12;
-    let n = samples.n;
+    let (positions, runs) = (positions(samples, times), times.runs().collect::<Vec<_>>());
+    let of = |i: usize| noise_size(coordinates, (positions, i), &runs)[0];
+    (0..samples.n).map(of).collect()
+}
+
+/// The end of each run and the noise of its positions, where that of some run is not that of all; none of exact data.
+pub(super) fn noise_of_runs(
+    coordinates: &Coordinates,
+    samples: &Samples,
+    times: &Timeline,
+) -> Vec<(usize, Vec<f64>)> {
+    let known = Noise::of(coordinates, samples, times);
+    if !known.is_noisy() {
+        return Vec::new();
+    }
     let positions = positions(samples, times);
-    let of = |i: usize| {
-        let mut squares = [const { Vec::new() }; 13];
-        for run in times.runs() {
-            let mut x: Vec<f64> = run.clone().map(|s| positions[s * n + i]).collect();
-            for (order, squares) in squares.iter_mut().enumerate().skip(1) {
-                let step = |pair: &[f64]| match order {
-                    1 => coordinates.difference(i, pair[1], pair[0]),
-                    _ => pair[1] - pair[0],
-                };
-                x = x.windows(2).map(step).collect();
-                if !x.is_empty() {
-                    squares.push(root_mean_square(&mut x.iter().copied()));
-                }
+    let of = |run: Range<usize>| {
+        // The variance of a variance that sixth differences tell of white noise.
+        let chance = DIFFERENT * (6.4 / run.len() as f64).sqrt();
+        let own = known.sizes.iter().enumerate().map(|(i, usual)| {
+            let run = std::slice::from_ref(&run);
+            let [own, most] = noise_size(coordinates, (positions, i), run);
+            let is_white = most <= WHITE * own;
+            let differs = is_white && ((own / usual).powi(2) - 1.0).abs() > chance;
+            if differs {
+                own.max(known.least[i])
+            } else {
+                *usual
+            }
+        });
+        (run.end, own.collect())
+    };
+    times.runs().map(of).collect()
+}
+
+/// The noise of coordinate `i` of positions, `[samples, n]`, in these runs, and the largest that differences of higher orders tell: as
+/// much of white noise, and far more of a motion that the samples do not resolve.
+fn noise_size(
+    coordinates: &Coordinates,
+    (positions, i): (&[f64], usize),
+    runs: &[Range<usize>],
+) -> [f64; 2] {
+    const ORDERS: std::ops::RangeInclusive<usize> = 3..=12;
+    let n = coordinates.dof();
+    let mut squares = [const { Vec::new() }; 13];
+    for run in runs {
+        let mut x: Vec<f64> = run.clone().map(|s| positions[s * n + i]).collect();
+        for (order, squares) in squares.iter_mut().enumerate().skip(1) {
+            let step = |pair: &[f64]| match order {
+                1 => coordinates.difference(i, pair[1], pair[0]),
+                _ => pair[1] - pair[0],
+            };
+            x = x.windows(2).map(step).collect();
+            if !x.is_empty() {
+                squares.push(root_mean_square(&mut x.iter().copied()));
             }
         }
-        // The squares of the coefficients of order d add up to (2d)! / d!².
-        let sum = |d: usize| (1..=d).map(|k| (d + k) as f64 / k as f64).product::<f64>();
-        let levels: Vec<f64> = ORDERS
-            .map(|d| median_size(&mut squares[d].iter().copied()) / sum(d).sqrt())
-            .collect();
-        let least = levels.iter().copied().fold(f64::INFINITY, f64::min);
-        let own = levels.into_iter().find(|level| *level <= 1.05 * least);
-        own.unwrap_or(0.0)
-    };
-    (0..n).map(of).collect()
+    }
+    // The squares of the coefficients of order d add up to (2d)! / d!².
+    let sum = |d: usize| (1..=d).map(|k| (d + k) as f64 / k as f64).product::<f64>();
+    let levels: Vec<f64> = ORDERS
+        .map(|d| median_size(&mut squares[d].iter().copied()) / sum(d).sqrt())
+        .collect();
+    let least = levels.iter().copied().fold(f64::INFINITY, f64::min);
+    let first = levels.iter().position(|level| *level <= 1.05 * least);
+    let rest = &levels[first.unwrap_or(0)..];
+    [rest[0], rest.iter().copied().fold(0.0, f64::max)]
 }
