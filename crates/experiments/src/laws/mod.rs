@@ -95,7 +95,7 @@ struct Record {
     sindy: Option<Sindy>,
 }
 
-/// The best of PySINDy.
+/// The best of `PySINDy`.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Sindy {
     error: Option<f64>,
@@ -295,7 +295,7 @@ impl States {
     }
 }
 
-/// What PySINDy makes of the same positions; none where it is not installed.
+/// What `PySINDy` makes of the same positions; none where it is not installed.
 fn sindy(recordings: &[Recording], states: &States) -> Result<Option<Sindy>> {
     let Some(first) = recordings.first() else {
         return Ok(None);
