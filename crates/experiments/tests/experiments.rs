@@ -126,11 +126,11 @@ fn laws_of_the_library_are_found_in_positions_alone() {
         let own = &figures[half]["noise_0.001"];
         let at = |quantity: &str| own[quantity][0].as_f64().unwrap();
         assert!(
-            at("within") > 0.0 && at("right") == at("within"),
+            at("within") > 0.5 && at("right") > at("within") - 0.5,
             "{half}: {own:#}"
         );
         assert!(
-            at("wrong") == 0.0 && at("false_momenta") == 0.0 && at("joined") == 0.0,
+            at("wrong") + at("false_momenta") + at("joined") < 0.5,
             "{half}: {own:#}"
         );
     }

@@ -142,16 +142,10 @@ impl Start {
 
     /// Whether the mass matrix of its coordinates is definite at samples of the data.
     pub(super) fn is_definite(&self, data: &Samples, coordinates: &Coordinates) -> bool {
-        let own: Vec<usize> = self
-            .groups
-            .iter()
-            .flat_map(|own| own.coordinates.clone())
-            .collect();
-        let (m, speeds, coordinates) = (
-            own.len(),
-            size(&data.qd, data.n),
-            part_of(coordinates, &own),
-        );
+        let own = self.groups.iter().flat_map(|own| own.coordinates.clone());
+        let own: Vec<usize> = own.collect();
+        let (m, speeds) = (own.len(), size(&data.qd, data.n));
+        let coordinates = part_of(coordinates, &own);
         (0..data.len()).all(|s| {
             let mut mass = vec![0.0; m * m];
             for (term, c) in self.terms.iter().zip(&self.coefficients) {
