@@ -39,8 +39,8 @@ const NEARLY: f64 = 2.0;
 const MOST_TERMS: usize = 24;
 /// … and of more than these no term is added or left out.
 const MANY: usize = 14;
-/// The most values of the law of one coordinate: a series of more explains many a coupled one.
-const ALONE: usize = 6;
+/// The most values of the law of one coordinate, and of one that needs no second opinion: a series of more explains many another law.
+const FEW: usize = 6;
 /// Starts that are tried because a term less is a great loss.
 const KNEES: usize = 1;
 /// A misfit of rollouts with which no other start is tried.
@@ -160,17 +160,19 @@ impl Candidates<'_> {
     /// The starts of all coordinates together: the first of each precision, the fewest terms first, then the others.
     fn together(&self, tell: &mut dyn FnMut(f64) -> bool) -> Vec<Start> {
         let all: Vec<usize> = (0..self.dataset.coordinates.dof()).collect();
-        let paths = self.rows.iter().map(|rows| self.paths(rows, &all, tell));
-        let paths: Vec<Vec<Candidate>> = paths.collect();
-        let found = paths.iter().flat_map(|path| {
-            let found = self.promising(&all, path).into_iter().enumerate();
-            found.map(|(rank, own)| (rank.min(1), own))
-        });
-        let mut found: Vec<(usize, &Candidate)> = found.collect();
+        let mut found: Vec<(usize, Candidate)> = Vec::new();
+        for rows in self.rows {
+            let path = self.paths(rows, &all, tell);
+            let own = self.promising(&all, &path).into_iter().enumerate();
+            found.extend(own.map(|(rank, own)| (rank.min(1), own.clone())));
+            if found.first().is_some_and(|own| own.1.values.len() <= FEW) {
+                break;
+            }
+        }
         found.sort_by_key(|(rank, own)| (*rank, own.values.len()));
-        found.dedup_by_key(|(_, own)| own.values.clone());
-        let start = |(_, own)| Start::of(&[(own, all.clone())], self.terms, self.dataset);
-        found.into_iter().map(start).collect()
+        let start =
+            |(_, own): &(_, Candidate)| Start::of(&[(own, all.clone())], self.terms, self.dataset);
+        found.iter().map(start).collect()
     }
 
     /// The starts where some coordinates move as if there were no others: of each of these by itself, and of the others together.
@@ -203,7 +205,7 @@ impl Candidates<'_> {
         let explains = |own: &Candidate| own.misfit.max(own.held) <= NEARLY;
         for i in moving {
             let path = self.paths(rows, &[i], tell);
-            let is_short = |own: &&Candidate| own.values.len() <= ALONE;
+            let is_short = |own: &&Candidate| own.values.len() <= FEW;
             match path.iter().filter(is_short).any(explains) {
                 true => all.push((vec![i], path)),
                 false => rest.push(i),
@@ -325,7 +327,8 @@ impl Search<'_> {
             }
             let mut next = start.clone();
             if !next.without(&refined, SIGNIFICANT) {
-                if !(EXACT..HOPELESS).contains(&refined.misfit) || next.len() >= MOST_TERMS {
+                let most = if self.is_after(SOON) { POOR } else { HOPELESS };
+                if !(EXACT..most).contains(&refined.misfit) || next.len() >= MOST_TERMS {
                     break;
                 }
                 let missing = self.missing(&start, &refined)?;
@@ -351,7 +354,11 @@ impl Search<'_> {
 
     /// Whether a law would have been found by now.
     fn is_late(&self) -> bool {
-        self.clock.elapsed().as_secs_f64() > LONGEST
+        self.is_after(LONGEST)
+    }
+
+    fn is_after(&self, seconds: f64) -> bool {
+        self.clock.elapsed().as_secs_f64() > seconds
     }
 
     fn missing(&self, start: &Start, refined: &Refined) -> Result<Vec<(usize, f64)>> {
@@ -397,9 +404,11 @@ impl Search<'_> {
     }
 }
 
-/// Misfits that need no more terms, and those that none mends.
+/// Misfits that need no more terms, and those that none mends: at first, and after so many seconds.
 const EXACT: f64 = 0.01;
 const HOPELESS: f64 = 1e5;
+const POOR: f64 = 100.0;
+const SOON: f64 = 10.0;
 
 /// The inertia that so many values, terms among them, give these coordinates.
 fn inertia_of(terms: &[Term], dataset: &Dataset, (group, values): (&[usize], usize)) -> Inertia {
