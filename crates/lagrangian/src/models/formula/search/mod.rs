@@ -35,6 +35,8 @@ use rows::Rows;
 
 /// A misfit of rows up to this multiple of the least is as good.
 const NEARLY: f64 = 2.0;
+/// A misfit of rows of which rollouts may still say that it is none.
+const LIKELY: f64 = 4.0;
 /// Formulas of more coefficients are not refined.
 const MOST_TERMS: usize = 24;
 /// … and of more than these no term is added or left out.
@@ -202,11 +204,11 @@ impl Candidates<'_> {
         let Some(rows) = self.rows.last().filter(|_| moving.len() > 1) else {
             return all;
         };
-        let explains = |own: &Candidate| own.misfit.max(own.held) <= NEARLY;
         for i in moving {
             let path = self.paths(rows, &[i], tell);
-            let is_short = |own: &&Candidate| own.values.len() <= FEW;
-            match path.iter().filter(is_short).any(explains) {
+            let explains =
+                |own: &Candidate| own.values.len() <= FEW && own.misfit.max(own.held) <= NEARLY;
+            match path.iter().any(explains) {
                 true => all.push((vec![i], path)),
                 false => rest.push(i),
             }
@@ -214,7 +216,7 @@ impl Candidates<'_> {
         if !(all.is_empty() || rest.is_empty()) {
             let path = self.paths(rows, &rest, tell);
             // A pole moves by itself on a cart that nobody pushes, but the cart does not.
-            if !path.iter().any(explains) {
+            if !path.iter().any(|own| own.misfit <= LIKELY) {
                 return Vec::new();
             }
             all.push((rest, path));
