@@ -24,24 +24,24 @@ const SPOILED: usize = 3;
 #[derive(Clone)]
 pub(crate) struct Case {
     pub(crate) system: Named,
-    noise: f64,
+    pub(crate) noise: f64,
     velocities: bool,
     count: usize,
-    pub(crate) forced: bool,
-    pub(crate) flaw: Option<&'static Flaw>,
+    pub(super) forced: bool,
+    pub(super) flaw: Option<&'static Flaw>,
     /// Other motions of the same kind for another seed.
-    pub(crate) seed: u64,
+    pub(super) seed: u64,
 }
 
 /// What the command is given.
 pub(crate) struct Files {
     pub(crate) training: Vec<Recording>,
-    pub(crate) validation: Vec<Recording>,
+    pub(super) validation: Vec<Recording>,
 }
 
 /// Something that is wrong with the files.
-pub(crate) struct Flaw {
-    pub(crate) name: &'static str,
+pub(super) struct Flaw {
+    pub(super) name: &'static str,
     /// The fewest coordinates, and whether there must be an angle.
     needs: (usize, bool),
     forced: bool,
@@ -184,7 +184,7 @@ const FLAWS: &[Flaw] = &[
 ];
 
 /// All cases, in an order that never changes.
-pub(crate) fn cases() -> Vec<Case> {
+pub(super) fn cases() -> Vec<Case> {
     let systems = all();
     let kinds = |(at, system): (usize, &Named)| {
         let system = *system;
@@ -266,7 +266,7 @@ impl Case {
     }
 
     /// Whether it is small enough for a quick run.
-    pub(crate) fn is_small(&self) -> bool {
+    pub(super) fn is_small(&self) -> bool {
         self.count == COUNTS[0] && self.system.shape().is_ok_and(|(n, _)| n <= 2)
     }
 

@@ -13,7 +13,7 @@ use serde_json::json;
 use super::cases::Case;
 use super::peers::Sparse;
 use super::systems::{Motion, SAMPLES, Truth};
-use crate::data::deviation;
+use crate::data::{column, deviation};
 use crate::harness::Lab;
 
 /// New motions that judge a model.
@@ -21,7 +21,7 @@ const NEW: usize = 12;
 /// Samples that are predicted from each start: half a second.
 const AHEAD: usize = SAMPLES / 10;
 /// The largest error of an acceleration; JSON has no infinity.
-const MOST: f64 = 1e9;
+pub(crate) const MOST: f64 = 1e9;
 /// What a prediction that ends early errs by, in parts of the deviation.
 const LOST: f64 = 10.0;
 
@@ -340,21 +340,19 @@ impl New {
             predicted.extend(qdd);
             truth.extend(&shown.qdd);
         }
-        let column = |x: &[f64], i: usize| {
-            x.iter()
-                .skip(i)
-                .step_by(self.n)
-                .copied()
-                .collect::<Vec<f64>>()
-        };
-        let error = |i: usize| {
-            let (own, other) = (column(&predicted, i), column(&truth, i));
-            let squares: f64 = own.iter().zip(&other).map(|(a, b)| (a - b).powi(2)).sum();
-            let mse = squares / own.len() as f64 / deviation(&other).powi(2).max(1e-12);
-            if mse.is_finite() { mse.min(MOST) } else { 1e9 }
-        };
-        (0..self.n).map(error).collect()
+        acceleration_errors(&predicted, &truth, self.n)
     }
+}
+
+/// The mean squared error of each of `n` accelerations, `[m, n]`, in parts of its variance, at most [`MOST`].
+pub(crate) fn acceleration_errors(predicted: &[f64], truth: &[f64], n: usize) -> Vec<f64> {
+    let error = |i: usize| {
+        let (own, other) = (column(predicted, n, i), column(truth, n, i));
+        let squares: f64 = own.iter().zip(&other).map(|(a, b)| (a - b).powi(2)).sum();
+        let mse = squares / own.len() as f64 / deviation(&other).powi(2).max(1e-12);
+        if mse.is_finite() { mse.min(MOST) } else { MOST }
+    };
+    (0..n).map(error).collect()
 }
 
 /// How often a signal crosses its mean.

@@ -1,7 +1,7 @@
 //! The plain command on files whose truth is known: what its choices cost, and whether what it says is true.
 
 pub(crate) mod cases;
-mod measure;
+pub(crate) mod measure;
 mod peers;
 pub(crate) mod systems;
 
@@ -10,7 +10,7 @@ use lagrangian_report::{Role, Table};
 
 use crate::harness::failure::mistake;
 use crate::harness::spread::scientific;
-use crate::harness::{Experiment, Lab, as_text, less, neither};
+use crate::harness::{Experiment, Lab, less, neither};
 use cases::{Case, cases};
 use measure::{Record, measured};
 
@@ -278,15 +278,9 @@ fn list(lab: &mut Lab, records: &[Record]) -> Result<()> {
         "s",
         "first reason",
     ];
-    let table = Table {
-        caption: "Each case, the largest regret first, then those that are spoiled.".into(),
-        header: header.map(String::from).to_vec(),
-        rows: sorted.iter().map(row).collect(),
-        ..Table::default()
-    };
-    lab.write("cases.txt", as_text(&table).as_bytes())?;
-    lab.results.tables.push(table);
-    Ok(())
+    let caption = "Each case, the largest regret first, then those that are spoiled.";
+    let rows = sorted.iter().map(row).collect();
+    lab.list(Table::new(caption, &header, rows))
 }
 
 #[cfg(test)]

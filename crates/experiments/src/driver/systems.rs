@@ -207,7 +207,7 @@ const LOSSY: &[(&str, Loss)] = &[
 
 /// What takes energy, or force, away.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Loss {
+pub(super) enum Loss {
     None,
     Viscous,
     Coulomb,
@@ -221,7 +221,7 @@ pub(crate) enum Loss {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Named {
     lagrangian: &'static str,
-    pub(crate) loss: Loss,
+    pub(super) loss: Loss,
 }
 
 /// All systems.
@@ -267,7 +267,7 @@ impl Named {
     }
 
     /// The number of its coordinates, and whether one is an angle.
-    pub(crate) fn shape(self) -> Result<(usize, bool)> {
+    pub(super) fn shape(self) -> Result<(usize, bool)> {
         let model = self.model()?;
         let (n, coordinates) = (model.coordinates().dof(), model.coordinates());
         Ok((n, (0..n).any(|i| coordinates.is_circle(i))))
@@ -329,7 +329,7 @@ impl Named {
 /// Lengths of motions, s: the longest whose samples resolve most motions.
 const SECONDS: [f64; 3] = [5.0, 2.5, 1.25];
 /// Samples of a motion.
-pub(crate) const SAMPLES: usize = 250;
+pub(super) const SAMPLES: usize = 250;
 /// A motion is resolved where no acceleration moves a coordinate farther in a step than this part of its deviation, or of a radian.
 const RESOLVED: f64 = 0.05;
 /// The drive at its usual strength, in parts of the usual force.
@@ -342,7 +342,7 @@ pub(crate) struct Truth {
     pub(crate) model: Box<dyn AnalyticModel>,
     loss: Loss,
     /// The length of its motions, s.
-    pub(crate) seconds: f64,
+    pub(super) seconds: f64,
     /// The usual force on each coordinate, and the usual speed.
     force: Vec<f64>,
     speed: Vec<f64>,
@@ -358,7 +358,7 @@ pub(crate) struct Motion {
 
 impl Motion {
     /// The forces of the drive at a time.
-    pub(crate) fn drive(&self, t: f64, tau: &mut [f64]) {
+    pub(super) fn drive(&self, t: f64, tau: &mut [f64]) {
         tau.fill(0.0);
         for (tau, (size, path)) in tau.iter_mut().zip(&self.drive) {
             *tau = size * path.at(self.pace * t)[0];

@@ -4,15 +4,16 @@ use std::fs;
 use std::path::PathBuf;
 
 use anyhow::Result;
+use lagrangian::{Budget, Dataset, Fit, FitConfig, Learned, Observer, Provenance};
+use lagrangian_report::Table;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-
-use lagrangian::{Budget, Dataset, Fit, FitConfig, Learned, Observer, Provenance};
 
 use super::args::Args;
 use super::failure::{Context, mistake};
 use super::folder::Folder;
 use super::history::{History, fit_with_history};
+use super::page::as_text;
 use super::progress::Progress;
 use super::results::{Contestant, Plot, Results, Row};
 
@@ -115,6 +116,13 @@ impl Lab<'_> {
         let line = serde_json::to_string(&record)?;
         self.write(file, (kept + &line + "\n").as_bytes())?;
         Ok(record)
+    }
+
+    /// Writes the table of all cases to `cases.txt`, and shows it below the summary.
+    pub(crate) fn list(&mut self, table: Table) -> Result<()> {
+        self.write("cases.txt", as_text(&table).as_bytes())?;
+        self.results.tables.push(table);
+        Ok(())
     }
 
     /// The row of a contestant in a group.

@@ -15,12 +15,13 @@ use lagrangian_run::{Data, PreparedFit};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use crate::data::deviation;
+use crate::data::TEST_SEED;
 use crate::driver::cases::Case;
+use crate::driver::measure::{MOST, acceleration_errors};
 use crate::driver::none_named;
-use crate::driver::systems::{Named, Truth, all};
-use crate::harness::spread::scientific;
-use crate::harness::{Experiment, Lab, as_text, less, more, neither};
+use crate::driver::systems::{Truth, all};
+use crate::harness::spread::{scientific, upper_median};
+use crate::harness::{Experiment, Lab, less, more, neither};
 use systems::{FREE_POINTS, terms};
 
 pub(crate) const EXPERIMENT: Experiment = Experiment {
@@ -114,20 +115,13 @@ struct States {
 
 fn run(lab: &mut Lab) -> Result<()> {
     let mut records: Vec<Record> = Vec::new();
-    let chosen = chosen(lab);
-    if chosen.is_empty() {
-        return Err(none_named());
-    }
+    let chosen = chosen(lab)?;
     lab.plan(chosen.len());
-    for (system, noise) in chosen {
-        let case = Case::of_positions(system, noise, MOTIONS, lab.args.seed);
+    for case in &chosen {
         lab.begin(case.name())?;
         let name = format!("{}, seed {}", case.name(), lab.args.seed);
-        records.push(lab.remembered(
-            KEPT,
-            |own: &Record| own.name == name,
-            |lab| measured(lab, &case, (system, noise, &name)),
-        )?);
+        let own = |own: &Record| own.name == name;
+        records.push(lab.remembered(KEPT, own, |lab| measured(lab, case, &name))?);
     }
     for half in ["first", "second"] {
         for noise in NOISES {
@@ -141,41 +135,37 @@ fn run(lab: &mut Lab) -> Result<()> {
     list(lab, &records)
 }
 
-/// The systems and noises that are asked for.
-fn chosen(lab: &Lab) -> Vec<(Named, f64)> {
+/// The cases that are asked for.
+fn chosen(lab: &Lab) -> Result<Vec<Case>> {
     let (half, only) = (lab.args.half.as_deref(), lab.args.only.as_deref());
     let mut systems = all();
-    systems.retain(|own| own.is_free());
-    systems.retain(|own| half.is_none_or(|half| own.half() == half));
+    systems.retain(|own| own.is_free() && half.is_none_or(|half| own.half() == half));
     if lab.quick() {
         systems.retain(|own| terms(&own.name()).is_some_and(|count| count < 5));
         systems.truncate(QUICK);
     }
-    let noises = if lab.quick() {
-        &NOISES[1..2]
-    } else {
-        &NOISES[..]
+    let noises = match lab.quick() {
+        true => &NOISES[1..2],
+        false => &NOISES[..],
     };
-    let each = systems
-        .iter()
-        .flat_map(|own| noises.iter().map(|noise| (*own, *noise)));
-    let is_asked = |(system, noise): &(Named, f64)| {
-        let name = Case::of_positions(*system, *noise, MOTIONS, lab.args.seed).name();
-        only.is_none_or(|part| name.contains(part))
-    };
-    each.filter(is_asked).collect()
+    let cases = systems.iter().flat_map(|system| {
+        let case = |noise: &f64| Case::of_positions(*system, *noise, MOTIONS, lab.args.seed);
+        noises.iter().map(case)
+    });
+    let is_asked = |case: &Case| only.is_none_or(|part| case.name().contains(part));
+    let chosen: Vec<Case> = cases.filter(is_asked).collect();
+    match chosen.is_empty() {
+        true => Err(none_named()),
+        false => Ok(chosen),
+    }
 }
 
-fn measured(
-    lab: &mut Lab,
-    case: &Case,
-    (system, noise, name): (Named, f64, &str),
-) -> Result<Record> {
+fn measured(lab: &mut Lab, case: &Case, name: &str) -> Result<Record> {
+    let system = case.system;
     let truth = system.build()?;
     let recordings = case.files(&truth)?.training;
-    let states = [false, true].map(|driven| States::of(&truth, driven, case.seed() + 1_000_003));
-    let [usual, faster] = states;
-    let (usual, faster) = (usual?, faster?);
+    let states = |driven| States::of(&truth, driven, case.seed() + TEST_SEED);
+    let (usual, faster) = (states(false)?, states(true)?);
     let clock = Instant::now();
     let data = Data {
         training: recordings.clone(),
@@ -194,12 +184,12 @@ fn measured(
         name: name.into(),
         system: system.name(),
         half: system.half().into(),
-        noise,
+        noise: case.noise,
         terms: terms(&system.name()),
         verdict: "none".into(),
         found: 0,
         text: String::new(),
-        errors: [1e9; 2],
+        errors: [MOST; 2],
         seconds,
         cyclic: judged(&truth, &usual, &cyclic),
         constraints: None,
@@ -237,8 +227,8 @@ fn judged(truth: &Truth, states: &States, found: &[usize]) -> [usize; 3] {
         let mut changes = 0.0_f64;
         for s in (0..states.q.len() / states.n).step_by(23) {
             let row = s * states.n..(s + 1) * states.n;
-            let (mut q, qd) = (states.q[row.clone()].to_vec(), &states.qd[row]);
-            let before = truth.accelerations(&q, qd);
+            let (mut q, qd) = (states.q[row.clone()].to_vec(), &states.qd[row.clone()]);
+            let before = &states.qdd[row];
             q[i] += 0.7;
             let after = truth.accelerations(&q, qd);
             let change = before.iter().zip(&after).map(|(a, b)| (a - b).abs());
@@ -281,16 +271,8 @@ impl States {
         let _ = model
             .evaluator()
             .forward_dynamics(&self.q, &self.qd, &still, &mut found);
-        let column = |x: &[f64], i: usize| -> Vec<f64> {
-            x.iter().skip(i).step_by(self.n).copied().collect()
-        };
-        let one = |i: usize| {
-            let (own, truth) = (column(&found, i), column(&self.qdd, i));
-            let squares: f64 = own.iter().zip(&truth).map(|(a, b)| (a - b).powi(2)).sum();
-            squares / own.len() as f64 / deviation(&truth).powi(2).max(1e-12)
-        };
-        let mean = (0..self.n).map(one).sum::<f64>() / self.n as f64;
-        if mean.is_finite() { mean.min(1e9) } else { 1e9 }
+        let each = acceleration_errors(&found, &self.qdd, self.n);
+        each.iter().sum::<f64>() / self.n as f64
     }
 
     fn rows(&self, x: &[f64]) -> Vec<Vec<f64>> {
@@ -359,11 +341,6 @@ impl Record {
     }
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
-}
-
 fn summarise(lab: &mut Lab, (half, noise): (&str, f64), records: &[&Record]) {
     let within = || records.iter().filter(|own| own.terms.is_some());
     let count = |what: &str| within().filter(|own| own.outcome() == what).count() as f64;
@@ -375,6 +352,7 @@ fn summarise(lab: &mut Lab, (half, noise): (&str, f64), records: &[&Record]) {
         .filter_map(|own| own.constraints.as_ref().map(Vec::len))
         .collect();
     let times = || records.iter().map(|own| own.seconds);
+    let median = |values: Vec<f64>| upper_median(values).unwrap_or(f64::NAN);
     let sindy = within().filter_map(|own| own.sindy.as_ref()?.error);
     let values = [
         ("within", within().count() as f64),
@@ -464,20 +442,14 @@ fn list(lab: &mut Lab, records: &[Record]) -> Result<()> {
         "s",
         "what was found",
     ];
-    let table = Table {
-        caption: "Each case, what is wrong first.".into(),
-        header: header.map(String::from).to_vec(),
-        rows: sorted.iter().map(row).collect(),
-        ..Table::default()
-    };
-    lab.write("cases.txt", as_text(&table).as_bytes())?;
-    lab.results.tables.push(table);
-    Ok(())
+    let rows = sorted.iter().map(row).collect();
+    lab.list(Table::new("Each case, what is wrong first.", &header, rows))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::driver::systems::Named;
 
     #[test]
     fn each_system_that_is_named_is_one_of_the_table() {

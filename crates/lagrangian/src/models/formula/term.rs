@@ -57,6 +57,11 @@ impl Term {
         uses(&self.powers) || uses(&self.turns)
     }
 
+    /// Whether coordinate `i` or its velocity has a part in it.
+    pub(super) fn uses(&self, i: usize) -> bool {
+        self.depends_on(i) || self.speeds.contains(&i)
+    }
+
     /// How much there is to write: exponents and multiples, then whether they are of several coordinates, and velocities.
     pub(crate) fn complexity(&self) -> f64 {
         let mut sum = if self.sine { 0.05 } else { 0.0 };

@@ -233,26 +233,27 @@ impl<'a> Problem<'a> {
 
     /// χ² of each recorded motion over its expectation, from the starts of these segments.
     pub(crate) fn misfits(&self, theta: &[f64], segments: &[Segment]) -> Vec<f64> {
-        let each = self.motions(segments);
-        let each = each.iter().filter_map(|own| self.misfit(theta, own));
-        each.map(|[value, count]| value / count).collect()
+        let all = self.by_motion(theta, segments).into_iter();
+        all.map(|(_, [value, count])| value / count).collect()
     }
 
-    /// These segments by recorded motion.
-    pub(crate) fn motions(&self, segments: &[Segment]) -> Vec<Vec<Segment>> {
+    /// Of each recorded motion its segments, their χ², and its expectation; not of one that has nothing but their starts.
+    pub(crate) fn by_motion(
+        &self,
+        theta: &[f64],
+        segments: &[Segment],
+    ) -> Vec<(Vec<Segment>, [f64; 2])> {
+        let values = self.values(theta, segments);
         let runs = self.recorded.times.runs().filter(|run| run.len() > 1);
-        let own = |run: Range<usize>| {
-            let own = segments.iter().filter(|s| run.contains(&s.begin));
-            own.cloned().collect()
+        let motion = |run: Range<usize>| {
+            let own = segments.iter().zip(&values);
+            let own = own.filter(|(s, _)| run.contains(&s.begin));
+            let value: f64 = own.clone().map(|(_, value)| value).sum();
+            let own: Vec<Segment> = own.map(|(s, _)| s.clone()).collect();
+            let (residuals, starts) = self.counts(&own);
+            (residuals > starts).then(|| (own, [value, (residuals - starts) as f64]))
         };
-        runs.map(own).collect()
-    }
-
-    /// χ² of segments and its expectation; `None` where there is nothing but their starts.
-    pub(crate) fn misfit(&self, theta: &[f64], segments: &[Segment]) -> Option<[f64; 2]> {
-        let (residuals, starts) = self.counts(segments);
-        let value = || self.values(theta, segments).iter().sum();
-        (residuals > starts).then(|| [value(), (residuals - starts) as f64])
+        runs.filter_map(motion).collect()
     }
 
     /// Whether a state of each segment depends on its start by more than the bound.

@@ -30,7 +30,7 @@ use crate::train::{Observer, TrainingTask};
 use eliminate::{Candidate, Inertia, Limits};
 use lagrangian_motion::statistics::{size, sort_by_number};
 use lagrangian_motion::{Error, Result};
-use refine::{Refined, Start, part_of};
+use refine::{HeldOut, Refined, Start, part_of};
 use rows::Rows;
 
 /// A misfit of rows up to this multiple of the least is as good.
@@ -132,11 +132,11 @@ pub(super) fn find(
         let mut tell = |share: f64| !observer.stage("finding terms", share).is_break();
         for start in starts(&candidates, &mut tell) {
             let own = search.refined(start, observer)?;
-            let least = best.as_ref().map_or(f64::INFINITY, |best| best.1.misfit);
-            if best.is_none() || own.1.misfit < least {
+            let is_better = |best: &(_, Refined, _)| own.1.misfit < best.1.misfit;
+            if best.as_ref().is_none_or(is_better) {
                 best = Some(own);
             }
-            if is_found(&best) || search.is_late() {
+            if is_found(&best) || search.is_after(LONGEST) {
                 break;
             }
         }
@@ -166,7 +166,7 @@ impl Candidates<'_> {
         for rows in self.rows {
             let path = self.paths(rows, &all, tell);
             let own = self.promising(&all, &path).into_iter().enumerate();
-            found.extend(own.map(|(rank, own)| (rank.min(1), own.clone())));
+            found.extend(own.map(|(rank, own)| (rank, own.clone())));
             if found.first().is_some_and(|own| own.1.values.len() <= FEW) {
                 break;
             }
@@ -237,11 +237,8 @@ impl Candidates<'_> {
         let others =
             (0..n).filter(|i| !(group.contains(i) || dataset.coordinates.is_parameter(*i)));
         let others: Vec<usize> = others.collect();
-        let is_within = |term: &Term| {
-            let uses = |i: &usize| term.depends_on(*i) || term.speeds.contains(i);
-            !others.iter().any(uses)
-        };
-        let mut active: Vec<usize> = (0..count).filter(|k| is_within(&terms[*k])).collect();
+        let is_within = |k: &usize| !others.iter().any(|i| terms[*k].uses(*i));
+        let mut active: Vec<usize> = (0..count).filter(is_within).collect();
         active.extend((count..force).filter(|k| group.contains(&((k - count) % n))));
         let driven = dataset.driven();
         let is_driven = group.iter().any(|i| driven[*i]);
@@ -259,18 +256,13 @@ impl Candidates<'_> {
             complexity: complexity.collect(),
             inertia: inertia_of(terms, dataset, (group, rows.values())),
         };
-        let own = || {
-            rows.rows
-                .iter()
-                .filter(|row| group.contains(&row.of))
-                .collect()
-        };
+        let own = rows.rows.iter().filter(|row| group.contains(&row.of));
         // Of a linear motion other Lagrangians couple what the simplest one does not.
         let couples = |k: &usize| terms.get(*k).is_some_and(Term::couples_alone);
         let apart: Vec<usize> = active.iter().copied().filter(|k| !couples(k)).collect();
-        let mut path = eliminate::path(own(), apart, &limits, tell);
+        let mut path = eliminate::path(own.clone().collect(), apart, &limits, tell);
         if group.len() > 1 {
-            path.extend(eliminate::path(own(), active, &limits, tell));
+            path.extend(eliminate::path(own.collect(), active, &limits, tell));
             sort_by_number(&mut path, |own| -(own.values.len() as f64));
         }
         path
@@ -324,7 +316,7 @@ impl Search<'_> {
         let rounds = if start.len() > MANY { 1 } else { ROUNDS };
         for _ in 0..rounds {
             let ended = observer.stage("looking for other terms", 0.5).is_break();
-            if ended || self.is_late() {
+            if ended || self.is_after(LONGEST) {
                 break;
             }
             let mut next = start.clone();
@@ -354,11 +346,7 @@ impl Search<'_> {
         Ok((start, refined, false))
     }
 
-    /// Whether a law would have been found by now.
-    fn is_late(&self) -> bool {
-        self.is_after(LONGEST)
-    }
-
+    /// Whether a law would have been found by now, with so many seconds for it.
     fn is_after(&self, seconds: f64) -> bool {
         self.clock.elapsed().as_secs_f64() > seconds
     }
@@ -375,9 +363,10 @@ impl Search<'_> {
     ) -> Result<(LawVerdict, f64)> {
         let definite =
             start.is_definite(&self.dataset.train.spread(300), &self.dataset.coordinates);
-        let held = refine::held_out(self.dataset, (start, refined), self.given)?;
-        let [whole, worst] = held.excess;
-        let held = held.misfit;
+        let HeldOut {
+            misfit: held,
+            excess: [whole, worst],
+        } = refine::held_out(self.dataset, (start, refined), self.given)?;
         let samples = (self.dataset.train.len() * self.dataset.train.n) as f64;
         let fits = refined.misfit <= FITS + CHANCE * (2.0 / samples).sqrt();
         if !(fits && definite && (held <= GOOD || whole <= CHANCE)) {

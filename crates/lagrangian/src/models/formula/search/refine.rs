@@ -1,6 +1,6 @@
 //! The coefficients of terms that are given, by rollouts over long segments whose starts are free, and their standard errors.
 
-use faer::linalg::solvers::{DenseSolveCore, Solve};
+use faer::linalg::solvers::{DenseSolveCore, Llt, Solve};
 use faer::{Mat, Side};
 
 use super::super::{Evidence, FormulaConfig, FormulaShape, Term};
@@ -89,8 +89,7 @@ pub(super) fn part_of(coordinates: &Coordinates, own: &[usize]) -> Coordinates {
 impl Group {
     /// Whether a term moves one of its coordinates.
     fn has_part_in(&self, term: &Term) -> bool {
-        let moves = |i: &usize| term.depends_on(*i) || term.speeds.contains(i);
-        self.coordinates.iter().any(moves)
+        self.coordinates.iter().any(|i| term.uses(*i))
     }
 
     /// Both together, which have one unit: that of the forces, where there are any.
@@ -409,27 +408,62 @@ fn values(setup: &Setup, units: &[f64], (parameters, errors): (&[f64], &[f64])) 
         .collect()
 }
 
+/// What is known of parameters, some of which are held.
+struct Known {
+    /// Those that are not held, and the size of each in the information.
+    free: Vec<usize>,
+    size: Vec<f64>,
+    /// The factor of the information about them, in units of their sizes, where it is positive.
+    factor: Option<Llt<f64>>,
+}
+
+impl Known {
+    fn of(information: &Mat<f64>, references: &[usize]) -> Self {
+        let free = (0..information.nrows()).filter(|i| !references.contains(i));
+        let free: Vec<usize> = free.collect();
+        let size = |i: &usize| information[(*i, *i)].max(f64::MIN_POSITIVE).sqrt();
+        let mut own = Self {
+            size: free.iter().map(size).collect(),
+            free,
+            factor: None,
+        };
+        let mut scaled = own.scaled(information);
+        (0..own.free.len()).for_each(|at| scaled[(at, at)] += 1e-14);
+        own.factor = scaled.llt(Side::Lower).ok();
+        own
+    }
+
+    /// Information about all parameters, its lower triangle, as that about those that are free, in units of their sizes.
+    fn scaled(&self, information: &Mat<f64>) -> Mat<f64> {
+        Mat::from_fn(self.free.len(), self.free.len(), |i, j| {
+            let (a, b) = (
+                self.free[i].max(self.free[j]),
+                self.free[i].min(self.free[j]),
+            );
+            information[(a, b)] / (self.size[i] * self.size[j])
+        })
+    }
+
+    /// The trace of their covariance with other information.
+    fn trace(&self, other: &Mat<f64>) -> f64 {
+        let Some(factor) = &self.factor else {
+            return 0.0;
+        };
+        let solved = factor.solve(self.scaled(other));
+        (0..self.free.len()).map(|at| solved[(at, at)]).sum()
+    }
+}
+
 /// The standard errors of the parameters, of which those at `references` are held: 0.
 pub(crate) fn errors(information: &Mat<f64>, references: &[usize], misfit: f64) -> Vec<f64> {
-    let count = information.nrows();
-    let free: Vec<usize> = (0..count).filter(|i| !references.contains(i)).collect();
-    let size: Vec<f64> = (0..count)
-        .map(|i| information[(i, i)].max(f64::MIN_POSITIVE).sqrt())
-        .collect();
-    let scaled = Mat::from_fn(free.len(), free.len(), |i, j| {
-        let (a, b) = (free[i].max(free[j]), free[i].min(free[j]));
-        information[(a, b)] / (size[a] * size[b]) + if i == j { 1e-14 } else { 0.0 }
-    });
-    let mut errors = vec![0.0; count];
-    let inverse = scaled.llt(Side::Lower).map(|factor| factor.inverse());
-    for (at, i) in free.iter().enumerate() {
+    let known = Known::of(information, references);
+    let mut errors = vec![0.0; information.nrows()];
+    let inverse = known.factor.as_ref().map(Llt::inverse);
+    for (at, (i, size)) in known.free.iter().zip(&known.size).enumerate() {
         let variance = inverse.as_ref().map_or(f64::INFINITY, |own| own[(at, at)]);
-        let error = (variance * misfit.max(1.0)).sqrt() / size[*i];
-        errors[*i] = if error.is_finite() {
-            error
-        } else {
-            f64::MAX.sqrt()
-        };
+        let error = (variance * misfit.max(1.0)).sqrt() / size;
+        // Also where it is not a number.
+        errors[*i] = error.min(f64::MAX.sqrt());
     }
     errors
 }
@@ -457,58 +491,29 @@ pub(super) fn held_out(
     let unit = refined.misfit.max(1.0);
     let fitted = problem(learner, Recorded::train(&data, None), (noise, theta));
     let known = fitted.information(theta, &refined.segments);
-    let references = start.references();
-    // χ² that the errors of the coefficients make: the trace of their covariance with the information of a motion.
-    let by_errors = |own: Option<(Mat<f64>, Vec<f64>)>| match (&known, own) {
-        (Some((known, _)), Some((own, _))) => shared(known, &own, &references),
-        _ => 0.0,
-    };
-    let excess = |value: f64, count: f64, made: f64| {
+    let known = known.map(|(own, _)| Known::of(&own, &start.references()));
+    let excess = |[value, count, made]: [f64; 3]| {
         (value / unit - count - made) / (2.0 * (count + made * made)).sqrt()
     };
     let problem = problem(learner, Recorded::compared(&data), (noise, theta));
-    let segments = problem.longest(theta, &HORIZONS);
-    let mut sums = [0.0; 3];
-    let (mut misfits, mut most) = (Vec::new(), f64::NEG_INFINITY);
-    for own in problem.motions(&segments) {
-        let Some([value, count]) = problem.misfit(theta, &own) else {
-            continue;
-        };
-        let made = by_errors(problem.information(theta, &own));
-        most = most.max(excess(value, count, made));
+    let (mut sums, mut misfits, mut most) = ([0.0; 3], Vec::new(), f64::NEG_INFINITY);
+    for (segments, [value, count]) in problem.by_motion(theta, &problem.longest(theta, &HORIZONS)) {
+        let own = problem.information(theta, &segments);
+        // χ² that the errors of the coefficients make (theory.md, equation 130r).
+        let made = known.as_ref().zip(own);
+        let made = made.map_or(0.0, |(known, (own, _))| known.trace(&own));
+        let own = [value, count, made];
+        most = most.max(excess(own));
         misfits.push(value / count);
-        let all = sums.iter_mut().zip([value, count, made]);
-        all.for_each(|(sum, own)| *sum += own);
+        sums.iter_mut().zip(own).for_each(|(sum, own)| *sum += own);
     }
-    for own in fitted.motions(&refined.segments) {
-        if let Some([value, count]) = fitted.misfit(theta, &own) {
-            most = most.max(excess(value, count, 0.0));
-        }
+    for (_, [value, count]) in fitted.by_motion(theta, &refined.segments) {
+        most = most.max(excess([value, count, 0.0]));
     }
     Ok(HeldOut {
         misfit: mean(&mut misfits.into_iter()),
-        excess: [excess(sums[0], sums[1], sums[2]), most],
+        excess: [excess(sums), most],
     })
-}
-
-/// The trace of the covariance that one information gives with another, the parameters at `references` held.
-fn shared(known: &Mat<f64>, own: &Mat<f64>, references: &[usize]) -> f64 {
-    let free = (0..known.nrows()).filter(|i| !references.contains(i));
-    let free: Vec<usize> = free.collect();
-    let size = |i: usize| known[(i, i)].max(f64::MIN_POSITIVE).sqrt();
-    let part = |all: &Mat<f64>| {
-        Mat::from_fn(free.len(), free.len(), |i, j| {
-            let (a, b) = (free[i].max(free[j]), free[i].min(free[j]));
-            all[(a, b)] / (size(a) * size(b))
-        })
-    };
-    let mut scaled = part(known);
-    (0..free.len()).for_each(|i| scaled[(i, i)] += 1e-14);
-    let Ok(factor) = scaled.llt(Side::Lower) else {
-        return 0.0;
-    };
-    let solved = factor.solve(part(own));
-    (0..free.len()).map(|i| solved[(i, i)]).sum()
 }
 
 /// How many standard errors each value has that is not among those of a start, at zero: `(value, size)`, the largest first.
