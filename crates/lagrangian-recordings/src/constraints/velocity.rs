@@ -35,6 +35,8 @@ const FEW: usize = 12;
 /// A relation is 0 to this part of what free motions would make of it, beside the noise, which makes at most this part of it.
 const EXACT: f64 = 1e-3;
 const CLEAR: f64 = 0.1;
+/// Nothing moves in a direction where less than this multiple of the noise does.
+const STILL: f64 = 2.0;
 /// The part of the largest direction of features below which a direction is nothing.
 const NOTHING: f64 = 1e-9;
 /// A relation integrates where its curl along the directions that it leaves is below this part of its slopes.
@@ -97,6 +99,7 @@ pub(super) fn find(search: &mut Search<'_>, points: &[Point], motions: &[&[f64]]
         let pairs = pairs.map(|(a, b)| both(&places[a], &places[b]));
         look.at(&steady.clone().chain(pairs).collect::<Vec<_>>(), true);
     }
+    look.leave_momenta(&steady.clone().collect::<Vec<_>>());
     // A blade or an axle is that of a body, which rods show.
     let rods = look.search.found.iter().filter(|own| own.kind == Kind::Rod);
     let rods: Vec<Vec<usize>> = rods.map(|own| own.points.clone()).collect();
@@ -352,6 +355,12 @@ impl Sums {
         }
     }
 
+    /// The sums of all motions.
+    fn whole(&self) -> [Vec<f64>; 3] {
+        [&self.values, &self.noise, &self.free]
+            .map(|[a, b]| a.iter().zip(b).map(|(a, b)| a + b).collect())
+    }
+
     /// Whether a combination is 0 to the noise in some motions, which is far below what free motions would make of it.
     fn holds(&self, c: &[f64], at: usize) -> bool {
         let [value, noise, free] =
@@ -390,15 +399,32 @@ impl Look<'_, '_> {
             let Some((relation, kind, name)) = found else {
                 continue;
             };
-            for at in &mut self.all {
-                take(&mut at.taken, relation.constraint.row(&at.q));
-                at.qd = rest(&at.taken, std::mem::take(&mut at.qd));
-            }
+            self.leave(&relation.constraint);
             let (about, _) = self.about(&relation.constraint);
             let (free, _) = self.search.free_part(&relation.constraint);
             self.search.accept(relation, kind, &about, |_| (name, None));
             self.search.take(free);
         }
+    }
+
+    /// Looks no more in the directions that a relation takes.
+    fn leave(&mut self, own: &Constraint) {
+        for at in &mut self.all {
+            take(&mut at.taken, own.row(&at.q));
+            at.qd = rest(&at.taken, std::mem::take(&mut at.qd));
+        }
+    }
+
+    /// Looks no more in directions in which nothing moves, as the whole does without momentum: a place times that is no relation.
+    fn leave_momenta(&mut self, steady: &[Constraint]) {
+        let [values, noise, free] = Sums::of(&self.all, steady).whole();
+        let all = combinations(&values, &noise, &free, steady.len()).into_iter();
+        let still = |c: &Vec<f64>| {
+            let [value, noise, free] = [&values, &noise, &free].map(|own| form(own, c));
+            value < STILL * STILL * noise && noise < CLEAR * CLEAR * free
+        };
+        all.take_while(still)
+            .for_each(|c| self.leave(&combined(steady, &c)));
     }
 
     /// The mean square of the rows of a relation in directions that are free.
@@ -470,14 +496,7 @@ impl Look<'_, '_> {
 /// The combinations of features that are 0 in all motions, the one that is nearest to its noise first.
 fn holding(all: &[State], features: &[Constraint]) -> Vec<Constraint> {
     let sums = Sums::of(all, features);
-    let both = |of: &[Vec<f64>; 2]| {
-        of[0]
-            .iter()
-            .zip(&of[1])
-            .map(|(a, b)| a + b)
-            .collect::<Vec<f64>>()
-    };
-    let [values, noise, free] = [&sums.values, &sums.noise, &sums.free].map(both);
+    let [values, noise, free] = sums.whole();
     // What most motions show must hold in the others, which must be enough to refuse what does so by chance.
     let shown = combinations(&sums.values[0], &noise, &free, features.len());
     let shown = shown.iter().take_while(|c| sums.holds(c, 0)).count();

@@ -215,7 +215,19 @@ fn motions_that_slip_or_that_begin_at_rest_have_no_relation_of_velocities() {
         let own = skate(t, k);
         vec![own[0], own[1] + 0.05 * t * t, own[2], own[3] + 0.05 * t * t]
     };
+    // Waves on a ring without momentum, whose mean stays where it is, in each motion elsewhere.
+    let waves: Places = |t, k| {
+        let wave = |i: usize, m: f64| {
+            let (sin, cos) = (m * std::f64::consts::TAU * i as f64 / 6.0).sin_cos();
+            cos * (m * t + k).cos() + sin * (1.3 * m * t + 2.0 * k).sin()
+        };
+        let all = [1.0, 2.0, 3.0];
+        (0..6)
+            .map(|i| k.sin() + all.map(|m| wave(i, m)).iter().sum::<f64>())
+            .collect()
+    };
     for noise in [0.0, 1e-3, 1e-2] {
+        assert_eq!(found(&names, 8, noise, waves).freedom, 6);
         assert_eq!(found(&names, 8, noise, bars).freedom, 4);
         assert_eq!(found(&names[..4], 8, noise, released).freedom, 4);
         assert_eq!(found(&names[..4], 8, noise.min(1e-3), drifting).freedom, 3);

@@ -10,7 +10,7 @@ use super::radial::{Radial, RadialLaw};
 use super::system::Layout;
 use crate::dataset::Dataset;
 use crate::models::formula::{STRIDE, WINDOW};
-use crate::models::lattice::{EXACT, Moments, bend, moments};
+use crate::models::lattice::{EXACT, Moments, bend, clearest, moments};
 use lagrangian_mechanics::lattice::Basis;
 use lagrangian_motion::solve::dot;
 use lagrangian_motion::solve::quadratic::Quadratic;
@@ -22,10 +22,8 @@ pub(super) const EXPONENTS: [i32; 10] = [2, 1, -1, 0, -2, 3, 4, -3, -6, -12];
 /// The intervals of curves of distances, and the largest number of points for which these are tried.
 const INTERVALS: [usize; 2] = [8, 16];
 pub(super) const FEW: usize = 8;
-/// The lengths of stretches beside the shortest, in its units; how many there must be of one that is taken, and how much clearer its accelerations.
-const LENGTHS: [usize; 3] = [2, 4, 8];
+/// The number of stretches that there must be of a length.
 const FEWEST: usize = 100;
-const CLEARER: f64 = 2.0;
 /// The largest number of stretches, and of values of powers in all of them; stretches that are integrated at a time.
 const STRETCHES: usize = 3000;
 const VALUES: usize = 40_000_000;
@@ -115,7 +113,7 @@ pub(super) fn roots<'a>(
 
 /// Forces that explain the motions with few coefficients, the best choice first.
 pub(super) fn find(dataset: &Dataset, layout: &Layout) -> Vec<Start> {
-    let all = clearest(dataset, layout);
+    let all = clear(dataset, layout);
     if all.is_empty() {
         return Vec::new();
     }
@@ -153,28 +151,13 @@ pub(super) fn find(dataset: &Dataset, layout: &Layout) -> Vec<Start> {
     found.iter().map(start).collect()
 }
 
-/// The stretches of the length whose accelerations are clearest beside their noise.
-fn clearest(dataset: &Dataset, layout: &Layout) -> Vec<Moments> {
+/// The stretches that are clearest and in which distances are resolved.
+fn clear(dataset: &Dataset, layout: &Layout) -> Vec<Moments> {
     let distances = pairs(&layout.points).count() + layout.points.len();
-    let of = |times: usize| {
-        let window = times * WINDOW;
+    clearest(FEWEST, |window| {
         let most = VALUES / (window * EXPONENTS.len() * distances);
         resolved(moments(dataset, most.min(STRETCHES), window), layout)
-    };
-    let clear = |all: &[Moments]| {
-        let square = |own: &Moments| dot(&own.acceleration, &own.acceleration);
-        let noise: f64 = all.iter().map(|own| own.noise).sum();
-        all.iter().map(square).sum::<f64>() / noise.max(f64::MIN_POSITIVE)
-    };
-    let all = LENGTHS.into_iter().map(of);
-    let least = |own: &Vec<Moments>| own.len() >= FEWEST;
-    let mut best = of(1);
-    for own in all.filter(least) {
-        if clear(&own) > CLEARER * clear(&best) {
-            best = own;
-        }
-    }
-    best
+    })
 }
 
 /// Whether it is one function of a curve of a distance.

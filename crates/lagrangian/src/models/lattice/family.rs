@@ -194,7 +194,7 @@ const FITS: f64 = 1.15;
 const ROUNDED: f64 = 1e-7;
 
 impl Misfit {
-    fn is_explained(&self) -> bool {
+    pub(super) fn is_explained(&self) -> bool {
         self.of_noise <= FITS || self.left <= ROUNDED
     }
 }

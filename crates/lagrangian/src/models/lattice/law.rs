@@ -40,7 +40,7 @@ impl Fitted {
         let curve = |k: usize| spline(&shape, &columns[k]);
         let scale = scale_of(&all);
         let bend = bend(columns.len(), curve, |k| all.row(k)[k]);
-        let mut kept = Kept::all(&shape, &columns, [&scale, &bend]);
+        let mut kept = Kept::all((&shape, &columns), [&scale, &bend], sums);
         let mut best = kept.cost(&all)?;
         loop {
             while let Some((cost, fewer)) = kept.fewer(&all).filter(|own| own.0 <= best) {
@@ -55,7 +55,7 @@ impl Fitted {
         }
         let own = kept.solve(&fitted)?;
         let mean = |sum: &Quadratic, x: f64| x / (sum.rows.max(1)) as f64;
-        let left = [&fitted, &held].map(|sum| mean(sum, sum.residual(kept.terms(&own))));
+        let left = [&fitted, &held].map(|sum| mean(sum, kept.loss(sum, &own)[0]));
         let whole = [&fitted, &held].map(|sum| mean(sum, sum.square));
         let (coefficients, errors) = kept.with_errors(&all, columns.len())?;
         Some(Self {
@@ -92,6 +92,7 @@ struct Kept<'a> {
     fixed: Vec<usize>,
     scale: &'a [f64],
     bend: &'a [f64],
+    of: &'a Sums,
 }
 
 /// The size of each column.
@@ -136,7 +137,11 @@ fn spline(shape: &LatticeShape, column: &Column) -> Option<usize> {
 }
 
 impl<'a> Kept<'a> {
-    fn all(shape: &LatticeShape, columns: &[Column], [scale, bend]: [&'a [f64]; 2]) -> Self {
+    fn all(
+        (shape, columns): (&LatticeShape, &[Column]),
+        [scale, bend]: [&'a [f64]; 2],
+        sums: &'a Sums,
+    ) -> Self {
         let largest = scale.iter().copied().fold(0.0, f64::max);
         let mut groups: Vec<(Option<usize>, Vec<usize>)> = Vec::new();
         let mut fixed = Vec::new();
@@ -159,6 +164,7 @@ impl<'a> Kept<'a> {
             fixed,
             scale,
             bend,
+            of: sums,
         }
     }
 
@@ -186,9 +192,22 @@ impl<'a> Kept<'a> {
         self.indices().into_iter().zip(x.iter().copied())
     }
 
+    /// What these coefficients leave of the rows, in units of the noise of an acceleration, and how much larger that of a row is: its columns that are
+    /// accelerations have theirs as well, which their sums are without.
+    fn loss(&self, sums: &Quadratic, x: &[f64]) -> [f64; 2] {
+        let coefficient = |k: usize| {
+            let own = self.terms(x).find(|own| own.0 == k);
+            own.map_or(0.0, |own| own.1)
+        };
+        let gain = self.of.accelerations.gain(0, coefficient);
+        let missing = (gain - 1.0) * sums.rows as f64 * self.of.noise;
+        let left = sums.residual(self.terms(x)) + missing;
+        [left.max(0.0) / gain, gain]
+    }
+
     fn cost(&self, sums: &Quadratic) -> Option<f64> {
         let x = self.solve(sums)?;
-        let loss = sums.residual(self.terms(&x)).max(0.0) + EXACT * sums.square;
+        let loss = self.loss(sums, &x)[0] + EXACT * sums.square;
         let rows = independent(sums);
         Some(rows * loss.max(f64::MIN_POSITIVE).ln() + x.len() as f64 * rows.ln())
     }
@@ -224,8 +243,8 @@ impl<'a> Kept<'a> {
         let (own, ridge) = self.ridge(sums)?;
         let x = ridge.solve_one(|a| sums.right[own[a]])?;
         let inverse = ridge.solve(own.len(), |a, b| f64::from(a == b));
-        let left = sums.residual(self.terms(&x)).max(0.0);
-        let noise = left / (independent(sums) - own.len() as f64).max(1.0);
+        let [loss, gain] = self.loss(sums, &x);
+        let noise = loss * gain / (independent(sums) - own.len() as f64).max(1.0);
         let (mut coefficients, mut errors) = (vec![0.0; width], vec![0.0; width]);
         for (a, k) in own.iter().enumerate() {
             coefficients[*k] = x[a];

@@ -17,7 +17,7 @@ mod rows;
 mod search;
 
 pub(crate) use law::{EXACT, bend};
-pub(crate) use moments::{Moments, moments};
+pub(crate) use moments::{Moments, clearest, moments};
 
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};

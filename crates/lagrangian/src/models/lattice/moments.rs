@@ -3,8 +3,9 @@
 use lagrangian_motion::parallel::prelude::*;
 
 use crate::dataset::Dataset;
-use crate::models::formula::{Stretch, Weight, positions, stretches};
+use crate::models::formula::{Stretch, WINDOW, Weight, positions, stretches};
 use lagrangian_motion::Coordinates;
+use lagrangian_motion::solve::dot;
 
 /// A stretch of all sites.
 pub(crate) struct Moments {
@@ -43,6 +44,27 @@ pub(crate) fn moments(dataset: &Dataset, most: usize, window: usize) -> Vec<Mome
     all.par_iter()
         .map(|own| Moments::of(&dataset.coordinates, own))
         .collect()
+}
+
+/// Lengths of stretches beside the shortest, in its units, and how much clearer beside their noise accelerations are where one is taken.
+const LENGTHS: [usize; 3] = [2, 4, 8];
+const CLEARER: f64 = 2.0;
+
+/// The stretches of the length, a multiple of [`WINDOW`], whose accelerations are clearest beside their noise, of those of which there are `fewest`.
+pub(crate) fn clearest(fewest: usize, of: impl Fn(usize) -> Vec<Moments>) -> Vec<Moments> {
+    let clear = |all: &[Moments]| {
+        let square = |own: &Moments| dot(&own.acceleration, &own.acceleration);
+        let noise: f64 = all.iter().map(|own| own.noise).sum();
+        all.iter().map(square).sum::<f64>() / noise.max(f64::MIN_POSITIVE)
+    };
+    let mut best = of(WINDOW);
+    for times in LENGTHS {
+        let own = of(times * WINDOW);
+        if own.len() >= fewest && clear(&own) > CLEARER * clear(&best) {
+            best = own;
+        }
+    }
+    best
 }
 
 impl Moments {

@@ -74,7 +74,7 @@ pub(super) fn find(
     Ok(found.collect())
 }
 
-/// The offsets at which sites are coupled, the nearest first; the next site where the motions do not tell.
+/// The offsets at which sites are coupled, the strongest first; the next site where the motions do not tell.
 fn offsets(moments: &[Moments], n: usize) -> Result<Vec<usize>> {
     let every = (moments.len() * n * n).div_ceil(MOST_VALUES).max(1);
     let some: Vec<&Moments> = moments.iter().step_by(every).collect();
@@ -128,7 +128,8 @@ fn offsets(moments: &[Moments], n: usize) -> Result<Vec<usize>> {
     let strength = |offset: usize| all[offset].abs().max(all[n - offset].abs());
     let largest = (1..=n / 2).map(strength).fold(0.0, f64::max);
     let least = (SIGNIFICANT * error).max(LARGE / (n as f64).sqrt() * largest);
-    let found: Vec<usize> = (1..=n / 2).filter(|own| strength(*own) > least).collect();
+    let mut found: Vec<usize> = (1..=n / 2).filter(|own| strength(*own) > least).collect();
+    found.sort_by(|a, b| strength(*b).total_cmp(&strength(*a)));
     match found.len() {
         0 => Ok(vec![1]),
         1..=MOST_OFFSETS => Ok(found),

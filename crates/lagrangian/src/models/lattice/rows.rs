@@ -52,6 +52,9 @@ pub(super) fn columns(shape: &LatticeShape, forced: bool) -> Vec<Column> {
 pub(super) struct Sums {
     pub(super) fitted: Vec<Quadratic>,
     pub(super) held: Vec<Quadratic>,
+    pub(super) accelerations: Accelerations,
+    /// The mean square of a row that the noise of the positions makes of an acceleration.
+    pub(super) noise: f64,
 }
 
 /// Up to this number of sites each has sums of its own.
@@ -71,11 +74,13 @@ impl Sums {
         let width = columns.len();
         let groups = if n <= ALONE { n } else { 1 };
         let empty = || vec![Quadratic::zero(width); groups];
+        let accelerations = Accelerations::of(shape, n, &columns);
         let mut sums = Self {
             fitted: empty(),
             held: empty(),
+            accelerations: accelerations.clone(),
+            noise: moments.iter().map(|own| own.noise).sum::<f64>() / moments.len().max(1) as f64,
         };
-        let accelerations = Accelerations::of(shape, n, &columns);
         for some in moments.chunks(AT_A_TIME) {
             let rows: Vec<Vec<f64>> = some
                 .par_iter()
@@ -129,7 +134,8 @@ impl Sums {
 }
 
 /// The columns that are accelerations, whose noise would make them look smaller than they are.
-struct Accelerations {
+#[derive(Clone)]
+pub(super) struct Accelerations {
     /// The column of κ of each law, with the number of bonds of each site.
     inertia: Vec<(usize, Vec<f64>)>,
     /// The column of the mass, where forces were recorded.
@@ -155,6 +161,17 @@ impl Accelerations {
             inertia: inertia.collect(),
             mass: columns.iter().position(|own| *own == Column::Mass),
         }
+    }
+
+    /// The mean square of the noise of a site's rows with these coefficients, in units of that of its acceleration.
+    pub(super) fn gain(&self, site: usize, coefficient: impl Fn(usize) -> f64) -> f64 {
+        let own = self.mass.map_or(1.0, &coefficient);
+        let each = self.inertia.iter().map(|(k, bonds)| {
+            let pull = coefficient(*k) * bonds[site];
+            [pull, coefficient(*k) * pull]
+        });
+        let [pull, others] = each.fold([0.0; 2], |[a, b], [x, y]| [a + x, b + y]);
+        (own + pull).powi(2) + others
     }
 
     /// Subtracts what noise of this mean square adds to the sums of a site: the acceleration of the site itself is in all of these columns, those of its

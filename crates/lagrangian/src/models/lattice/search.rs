@@ -3,7 +3,7 @@
 use super::LatticeConfig;
 use super::family::Misfit;
 use super::law::{EXACT, Fitted, is_spline};
-use super::moments::{Moments, moments};
+use super::moments::{Moments, clearest, moments};
 use super::neighbours::{self, Found};
 use super::rows::{Column, Sums, at};
 use crate::dataset::Dataset;
@@ -54,36 +54,67 @@ pub(super) fn find(
     let mut tell = |what: &str, share: f64| !observer.stage(what, share).is_break();
     tell("integrating motions", 0.0);
     let [fewest, most] = STRETCHES;
-    let most = (MOST_VALUES / (WINDOW * n)).clamp(fewest, most);
-    let all = moments(dataset, most, WINDOW);
+    let all = clearest(fewest, |window| {
+        let fitting = MOST_VALUES / (window * n);
+        match window > WINDOW && fitting < fewest {
+            true => Vec::new(),
+            false => moments(dataset, fitting.clamp(fewest, most), window),
+        }
+    });
     tell("finding neighbours", 0.1);
     let found = neighbours::find(&all, &dataset.coordinates, config)?;
     let every = (all.len() * n).div_ceil(MOST_ROWS).max(1);
     let some: Vec<Moments> = all.into_iter().step_by(every).collect();
-    let mut best: Option<(Fitted, Sums)> = None;
-    let shapes = shapes(dataset, &found, &some);
-    let count = shapes.len();
-    for (k, shape) in shapes.into_iter().enumerate() {
-        if !tell("fitting laws", 0.2 + 0.6 * k as f64 / count as f64) && best.is_some() {
-            break;
-        }
-        let sums = Sums::of(&some, &dataset.coordinates, &shape, dataset.forced);
-        let Some(law) = Fitted::of(shape, &sums, dataset.forced) else {
-            continue;
-        };
-        if best.as_ref().is_none_or(|(own, _)| law.cost < own.cost) {
-            best = Some((law, sums));
-        }
-    }
+    let best = cheapest(dataset, (&found, config), &some, &mut tell);
     let (mut law, sums) = best.ok_or_else(nothing)?;
     let mut masses = vec![1.0; n];
     if let Some((unequal, own)) = unequal(&law, &sums, dataset.forced) {
         tell("fitting masses", 0.9);
         (masses, law) = (unequal, own);
     }
-    let noise = some.iter().map(|own| own.noise).sum::<f64>() / some.len().max(1) as f64;
-    check(&law, &sums, noise)?;
-    solved(dataset, law, masses, noise)
+    check(&law, &sums)?;
+    solved(dataset, law, masses, sums.noise)
+}
+
+/// The law with the cheapest description of the motions, and its sums, of as few neighbours as explain them. Where sites share inertia each feels all
+/// others, and the law of the nearest may do.
+fn cheapest(
+    dataset: &Dataset,
+    (found, config): (&[Found], &LatticeConfig),
+    moments: &[Moments],
+    mut tell: impl FnMut(&str, f64) -> bool,
+) -> Option<(Fitted, Sums)> {
+    let mut best: Option<(Fitted, Sums)> = None;
+    let least = if config.neighbours.is_empty() {
+        1
+    } else {
+        found.len()
+    };
+    for count in least.max(1)..=found.len().max(1) {
+        let mut own = found[..count.min(found.len())].to_vec();
+        own.sort_by_key(|own| own.offset);
+        let shapes = shapes(dataset, &own, moments);
+        let last = shapes.len();
+        for (k, shape) in shapes.into_iter().enumerate() {
+            if !tell("fitting laws", 0.2 + 0.6 * k as f64 / last as f64) && best.is_some() {
+                break;
+            }
+            let sums = Sums::of(moments, &dataset.coordinates, &shape, dataset.forced);
+            let Some(law) = Fitted::of(shape, &sums, dataset.forced) else {
+                continue;
+            };
+            if best.as_ref().is_none_or(|(own, _)| law.cost < own.cost) {
+                best = Some((law, sums));
+            }
+        }
+        if best
+            .as_ref()
+            .is_some_and(|(law, sums)| misfit(law, sums.noise, false).is_explained())
+        {
+            break;
+        }
+    }
+    best
 }
 
 fn nothing() -> Error {
@@ -218,7 +249,13 @@ fn unequal(law: &Fitted, sums: &Sums, forced: bool) -> Option<(Vec<f64>, Fitted)
             })
             .fold(0.0, f64::max);
         let [fitted, held] = [&sums.fitted, &sums.held].map(|own| scaled(own, &masses));
-        law = Fitted::of(law.shape.clone(), &Sums { fitted, held }, false)?;
+        let scaled = Sums {
+            fitted,
+            held,
+            accelerations: sums.accelerations.clone(),
+            noise: sums.noise,
+        };
+        law = Fitted::of(law.shape.clone(), &scaled, false)?;
         best = Some((masses.clone(), law.clone()));
         if change < SETTLED {
             break;
@@ -230,21 +267,23 @@ fn unequal(law: &Fitted, sums: &Sums, forced: bool) -> Option<(Vec<f64>, Fitted)
 /// 1 over the mass of each site, by its rows, and its standard error.
 fn lightness(law: &Fitted, sums: &Sums) -> Vec<[f64; 2]> {
     let terms = || law.coefficients.iter().copied().enumerate();
-    let own = |own: &Quadratic| {
+    let own = |(site, own): (usize, &Quadratic)| {
         let pull: f64 = terms().map(|(k, c)| c * own.right[k]).sum();
         let square: f64 = terms()
             .map(|(k, c)| c * dot(own.row(k), &law.coefficients))
             .sum();
         let square = square.max(f64::MIN_POSITIVE);
         let lightness = pull / square;
-        let left = (own.square - lightness * pull).max(EXACT * own.square);
+        let gain = sums.accelerations.gain(site, |k| law.coefficients[k]);
+        let least = (EXACT * own.square).max(own.rows as f64 * sums.noise);
+        let left = gain * (own.square - lightness * pull).max(least);
         let overlap = WINDOW as f64 / STRIDE as f64;
         [
             lightness,
             (left / own.rows.max(1) as f64 / square * overlap).sqrt(),
         ]
     };
-    sums.fitted.iter().map(own).collect()
+    sums.fitted.iter().enumerate().map(own).collect()
 }
 
 /// The sums of rows that are divided by the mass of their site.
@@ -258,9 +297,9 @@ fn scaled(of: &[Quadratic], masses: &[f64]) -> Vec<Quadratic> {
 }
 
 /// Refuses a law that does not explain the motions.
-fn check(law: &Fitted, sums: &Sums, noise: f64) -> Result<()> {
+fn check(law: &Fitted, sums: &Sums) -> Result<()> {
     let at = usize::from(law.whole[1] > 0.0);
-    let beyond = (law.left[at] - noise).max(0.0) / law.whole[at].max(f64::MIN_POSITIVE);
+    let beyond = (law.left[at] - sums.noise).max(0.0) / law.whole[at].max(f64::MIN_POSITIVE);
     if beyond < REFUSED {
         return Ok(());
     }
@@ -330,17 +369,25 @@ fn solved(dataset: &Dataset, law: Fitted, masses: Vec<f64>, noise: f64) -> Resul
     let friction = (viscous > 0.0).then(|| Dissipation::viscous(vec![viscous; n]));
     let bases = shape.bonds.iter().map(|own| &own.basis);
     let curved = bases.chain(&shape.site).any(is_open);
-    let relative = |k: usize| law.left[k] / law.whole[k].max(f64::MIN_POSITIVE);
     Ok(Solved {
         lattice: Lattice::new(dataset.coordinates.clone(), shape, parameters, friction)?,
         errors,
-        misfit: Misfit {
-            of_noise: law.left[0] / noise.max(f64::MIN_POSITIVE),
-            left: relative(0),
-            curved,
-        },
-        left: [relative(0), relative(1)],
+        misfit: misfit(&law, noise, curved),
+        left: [0, 1].map(|k| left(&law, k)),
     })
+}
+
+/// The part of the motion that a law leaves of the stretches that are fitted, or held out.
+fn left(law: &Fitted, k: usize) -> f64 {
+    law.left[k] / law.whole[k].max(f64::MIN_POSITIVE)
+}
+
+fn misfit(law: &Fitted, noise: f64, curved: bool) -> Misfit {
+    Misfit {
+        of_noise: law.left[0] / noise.max(f64::MIN_POSITIVE),
+        left: left(law, 0),
+        curved,
+    }
 }
 
 /// Whether functions are no formula: splines, and high powers or multiples, which are a series that need not end.
