@@ -104,13 +104,6 @@ def rk4(acceleration, step, state):
     return move(state, step, mean)
 
 
-def field(weights, phi, phid):
-    """L of a ring: the sum of N(differences, value, rates) + phid² / 2 over all points (theory.md, equation 69)."""
-    left, right = lambda x: x - jnp.roll(x, 1), lambda x: jnp.roll(x, -1) - x
-    x = jnp.stack([left(phi), right(phi), phi, left(phid), right(phid), phid], -1)
-    return jnp.sum(network(weights, x)) + 0.5 * phid @ phid
-
-
 def balance(lagrangian, q, qd, qdd, direction):
     """direction · (M qdd + c): one number, by two tangents (theory.md, equation 16)."""
 

@@ -253,14 +253,6 @@ def rollouts(task, data):
     return call(jax.vmap(roll), [(q, qd)], lambda path: path[0][-1, -1])
 
 
-def wave(task, data):
-    (q, qd, _, tau), flat, _, _ = arrays(task, data)
-    weights = models.layers(flat, [6] + 2 * [data["density"]] + [1], output_bias=False)
-    lagrangian = partial(models.field, weights)
-    function = models.published if task["variant"] == "published" else models.linearised
-    return call(partial(function, lagrangian), [(q[0], qd[0], tau[0])], lambda qdd: qdd[:4])
-
-
 def cosine(share):
     return 0.5 * (1 + math.cos(math.pi * share))
 
@@ -341,7 +333,6 @@ TASKS = {
     "inverse-dynamics": inverse_dynamics,
     "states": states,
     "rollout": rollouts,
-    "wave": wave,
     "letters": letters,
     "pendulum": pendulum,
 }

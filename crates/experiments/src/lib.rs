@@ -18,7 +18,6 @@ mod ensembles;
 mod estimator;
 mod families;
 mod features;
-pub mod field;
 mod hamiltonian;
 mod harness;
 mod is_lagrangian;

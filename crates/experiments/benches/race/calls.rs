@@ -1,8 +1,7 @@
-//! Calls of a model: one state, many states, rollouts, fields. Weights are random.
+//! Calls of a model: one state, many states, rollouts. Weights are random.
 
 use std::hint::black_box;
 
-use experiments::field::{DensityConfig, DensityNet, Field, FieldScaling};
 use lagrangian::integrate::Method;
 use lagrangian::mechanics::{Mechanical, Scaling};
 use lagrangian::models::{Delan, Lnn};
@@ -21,8 +20,6 @@ const TURNS: usize = 64;
 /// Step of a rollout, s, and how many there are.
 const STEP: f64 = 0.01;
 const STEPS: usize = 1000;
-/// Units of a hidden layer of the density of a field.
-const DENSITY: usize = 24;
 
 /// States and forces, smooth and without structure, `[m, n]` each.
 struct States {
@@ -52,7 +49,7 @@ impl States {
         let object = json!({
             "n": self.n, "q": self.q, "qd": self.qd, "qdd": self.tau, "tau": self.tau,
             "scaling": Scaling::identity(self.n), "weights": vec![1.0; self.n],
-            "parameters": parameters, "step": STEP, "steps": STEPS, "density": DENSITY,
+            "parameters": parameters, "step": STEP, "steps": STEPS,
         });
         if task.write {
             write(&task.file, &object)
@@ -168,26 +165,5 @@ pub(crate) fn rollouts(task: &Task, talk: &Talk) -> Outcome {
     talk.serve(check, || {
         let _ = black_box(run());
     });
-    Ok(())
-}
-
-/// One evaluation of a ring of points with a learned density.
-pub(crate) fn wave(task: &Task, talk: &Talk) -> Outcome {
-    let config = DensityConfig {
-        width: DENSITY,
-        ..DensityConfig::default()
-    };
-    let density = DensityNet::random(config, FieldScaling::identity(), 0)?;
-    let states = States::new(task.points, 1);
-    states.write(task, density.parameters())?;
-    let field = Field::new(density, task.points)?;
-    let mut evaluator = field.field_evaluator();
-    let mut out = vec![0.0; task.points];
-    let mut call = |out: &mut [f64]| {
-        let _ = evaluator.forward_dynamics(&states.q, &states.qd, &states.tau, out);
-    };
-    call(&mut out);
-    let check = out[..4].to_vec();
-    talk.serve(check, || call(black_box(&mut out)));
     Ok(())
 }

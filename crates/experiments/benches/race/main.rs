@@ -49,7 +49,6 @@ fn run(task: &Task, talk: &Talk) -> Outcome {
         "inverse-dynamics" => calls::inverse_dynamics(task, talk),
         "states" => calls::states(task, talk),
         "rollout" => calls::rollouts(task, talk),
-        "wave" => calls::wave(task, talk),
         "rows" => log::rows(task, talk),
         "letters" => accuracy::letters(task, talk),
         "pendulum" => accuracy::pendulum(task, talk),

@@ -18,8 +18,6 @@ pub(crate) struct Task {
     pub(crate) batch: usize,
     /// Rows of a log.
     pub(crate) rows: usize,
-    /// Points of a field.
-    pub(crate) points: usize,
     pub(crate) precision: Precision,
     /// Steps of the beginning whose results are compared.
     pub(crate) check: usize,
@@ -43,7 +41,6 @@ impl Default for Task {
             width: 64,
             batch: 1,
             rows: 1000,
-            points: 10,
             precision: Precision::F64,
             check: 3,
             file: PathBuf::new(),

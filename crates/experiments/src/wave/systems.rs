@@ -1,29 +1,37 @@
-//! Fields: whether a density that was learned on few points is the law of many.
+//! Fields: chains whose law is known, their data, and whether a law that was learned on few points is that of many.
 
 use std::time::Instant;
 
-use crate::data::{energies, first_state, prediction};
-use crate::field::{
-    Chain, Field, Pulse, RingStates, Symmetry, centre_of_pulse, dispersion, kink, kink_position,
-    slope, speed_of_motion,
-};
-use lagrangian::mechanics::{Lagrangian, Outcome, SymmetricSolver};
+use lagrangian::analytic::normal;
+use lagrangian::mechanics::Outcome;
+use lagrangian::mechanics::lattice::{Basis, Bonds, Ends, Lattice, LatticeShape};
 use lagrangian::rollout::{free, times};
-use lagrangian::{Evaluator, Model, Result, RolloutOptions, Trajectory, rollout};
+use lagrangian::{
+    Coordinates, Model, Recording, Result, RolloutOptions, Signals, Trajectory, rollout,
+};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
-/// A field with a known density, its data, and its test.
+use super::waves::{
+    Pulse, centre_of_pulse, dispersion, kink, kink_position, slope, speed_of_motion, wrapped,
+};
+use crate::data::{deviation, energies, first_state, prediction};
+
+/// A ring of unit masses a spacing of 1 apart (theory.md, 66), with wave speed 1:
+///
+/// L = Σᵢ ½ φ̇ᵢ² + ½ r² (φ̇ᵢ₊₁ − φ̇ᵢ)² − ½ (φᵢ₊₁ − φᵢ)² − ω₀² (1 − cos φᵢ) .
+///
+/// Small waves obey ω² = (ω₀² + κ²)/(1 + r² κ²) with κ = 2 sin(k/2). The term of r, the inertia of the change of length (Love 1892), makes
+/// the acceleration of a point depend on all of them.
 #[derive(Debug, Clone)]
 pub(crate) struct WaveSystem {
     /// Its name in figures and files.
     pub(crate) name: &'static str,
     /// What it is, in one line.
     pub(crate) about: &'static str,
-    /// The density.
-    pub(crate) chain: Chain,
-    /// What may be known of it.
-    pub(crate) symmetry: Symmetry,
-    /// The rings to learn from.
-    pub(crate) states: RingStates,
+    radius: f64,
+    /// ω₀, rad/s; where there is one, φ is an angle.
+    gap: f64,
 }
 
 /// Points of the rings to learn from.
@@ -33,52 +41,117 @@ pub(crate) const TRAINED_ON: usize = 10;
 const GAP: f64 = 0.3;
 const KINK_SPEED: f64 = 0.5;
 
-/// The wave equation, the rod of Rayleigh and Love, and the sine-Gordon chain; spacing and wave speed are 1.
-pub(crate) fn systems() -> Vec<WaveSystem> {
-    let states = RingStates {
-        mean: 1.0,
-        amplitude: 0.7,
-        rate: 0.7,
-        windings: 0,
-        seconds: 4.0,
-        interval: 0.5,
-    };
+/// The wave equation, the rod of Rayleigh and Love, and the sine-Gordon chain.
+pub(crate) fn systems() -> [WaveSystem; 3] {
     let wave = WaveSystem {
         name: "wave",
         about: "wave equation",
-        chain: Chain::wave(1.0),
-        symmetry: Symmetry::Shift,
-        states: states.clone(),
+        radius: 0.0,
+        gap: 0.0,
     };
     let rod = WaveSystem {
         name: "rod",
         about: "Love rod (dispersive)",
-        chain: Chain::love_rod(1.0, 1.0),
-        ..wave.clone()
+        radius: 1.0,
+        ..wave
     };
     let sine_gordon = WaveSystem {
         name: "sine-gordon",
         about: "sine-Gordon chain",
-        chain: Chain::sine_gordon(1.0, GAP),
-        symmetry: Symmetry::Turn,
-        states: RingStates {
-            mean: std::f64::consts::PI,
-            amplitude: 0.5,
-            rate: 0.5,
-            windings: 1,
-            ..states
-        },
+        gap: GAP,
+        ..wave
     };
-    vec![wave, rod, sine_gordon]
+    [wave, rod, sine_gordon]
 }
 
+/// Random rings to learn from: their length, s, samples a second, and the largest root mean squares of φ about its mean and of φ̇.
+const SECONDS: f64 = 4.0;
+const HERTZ: f64 = 50.0;
+const SIZES: [f64; 2] = [0.7; 2];
+/// Those of angles, which wind around the circle along the ring up to once either way.
+const TURNING: [f64; 2] = [0.5; 2];
+
 impl WaveSystem {
+    /// Its law on a ring of `points`.
+    pub(crate) fn ring(&self, points: usize) -> Result<Lattice> {
+        let springs = Bonds {
+            offset: 1,
+            pairs: Bonds::of_chain(points, 1, Ends::Ring),
+            basis: Basis::Powers { degree: 1 },
+        };
+        let turns = self.has_kink();
+        let shape = LatticeShape {
+            bonds: vec![springs],
+            site: turns.then_some(Basis::Harmonics { count: 1 }),
+        };
+        let coordinates = match turns {
+            true => Coordinates::angles(points),
+            false => Coordinates::lines(points),
+        };
+        let mut parameters = vec![1.0; points];
+        parameters.extend([0.0, 1.0, self.radius.powi(2)]);
+        if turns {
+            parameters.extend([self.gap.powi(2), 0.0]);
+        }
+        Lattice::new(coordinates, shape, parameters, None)
+    }
+
+    /// ω(k) of small waves, rad/s; k in rad/m.
+    fn frequency(&self, k: f64) -> f64 {
+        let kappa = 2.0 * (0.5 * k).sin();
+        ((self.gap.powi(2) + kappa.powi(2)) / (1.0 + (self.radius * kappa).powi(2))).sqrt()
+    }
+
+    /// `count` motions of rings from random states, positions alone, with white noise in parts of their deviation.
+    pub(crate) fn recordings(&self, count: usize, noise: f64, seed: u64) -> Result<Vec<Recording>> {
+        let truth = self.ring(TRAINED_ON)?;
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let times = times(SECONDS, 1.0 / HERTZ)?;
+        let motion = |k: usize| {
+            let (phi, phid) = self.random(&mut rng);
+            let options = RolloutOptions::truth();
+            let motion = rollout(&truth, &phi, &phid, &times, &free, &options)?.trajectory;
+            let size = noise * deviation(&motion.q);
+            let noisy = |x: &f64| x + size * normal(&mut rng);
+            let mut signals = Signals::default();
+            signals.q = motion.q.iter().map(noisy).collect();
+            Ok(Recording {
+                name: format!("ring {}", k + 1),
+                coordinates: truth.coordinates().clone(),
+                signals,
+                columns: Default::default(),
+                unwrapped: vec![0; TRAINED_ON],
+                sampled: None,
+                t: motion.t,
+            })
+        };
+        (0..count).map(motion).collect()
+    }
+
+    /// φ and φ̇ of a random ring: all modes but the mean alike, and a mean, up to 1 or anywhere on the circle.
+    fn random(&self, rng: &mut ChaCha8Rng) -> (Vec<f64>, Vec<f64>) {
+        let mut even = |size: f64| size * (2.0 * rng.random::<f64>() - 1.0);
+        let (mean, turns, sizes) = match self.has_kink() {
+            true => (even(std::f64::consts::PI), even(1.0).round(), TURNING),
+            false => (even(1.0), 0.0, SIZES),
+        };
+        let mut modes = |size: f64| {
+            let size = size * rng.random::<f64>();
+            let white: Vec<f64> = (0..TRAINED_ON).map(|_| size * normal(rng)).collect();
+            let mean = white.iter().sum::<f64>() / TRAINED_ON as f64;
+            white.into_iter().map(move |x| x - mean)
+        };
+        let wound = |i: usize| mean + turns * wave_number(TRAINED_ON, 1) * i as f64;
+        let phi = modes(sizes[0]).enumerate().map(|(i, x)| x + wound(i));
+        (phi.collect(), modes(sizes[1]).collect())
+    }
+
     /// The state that rollouts on a ring of `points` begin with: a kink of the sine-Gordon chain, else a Gaussian at
     /// rest of height 1 and width 8 points.
     pub(crate) fn start(&self, points: usize) -> (Vec<f64>, Vec<f64>) {
         let centre = 0.5 * points as f64;
         if self.has_kink() {
-            return kink(points, centre, (self.chain.speed, GAP, KINK_SPEED));
+            return kink(points, centre, (1.0, GAP, KINK_SPEED));
         }
         let pulse = Pulse {
             height: 1.0,
@@ -90,13 +163,13 @@ impl WaveSystem {
 
     /// Whether its test is a kink.
     pub(crate) fn has_kink(&self) -> bool {
-        self.symmetry == Symmetry::Turn
+        self.gap > 0.0
     }
 
     /// The error of the phase speed of small waves of this mode, relative to the chain's own; NaN where they grow.
     pub(crate) fn speed_error(&self, model: &dyn Model, mode: usize) -> f64 {
         let k = wave_number(model.coordinates().dof(), mode);
-        dispersion(model, mode, SMALL).sqrt() / self.chain.frequency(k) - 1.0
+        dispersion(model, mode, SMALL).sqrt() / self.frequency(k) - 1.0
     }
 }
 
@@ -150,7 +223,7 @@ pub(crate) fn truth(
     seconds: f64,
     step: f64,
 ) -> Result<Trajectory> {
-    let field = Field::new(&system.chain, points)?;
+    let field = system.ring(points)?;
     let (phi, phid) = system.start(points);
     let (times, options) = (times(seconds, step)?, RolloutOptions::default());
     Ok(rollout(&field, &phi, &phid, &times, &free, &options)?.trajectory)
@@ -172,7 +245,7 @@ pub(crate) fn field_test(
     let found = rollout(model, &start.q, &start.qd, &truth.t, &free, &options)?;
     let seconds = clock.elapsed().as_secs_f64();
     let motion = found.trajectory;
-    let field = Field::new(&system.chain, n)?;
+    let field = system.ring(n)?;
     let rows = motion.q.chunks_exact(n).zip(truth.q.chunks_exact(n));
     let error = rows.map(|(a, b)| field_error(a, b, system.has_kink()));
     let reached = motion.q.len();
@@ -221,7 +294,7 @@ pub(crate) fn pulse_speed_error(
         centre: 0.25 * n as f64,
         width: 12.0,
     };
-    let (phi, phid) = pulse.start(n, system.chain.speed);
+    let (phi, phid) = pulse.start(n, 1.0);
     let times = times(seconds, seconds / 40.0)?;
     let speed = |model: &dyn Model| -> Result<f64> {
         let options = prediction(RolloutOptions::default().max_steps);
@@ -229,7 +302,7 @@ pub(crate) fn pulse_speed_error(
         let places: Vec<f64> = motion.q.chunks_exact(n).map(centre_of_pulse).collect();
         Ok(speed_of_motion(&motion.t, &places, n as f64))
     };
-    Ok(speed(model)? / speed(&Field::new(&system.chain, n)?)? - 1.0)
+    Ok(speed(model)? / speed(&system.ring(n)?)? - 1.0)
 }
 
 fn field_error(found: &[f64], truth: &[f64], circle: bool) -> f64 {
@@ -237,7 +310,7 @@ fn field_error(found: &[f64], truth: &[f64], circle: bool) -> f64 {
     let mean = truth.iter().sum::<f64>() / n;
     let difference = |(a, b): (&f64, &f64)| {
         let x = a - b;
-        let x = if circle { crate::field::wrapped(x) } else { x };
+        let x = if circle { wrapped(x) } else { x };
         x * x
     };
     let square: f64 = found.iter().zip(truth).map(difference).sum();
@@ -258,54 +331,17 @@ fn drift(model: &dyn Model, motion: &Trajectory) -> Vec<f64> {
     change.collect()
 }
 
-/// What one evaluation of a ring costs.
-pub(crate) struct StepCost {
-    /// Points of the ring.
-    pub(crate) points: usize,
-    /// Seconds of one evaluation of the forward dynamics; a step of an integrator is some of them.
-    pub(crate) seconds: f64,
-    /// Seconds of the banded solve alone.
-    pub(crate) solve: f64,
-    /// Seconds with a dense solve in its place, where that was tried.
-    pub(crate) dense: Option<f64>,
-}
-
-/// Rings of more points are not solved as dense.
-const DENSE_POINTS: usize = 400;
-
-/// The cost of an evaluation on rings of these sizes: the shortest of `laps` measurements each.
-pub(crate) fn step_costs<D: Lagrangian>(
-    density: D,
-    sizes: &[usize],
-    laps: usize,
-) -> Result<Vec<StepCost>> {
+/// The seconds of one evaluation of the forward dynamics on rings of these sizes: the shortest of `laps` measurements each.
+pub(crate) fn step_costs(system: &WaveSystem, sizes: &[usize], laps: usize) -> Result<Vec<f64>> {
     let cost = |&points: &usize| {
-        let field = Field::new(&density, points)?;
-        let mut evaluator = field.field_evaluator();
-        let signal = |from: f64| (0..points).map(move |i| (from + 0.7 * i as f64).sin());
-        let (phi, phid): (Vec<f64>, Vec<f64>) = (signal(0.0).collect(), signal(1.0).collect());
+        let ring = system.ring(points)?;
+        let mut evaluator = ring.evaluator();
+        let (phi, phid) = system.start(points);
         let (zero, mut out) = (vec![0.0; points], vec![0.0; points]);
         let calls = (20_000 / points).clamp(1, 500);
-        let seconds = shortest(laps, calls, || {
+        Ok(shortest(laps, calls, || {
             let _ = evaluator.forward_dynamics(&phi, &phid, &zero, &mut out);
-        });
-        let mut matrix = evaluator.mass_band(&phi, &phid);
-        let solve = shortest(laps, calls, || {
-            let _ = matrix.solve(&phi, &mut out);
-        });
-        let mut solver = SymmetricSolver::new(points.min(DENSE_POINTS));
-        let dense = (points <= DENSE_POINTS).then(|| {
-            shortest(laps.min(3), calls.div_ceil(points), || {
-                let m = evaluator.mass_matrix(&phi, &phid);
-                let _ = solver.solve(&m, &phi, &mut out);
-            })
-        });
-        Ok(StepCost {
-            points,
-            seconds,
-            solve,
-            dense,
-        })
+        }))
     };
     sizes.iter().map(cost).collect()
 }
@@ -347,7 +383,7 @@ mod tests {
     fn the_truth_beside_itself_is_right_to_the_tolerance_of_the_integrator() {
         for system in systems() {
             let truth = truth(&system, 60, 40.0, 2.0);
-            let field = Field::new(&system.chain, 60);
+            let field = system.ring(60);
             let (Ok(truth), Ok(field)) = (truth, field) else {
                 panic!("{} cannot be rolled out", system.name);
             };

@@ -164,21 +164,6 @@ pub(super) const TASKS: &[Task] = &[
         ..BASE
     },
     Task {
-        name: "wave",
-        title: "one evaluation of a ring of points (learned density; dense Hessian in JAX)",
-        work: "wave",
-        rivals: &[
-            most("best_jax", "linearised", 1000),
-            most("published_jax", "published", 300),
-        ],
-        axes: &[Axis(
-            "points",
-            &[10, 30, 100, 300, 1000, 3000, 10_000],
-            &[10],
-        )],
-        ..BASE
-    },
-    Task {
         name: "start",
         title: "start of the process to the end of the first training step",
         work: "lnn-step",

@@ -173,11 +173,11 @@ mod tests {
     #[test]
     fn a_part_and_a_smoke_test_leave_the_figures_of_the_whole_race_alone() {
         let folder = |arguments: &[&str]| Options::parse(arguments).map(|o| o.folder);
-        assert_eq!(folder(&["--only", "growth"]), folder(&["--only", "wave"]));
+        assert_eq!(folder(&["--only", "growth"]), folder(&["--only", "start"]));
         assert_eq!(folder(&[]), Ok(PathBuf::from("target/race")));
         assert_eq!(folder(&["--smoke"]), Ok(PathBuf::from("target/race/smoke")));
         assert_eq!(
-            folder(&["--only", "wave"]),
+            folder(&["--only", "start"]),
             Ok(PathBuf::from("target/race/only"))
         );
     }

@@ -220,8 +220,9 @@ mod tests {
 
     #[test]
     fn the_page_has_bars_plots_and_nothing_from_outside() {
-        let row = |points: u64, ours: f64| json!({ "points": points, "threads": 1, "ours_ms": ours, "best_jax_ms": ours * ours + 1.0 });
-        let text = page(&json!({ "wave": [row(10, 1.0), row(100, 10.0), row(1000, 100.0)] }));
+        let row = |dof: u64, ours: f64| json!({ "width": 64, "dof": dof, "threads": 1, "ours_ms": ours, "best_jax_ms": ours * ours + 1.0 });
+        let text =
+            page(&json!({ "acceleration": [row(10, 1.0), row(100, 10.0), row(1000, 100.0)] }));
         assert!(text.contains("<rect") && text.contains("slope 1.00"));
         assert!(!text.contains("http") && !text.contains("NaN"));
     }

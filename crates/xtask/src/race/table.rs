@@ -209,8 +209,8 @@ mod tests {
     #[test]
     fn the_tables_of_a_page_are_replaced_between_its_markers_alone() {
         let page = std::env::temp_dir().join(format!("race-{}.md", std::process::id()));
-        let race = json!({ "wave": [{
-            "points": 10, "threads": 1, "precision": "f64",
+        let race = json!({ "rollout": [{
+            "width": 64, "batch": 10, "threads": 1, "precision": "f64",
             "ours_ms": 0.5, "ours_spread_ms": 0.1, "best_jax_ms": 1.0, "best_jax_spread_ms": 0.1,
         }] });
         let before = "above\n<!-- race -->\nold\n<!-- /race -->\nbelow\n";

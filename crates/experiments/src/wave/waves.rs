@@ -2,12 +2,16 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::wrapped;
 use lagrangian::Model;
+
+/// The angle in (−π, π] that differs from `x` by whole turns.
+pub(super) fn wrapped(x: f64) -> f64 {
+    PI - (PI - x).rem_euclid(TAU)
+}
 
 /// ω² of small waves with `mode` wavelengths around a ring, by the model's own accelerations: −1 times the share of
 /// cos kx in φ̈ at φ = ± `amplitude` · cos kx at rest, over the amplitude. Negative where the ring is unstable.
-pub(crate) fn dispersion(model: &dyn Model, mode: usize, amplitude: f64) -> f64 {
+pub(super) fn dispersion(model: &dyn Model, mode: usize, amplitude: f64) -> f64 {
     let n = model.coordinates().dof();
     let shape: Vec<f64> = (0..n)
         .map(|i| (TAU * (mode * i % n) as f64 / n as f64).cos())
@@ -25,18 +29,18 @@ pub(crate) fn dispersion(model: &dyn Model, mode: usize, amplitude: f64) -> f64 
 }
 
 /// A Gaussian pulse.
-pub(crate) struct Pulse {
+pub(super) struct Pulse {
     /// Its height.
-    pub(crate) height: f64,
+    pub(super) height: f64,
     /// Its centre, in points.
-    pub(crate) centre: f64,
+    pub(super) centre: f64,
     /// Points from its centre to where it is e⁻¹ of its height.
-    pub(crate) width: f64,
+    pub(super) width: f64,
 }
 
 impl Pulse {
     /// The pulse on a ring, with φ̇ = −`speed` ∂φ/∂x (points a second), so that it runs to the right; at rest with 0.
-    pub(crate) fn start(&self, points: usize, speed: f64) -> (Vec<f64>, Vec<f64>) {
+    pub(super) fn start(&self, points: usize, speed: f64) -> (Vec<f64>, Vec<f64>) {
         let length = points as f64;
         let at = |i: usize| {
             let x = i as f64 - self.centre;
@@ -49,7 +53,7 @@ impl Pulse {
 }
 
 /// The centre of φ² on the ring, in points: the phase of its first Fourier component.
-pub(crate) fn centre_of_pulse(phi: &[f64]) -> f64 {
+pub(super) fn centre_of_pulse(phi: &[f64]) -> f64 {
     let n = phi.len() as f64;
     let (mut re, mut im) = (0.0, 0.0);
     for (i, x) in phi.iter().enumerate() {
@@ -62,7 +66,7 @@ pub(crate) fn centre_of_pulse(phi: &[f64]) -> f64 {
 
 /// A kink of the sine-Gordon equation that moves at v < c: φ = 4 arctan exp(γ (x − x₀) ω₀/c), φ̇ = −v ∂φ/∂x, from 0 to 2π
 /// once around a ring at spacing 1 (γ = 1/√(1 − v²/c²)).
-pub(crate) fn kink(
+pub(super) fn kink(
     points: usize,
     centre: f64,
     (speed, gap, v): (f64, f64, f64),
@@ -76,7 +80,7 @@ pub(crate) fn kink(
 }
 
 /// Where φ passes π (modulo 2π) on the ring, in points, and its slope there; `None` where it does not.
-pub(crate) fn kink_position(phi: &[f64]) -> Option<(f64, f64)> {
+pub(super) fn kink_position(phi: &[f64]) -> Option<(f64, f64)> {
     let n = phi.len();
     (0..n).find_map(|i| {
         let (from, step) = (wrapped(phi[i] - PI), wrapped(phi[(i + 1) % n] - phi[i]));
@@ -86,7 +90,7 @@ pub(crate) fn kink_position(phi: &[f64]) -> Option<(f64, f64)> {
 }
 
 /// The speed of a place on a ring of this length by least squares, which moves less than half the ring between samples.
-pub(crate) fn speed_of_motion(times: &[f64], places: &[f64], length: f64) -> f64 {
+pub(super) fn speed_of_motion(times: &[f64], places: &[f64], length: f64) -> f64 {
     let mut unrolled = Vec::with_capacity(places.len());
     for &place in places {
         let last = unrolled.last().copied().unwrap_or(place);
@@ -97,7 +101,7 @@ pub(crate) fn speed_of_motion(times: &[f64], places: &[f64], length: f64) -> f64
 }
 
 /// The slope of the line through points (x, y) by least squares.
-pub(crate) fn slope(x: &[f64], y: &[f64]) -> f64 {
+pub(super) fn slope(x: &[f64], y: &[f64]) -> f64 {
     let count = x.len() as f64;
     let (mx, my) = (x.iter().sum::<f64>() / count, y.iter().sum::<f64>() / count);
     let pairs = || x.iter().zip(y).map(|(a, b)| (a - mx, b - my));
