@@ -61,6 +61,25 @@ impl Recording {
     pub(super) const CONSTANT: &str =
         "omit it from `parameters` if it moves, or tell its values apart with `trajectory`";
 
+    /// Signals at these times, of no file.
+    #[must_use]
+    pub fn new(
+        name: impl Into<String>,
+        coordinates: Coordinates,
+        t: Vec<f64>,
+        signals: Signals,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            unwrapped: vec![0; coordinates.dof()],
+            coordinates,
+            t,
+            signals,
+            columns: Columns::default(),
+            sampled: None,
+        }
+    }
+
     /// Number of samples.
     #[must_use]
     pub fn len(&self) -> usize {

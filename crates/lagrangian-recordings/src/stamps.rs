@@ -185,7 +185,6 @@ impl Recording {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Columns;
     use lagrangian_motion::{Coordinates, Signals};
     use rand::{RngExt, SeedableRng};
 
@@ -208,15 +207,7 @@ mod tests {
             qd: sampled.iter().flat_map(qd).map(&mut noisy).collect(),
             ..Signals::default()
         };
-        let recording = Recording {
-            name: "swing".into(),
-            coordinates: Coordinates::lines(2),
-            t,
-            signals,
-            columns: Columns::default(),
-            unwrapped: vec![0; 2],
-            sampled: None,
-        };
+        let recording = Recording::new("swing", Coordinates::lines(2), t, signals);
         (recording, sampled)
     }
 

@@ -423,8 +423,8 @@ mod tests {
     use super::{EstimateOptions, Prepared, estimated, with_long_numbers};
     use lagrangian_mechanics::analytic::by_name;
     use lagrangian_mechanics::rollout::{RolloutOptions, rollout, times};
+    use lagrangian_recordings::Recording;
     use lagrangian_recordings::check::Item;
-    use lagrangian_recordings::{Columns, Recording};
 
     use crate::train::FitSpec;
 
@@ -439,15 +439,7 @@ mod tests {
             let made = rollout(&*system, &start, &[0.0], &t, &force, &options).unwrap();
             let mut signals = made.trajectory.signals;
             signals.tau = t.iter().map(|t| wrong * drive(*t)).collect();
-            Recording {
-                name: format!("log {r}"),
-                coordinates: system.coordinates().clone(),
-                t,
-                signals,
-                columns: Columns::default(),
-                unwrapped: vec![0],
-                sampled: None,
-            }
+            Recording::new(format!("log {r}"), system.coordinates().clone(), t, signals)
         };
         let doubts = |wrong: f64| {
             let factors = [1.0, wrong, 1.0, 1.0];
@@ -482,15 +474,7 @@ mod tests {
             let made = rollout(&*system, &[0.4], &[0.0], &t, &force, &options).unwrap();
             let mut signals = made.trajectory.signals;
             signals.tau = t.iter().map(|t| drive(*t)).collect();
-            Recording {
-                name: "log".into(),
-                coordinates: system.coordinates().clone(),
-                t,
-                signals,
-                columns: Columns::default(),
-                unwrapped: vec![0],
-                sampled: None,
-            }
+            Recording::new("log", system.coordinates().clone(), t, signals)
         };
         let chosen = |hold, given: &[f64]| {
             let mut spec = FitSpec::default();

@@ -2,7 +2,6 @@
 
 use std::f64::consts::TAU;
 
-use lagrangian::trajectory::Columns;
 use lagrangian::trajectory::Samples;
 use lagrangian::{
     Coordinates, Dataset, EstimateOptions, Model, Recording, Result, RolloutOptions, Signals,
@@ -74,19 +73,16 @@ pub(crate) fn column_sizes<'a>(n: usize, signals: impl Iterator<Item = &'a [f64]
 /// The motion as it is read from a file of its positions and, where it has any, its velocities; all else is estimated.
 pub(crate) fn estimated(motion: Trajectory, coordinates: &Coordinates) -> Result<Trajectory> {
     let Signals { q, qd, .. } = motion.signals;
-    let recording = Recording {
-        name: motion.name,
-        coordinates: coordinates.clone(),
-        t: motion.t,
-        columns: Columns::default(),
-        unwrapped: vec![0; coordinates.dof()],
-        sampled: None,
-        signals: Signals {
+    let recording = Recording::new(
+        motion.name,
+        coordinates.clone(),
+        motion.t,
+        Signals {
             q,
             qd,
             ..Signals::default()
         },
-    };
+    );
     Ok(recording.into_trajectory(&EstimateOptions::default())?.0)
 }
 

@@ -5,7 +5,6 @@ use lagrangian::analytic::{AnalyticModel, by_name, normal};
 use lagrangian::mechanics::Quantities;
 use lagrangian::prepared::estimated;
 use lagrangian::rollout::{free, rollout, times};
-use lagrangian::trajectory::Columns;
 use lagrangian::{EstimateOptions, Recording, RolloutOptions, Signals, Trajectory};
 use lagrangian_report::{Role, Table};
 use rand::SeedableRng;
@@ -233,19 +232,16 @@ impl Truth {
                 }
             }
             let with_rates = cell.kind == Filtered;
-            Recording {
-                name: motion.name.clone(),
-                coordinates: self.system.coordinates().clone(),
-                t: motion.t.clone(),
-                signals: Signals {
+            Recording::new(
+                motion.name.clone(),
+                self.system.coordinates().clone(),
+                motion.t.clone(),
+                Signals {
                     q,
                     qd: if with_rates { qd } else { Vec::new() },
                     ..Signals::default()
                 },
-                columns: Columns::default(),
-                unwrapped: vec![0; n],
-                sampled: None,
-            }
+            )
         };
         self.motions.iter().map(noisy).collect()
     }

@@ -113,17 +113,16 @@ impl WaveSystem {
             let motion = rollout(&truth, &phi, &phid, &times, &free, &options)?.trajectory;
             let size = noise * deviation(&motion.q);
             let noisy = |x: &f64| x + size * normal(&mut rng);
-            let mut signals = Signals::default();
-            signals.q = motion.q.iter().map(noisy).collect();
-            Ok(Recording {
-                name: format!("ring {}", k + 1),
-                coordinates: truth.coordinates().clone(),
+            let signals = Signals {
+                q: motion.q.iter().map(noisy).collect(),
+                ..Signals::default()
+            };
+            Ok(Recording::new(
+                format!("ring {}", k + 1),
+                truth.coordinates().clone(),
+                motion.t,
                 signals,
-                columns: Default::default(),
-                unwrapped: vec![0; TRAINED_ON],
-                sampled: None,
-                t: motion.t,
-            })
+            ))
         };
         (0..count).map(motion).collect()
     }

@@ -53,15 +53,12 @@ fn recordings(
                 kick(&mut v, &q);
             }
         }
-        Recording {
-            name: "bodies".into(),
-            coordinates: Coordinates(names.iter().map(line).collect()),
+        Recording::new(
+            "bodies",
+            Coordinates(names.iter().map(line).collect()),
+            (0..201).map(|k| 0.02 * f64::from(k)).collect(),
             signals,
-            columns: Default::default(),
-            unwrapped: vec![0; 6],
-            sampled: None,
-            t: (0..201).map(|k| 0.02 * f64::from(k)).collect(),
-        }
+        )
     };
     (0..count).map(recording).collect()
 }

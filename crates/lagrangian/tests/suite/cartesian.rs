@@ -55,15 +55,7 @@ fn recordings(
                 signals.qd.extend(speed);
             }
         }
-        Recording {
-            name: "swing".into(),
-            coordinates: Coordinates::lines(4),
-            signals,
-            columns: Default::default(),
-            unwrapped: vec![0; 4],
-            sampled: None,
-            t: motion.t,
-        }
+        Recording::new("swing", Coordinates::lines(4), motion.t, signals)
     };
     motions.into_iter().map(recording).collect()
 }

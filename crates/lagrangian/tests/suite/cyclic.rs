@@ -4,7 +4,7 @@
 use lagrangian::analytic::{Analytic, AnalyticModel, Parameter, System, by_name};
 use lagrangian::rollout::{free, rollout, times};
 use lagrangian::{Coordinates, FitConfig, FitSpec, Model, Prepared, RolloutOptions, State, fit};
-use lagrangian_recordings::{Columns, Recording};
+use lagrangian_recordings::Recording;
 use num_dual::DualNum;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -44,15 +44,12 @@ fn motions(system: &dyn Model, sample: &dyn Fn(&mut dyn Rng) -> State) -> Vec<Re
     let recording = |i: usize| {
         let State { q, qd } = sample(&mut rng);
         let made = rollout(system, &q, &qd, &t, &free, &RolloutOptions::truth()).unwrap();
-        Recording {
-            name: format!("motion {i}"),
-            coordinates: system.coordinates().clone(),
-            t: t.clone(),
-            signals: made.trajectory.signals,
-            columns: Columns::default(),
-            unwrapped: Vec::new(),
-            sampled: None,
-        }
+        Recording::new(
+            format!("motion {i}"),
+            system.coordinates().clone(),
+            t.clone(),
+            made.trajectory.signals,
+        )
     };
     (0..10).map(recording).collect()
 }

@@ -3,7 +3,6 @@
 
 use lagrangian::analytic::by_name;
 use lagrangian::models::{RigidConfig, identify};
-use lagrangian::trajectory::Columns;
 use lagrangian::{Coordinates, Dataset, Error, EstimateOptions, Recording, Signals};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -24,19 +23,16 @@ fn recording(noise: [f64; 2]) -> Recording {
         .inverse_dynamics(&q, &qd, &qdd, &mut tau);
     let q = q.iter().map(|q| q + scatter(noise[0])).collect();
     let tau = tau.iter().map(|tau| tau + scatter(noise[1])).collect();
-    Recording {
-        name: "driven".into(),
-        coordinates: Coordinates::angles(1),
-        unwrapped: vec![0],
-        sampled: None,
-        columns: Columns::default(),
+    Recording::new(
+        "driven",
+        Coordinates::angles(1),
         t,
-        signals: Signals {
+        Signals {
             tau,
             q,
             ..Signals::default()
         },
-    }
+    )
 }
 
 fn options(cutoff: f64) -> EstimateOptions {

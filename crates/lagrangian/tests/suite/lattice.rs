@@ -28,15 +28,12 @@ fn recordings(truth: &dyn Model, size: f64, noise: f64) -> Vec<Recording> {
         let mut signals: Signals = Signals::default();
         let noisy = |x: &f64| x + noise * normal(&mut rng);
         signals.q = motion.trajectory.q.iter().map(noisy).collect();
-        Recording {
-            name: format!("motion {k}"),
-            coordinates: truth.coordinates().clone(),
+        Recording::new(
+            format!("motion {k}"),
+            truth.coordinates().clone(),
+            motion.trajectory.t,
             signals,
-            columns: Default::default(),
-            unwrapped: vec![0; n],
-            sampled: None,
-            t: motion.trajectory.t,
-        }
+        )
     };
     (0..8).map(motion).collect()
 }

@@ -42,19 +42,12 @@ fn recorded(
         let t = motion.trajectory.t.clone();
         let exact = motion.trajectory.signals.q.iter();
         let q: Vec<f64> = exact.map(|x| x + deviation * normal(&mut rng)).collect();
-        let recording = Recording {
-            name: "noisy".into(),
-            coordinates: system.coordinates().clone(),
-            signals: Signals {
-                tau: t.iter().map(|t| drive(*t)).collect(),
-                q,
-                ..Signals::default()
-            },
-            columns: Default::default(),
-            unwrapped: vec![0],
-            sampled: None,
-            t,
+        let signals = Signals {
+            tau: t.iter().map(|t| drive(*t)).collect(),
+            q,
+            ..Signals::default()
         };
+        let recording = Recording::new("noisy", system.coordinates().clone(), t, signals);
         let (trajectory, own) = recording
             .into_trajectory(&EstimateOptions::default())
             .unwrap();
