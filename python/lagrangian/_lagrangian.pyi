@@ -33,6 +33,7 @@ class Model:
     def law(self) -> dict[str, str] | None:
         """The law of a formula: ``text``, ``latex``, ``verdict`` (law, expansion or none) and its ``meaning``; ``None`` for other models."""
     def with_sites(self, sites: int) -> Model: ...
+    def distil(self, seed: int) -> tuple[Model, float]: ...
     def forward_dynamics(
         self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike | None = None, *, out: _Array | None = None
     ) -> _Array:

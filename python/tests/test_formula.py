@@ -38,3 +38,13 @@ def test_a_plain_fit_keeps_the_law_alone() -> None:
 
 def test_other_models_have_no_law() -> None:
     assert lg.system("pendulum").law is None
+
+
+def test_the_law_of_a_plain_network_is_found_in_its_motions() -> None:
+    network = lg.Mlp(steps=400, seed=1).fit(swings()).model_
+    law = network.formula().law
+    assert law is not None and law["verdict"] == "law", law
+    terms = {p["name"]: p["value"] for p in network.formula().parameters}
+    assert terms["cos(q1)"] / terms["q1'^2"] == pytest.approx(19.6, rel=0.02)
+    with pytest.raises(lg.LagrangianError, match="fitted"):
+        lg.system("pendulum").formula()

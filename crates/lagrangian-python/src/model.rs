@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex};
 use lagrangian::analytic::AnalyticModel;
 use lagrangian::mechanics::Evaluation;
 use lagrangian::saved::Preparation;
-use lagrangian::{Evaluator, Learned, Provenance, SavedModel};
+use lagrangian::{Evaluator, Learned, Observer, Provenance, SavedModel, distil};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 use self_cell::self_cell;
@@ -16,6 +16,7 @@ use self_cell::self_cell;
 use crate::answers::{Asked, MATRIX, OfState, SCALAR, VECTOR};
 use crate::error::{OrRaise, raise};
 use crate::files::{json, value};
+use crate::fit::watched;
 use crate::number::OwnSystem;
 use crate::plant::PythonPlant;
 use crate::recording::described;
@@ -193,6 +194,18 @@ impl Model {
                 Err(raise(py, "NotSupported", message))
             }
         }
+    }
+
+    /// The law that its motions obey, and the noise that hides what it says differently.
+    fn distil(&self, py: Python<'_>, seed: u64) -> PyResult<(Self, f64)> {
+        let ModelSource::Learned(model, provenance) = &*self.body else {
+            let message = "only a fitted model has motions of its own to search for its law";
+            return Err(raise(py, "NotSupported", message));
+        };
+        let own = |observer: &mut dyn Observer| distil(model, seed, observer);
+        let found = watched(py, None, own)?.or_raise(py)?;
+        let model = ModelSource::Learned(found.model, provenance.clone());
+        Ok((Self::new(model), found.noise))
     }
 
     #[pyo3(signature = (q, qd, tau=None, *, out=None))]

@@ -7,6 +7,7 @@ use lagrangian::{Layout, Learned, Provenance, Recording, SavedModel};
 use serde::Serialize;
 
 use crate::error::{Context, Error, Result};
+use crate::folder::model_file;
 use crate::formats::FileFormat;
 use crate::hashing_reader::{FileHash, HashingReader};
 
@@ -101,11 +102,12 @@ pub struct ReadModel {
     pub hash: FileHash,
 }
 
-/// Reads a saved model, and hashes the content.
+/// Reads a saved model, or that of the folder of a run, and hashes the content.
 ///
 /// # Errors
 /// [`Error::Refused`](crate::Error::Refused), with this hint, for a file that is not a model or is damaged.
 pub fn read_model(path: &Path, hint: &str) -> Result<ReadModel> {
+    let path = &model_file(path);
     let shown = format!("cannot read the model '{}'", path.display());
     let (reader, hashing) = HashingReader::open(path).context(&shown, hint)?;
     let saved = SavedModel::read(reader).context(&shown, hint)?;

@@ -79,6 +79,7 @@
 #![forbid(unsafe_code)]
 
 pub mod dataset;
+mod distil;
 pub mod ensemble;
 pub mod fit;
 pub mod models;
@@ -150,6 +151,7 @@ pub mod text {
 
 pub use check::{CheckOptions, CheckReport, Verdict, check};
 pub use dataset::{Dataset, PrepareOptions, split};
+pub use distil::{Distilled, distil};
 pub use fit::{Fit, FitConfig, fit};
 pub use lagrangian_mechanics::{
     Evaluator, Model, Rollout, RolloutOptions, analytic, expression, integrate, rollout,

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use lagrangian::models::{Parameter, WrittenLaw};
-use lagrangian::{FitSpec, Layout, Learned, PrepareOptions};
+use lagrangian::{FitSpec, Layout, Learned, PrepareOptions, distil};
 use lagrangian_report::{Report, Table};
 use lagrangian_run::{Data, MODEL, PreparedFit};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::OutputMode;
 use crate::data;
@@ -23,9 +23,9 @@ use crate::text;
 const FAMILY: &str = "formula";
 
 pub(super) fn run(args: &FormulaArgs, mode: OutputMode) -> Result<u8> {
-    let model = match saved(&args.files) {
-        Some(path) => fitted::model(&path)?,
-        None => found(args, mode)?,
+    let (model, distilled) = match saved(&args.files) {
+        Some(path) => of_model(path, args, mode)?,
+        None => (found(args, mode)?, None),
     };
     let written = model.written().ok_or_else(|| {
         mistake(
@@ -39,6 +39,7 @@ pub(super) fn run(args: &FormulaArgs, mode: OutputMode) -> Result<u8> {
         "files": args.files,
         "law": written,
         "parameters": parameters,
+        "distilled": distilled,
     });
     mode.print(&figures, || shown(&written, &parameters, args.latex))?;
     Ok(if written.verdict == "none" {
@@ -49,14 +50,30 @@ pub(super) fn run(args: &FormulaArgs, mode: OutputMode) -> Result<u8> {
 }
 
 /// The saved model that is named, or that of a run.
-fn saved(files: &[PathBuf]) -> Option<PathBuf> {
+fn saved(files: &[PathBuf]) -> Option<&Path> {
     let [path] = files else { return None };
-    let of_run = path.join(MODEL);
-    let is_model = |path: &Path| path.extension().is_some_and(|own| own == "safetensors");
-    match of_run.is_file() {
-        true => Some(of_run),
-        false => is_model(path).then(|| path.clone()),
+    let is_model = path.extension().is_some_and(|own| own == "safetensors");
+    (is_model || path.join(MODEL).is_file()).then_some(path)
+}
+
+/// The formula that a model is, or that which its motions obey, with the noise that hides what it says differently.
+fn of_model(path: &Path, args: &FormulaArgs, mode: OutputMode) -> Result<(Learned, Option<Value>)> {
+    let model = fitted::model(path)?;
+    if model.written().is_some() {
+        return Ok((model, None));
     }
+    interrupt::listen()?;
+    let mut display = ProgressDisplay::start("formula", mode.quiet);
+    let found = distil(&model, args.seed, &mut display);
+    display.finish(if found.is_ok() { "done" } else { "failed" });
+    let found = found.map_err(failure::of_data)?;
+    note!(
+        "note: found in motions of this model (family {}), with white noise of {} % of their deviation",
+        model.family(),
+        100.0 * found.noise
+    );
+    let facts = json!({ "family": model.family(), "noise": found.noise });
+    Ok((found.model, Some(facts)))
 }
 
 /// The formula that is found in recordings.

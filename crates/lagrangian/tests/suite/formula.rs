@@ -5,11 +5,12 @@ use lagrangian::analytic::{by_name, normal};
 use lagrangian::dataset::random_starts;
 use lagrangian::mechanics::Quantities;
 use lagrangian::models::WrittenLaw;
-use lagrangian::rollout::{free, rollout_many, times};
+use lagrangian::rollout::{free, rollout_many, sines, times};
 use lagrangian::train::FitSpec;
 use lagrangian::{
-    Coordinates, Fit, FitConfig, Learned, Prepared, Provenance, Recording, RolloutOptions,
-    SavedModel, Signals, fit,
+    Budget, Coordinates, Dataset, Distilled, Fit, FitConfig, Learned, LnnConfig, Prepared,
+    Provenance, Recording, RolloutOptions, SavedModel, Signals, TrainingTask, Trajectory, distil,
+    fit, split,
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -23,18 +24,15 @@ fn recordings(system: &str, count: usize, deviation: f64) -> Vec<Recording> {
     let mut rng = ChaCha8Rng::seed_from_u64(4);
     let recording = |motion: lagrangian::Rollout| {
         let exact = motion.trajectory.signals.q.iter();
-        Recording {
-            name: "swing".into(),
-            coordinates: system.coordinates().clone(),
-            signals: Signals {
+        Recording::new(
+            "swing",
+            system.coordinates().clone(),
+            motion.trajectory.t,
+            Signals {
                 q: exact.map(|x| x + deviation * normal(&mut rng)).collect(),
                 ..Signals::default()
             },
-            columns: Default::default(),
-            unwrapped: vec![0; system.coordinates().dof()],
-            sampled: None,
-            t: motion.trajectory.t,
-        }
+        )
     };
     motions.into_iter().map(recording).collect()
 }
@@ -62,6 +60,43 @@ fn the_law_of_a_pendulum_is_found_with_its_standard_error() {
         let off = (parameters[1].value - 9.8).abs();
         assert!(off < 5.0 * error && error < 0.02, "{off} {error}");
         assert!(written.latex.contains(r"\cos(q_{1})"), "{}", written.latex);
+    }
+}
+
+#[test]
+fn the_law_of_a_network_is_found_in_its_motions_in_its_own_unit() {
+    let system = by_name("pendulum", &[("mass", 2.0), ("length", 0.5)]).unwrap();
+    for drive in [0.0, 3.0] {
+        let starts = random_starts(&*system, 8, 2);
+        let clock = times(4.0, 0.02).unwrap();
+        let forces = sines(1, drive, 1);
+        let options = RolloutOptions::default();
+        let motions = rollout_many(&*system, &starts, &clock, &forces, &options).unwrap();
+        let motions: Vec<Trajectory> = motions.into_iter().map(|own| own.trajectory).collect();
+        let (train, validation) = split(motions, 0.2, 0).unwrap();
+        let data = Dataset::new(system.coordinates().clone(), &train, &validation).unwrap();
+        let task = TrainingTask {
+            budget: Budget::Steps(300),
+            ..TrainingTask::default()
+        };
+        let network = LnnConfig {
+            width: 16,
+            ..LnnConfig::default()
+        };
+        let network = fit(&data, &FitConfig::new(network, task), None, &mut ()).unwrap();
+        let Distilled { model, noise } = distil(&network.model, 0, &mut ()).unwrap();
+        let written = model.written().unwrap();
+        assert!(written.is_law() && noise < 1e-2, "{}", written.text);
+        let terms = model.parameters();
+        let value = |name: &str| terms.iter().find(|own| own.name == name).unwrap().value;
+        // m l² / 2 and m g l where forces fix the unit, else in parts of the former.
+        let kinetic = if drive > 0.0 { 0.25 } else { 0.5 };
+        let own = [value("q1'^2"), value("cos(q1)")];
+        let off = (own[0] / kinetic - 1.0).abs() + (own[1] / kinetic / 39.2 - 1.0).abs();
+        assert!(off < 5e-3, "{}", written.text);
+        // A formula is one as it is.
+        let again = distil(&model, 0, &mut ()).unwrap();
+        assert!(again.model.written().unwrap().is_law());
     }
 }
 
@@ -114,18 +149,11 @@ fn two_springs(noise: f64) -> Vec<Recording> {
         let t: Vec<f64> = (0..200).map(|s| 0.02 * s as f64).collect();
         let both = t.iter().flat_map(|t| [0, 1].map(|i| (i, place(i, *t))));
         let q = both.map(|(i, q)| q + noise * size(i) * normal(&mut rng));
-        Recording {
-            name: format!("motion {k}"),
-            coordinates: Coordinates::lines(2),
-            signals: Signals {
-                q: q.collect(),
-                ..Signals::default()
-            },
-            columns: Default::default(),
-            unwrapped: vec![0; 2],
-            sampled: None,
-            t,
-        }
+        let signals = Signals {
+            q: q.collect(),
+            ..Signals::default()
+        };
+        Recording::new(format!("motion {k}"), Coordinates::lines(2), t, signals)
     };
     (0..8).map(motion).collect()
 }
