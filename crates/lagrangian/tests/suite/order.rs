@@ -8,13 +8,14 @@ use std::path::{Path, PathBuf};
 use lagrangian::models::{Entry, FAMILIES};
 
 /// The modules in their order; those of a row may use each other.
-const ORDER: [&[&str]; 6] = [
+const ORDER: [&[&str]; 7] = [
     &["dataset", "saved"],
     &["train"],
     &["models"],
     &["score", "torque"],
     &["fit"],
     &["prepared", "ensemble"],
+    &["distil"],
 ];
 
 #[test]
