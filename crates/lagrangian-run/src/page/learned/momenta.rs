@@ -1,5 +1,6 @@
 //! Momenta along a recorded motion, and gyroscopic forces.
 
+use lagrangian::Learned;
 use lagrangian::mechanics::Quantities;
 use lagrangian::trajectory::Coordinate;
 use lagrangian_report::{Axis, Figure, Role, Series, Sweep, force_unit};
@@ -12,6 +13,9 @@ const MOST: usize = 4;
 const DRAWN: usize = 2000;
 /// A model has gyroscopic forces where they are more than this part of the bias.
 const GYROSCOPIC: f64 = 1e-3;
+/// Shifts of a coordinate by which nothing changes where it is cyclic, to rounding.
+const SHIFTS: [f64; 3] = [0.3, 1.1, -2.0];
+const ROUNDING: f64 = 1e-9;
 
 pub(super) fn figures(subject: &Subject) -> Vec<Figure> {
     let moved = subject.most_moved(MOST).into_iter();
@@ -46,17 +50,41 @@ fn momentum(subject: &Subject, i: usize) -> Option<Figure> {
     }
     series.push(Series::line("learned", Role::Lnn, t(), each.learned));
     let coordinate = &subject.coordinates.0[i];
+    let (title, kept) = match is_cyclic(subject.model, &q[..n], &qd[..n], i) {
+        true => (
+            "Conserved momentum",
+            format!(
+                " Nothing in the model depends on {}, so that only friction and forces on it change its momentum (Noether 1918).",
+                coordinate.name
+            ),
+        ),
+        false => ("Momentum", String::new()),
+    };
     Some(Figure {
         id: format!("learned-momentum-{}", i + 1),
-        title: format!("Momentum of {}", coordinate.name),
+        title: format!("{title} of {}", coordinate.name),
         caption: format!(
-            "p = ∂L/∂q̇ along the motion '{}', less its value at rest, which a gauge of L may change at will.{}",
+            "p = ∂L/∂q̇ along the motion '{}', less its value at rest, which a gauge of L may change at will.{kept}{}",
             motion.name,
             subject.aligned()
         ),
         x: Axis::linear("time", "s"),
         y: Axis::linear("momentum", subject.unit(unit(coordinate))),
         series,
+    })
+}
+
+/// Whether the forces of a model are the same wherever coordinate `i` is.
+fn is_cyclic(model: &Learned, q: &[f64], qd: &[f64], i: usize) -> bool {
+    let forces = |shift: f64| {
+        let mut q = q.to_vec();
+        q[i] += shift;
+        model.inverse_dynamics(&q, qd, qd)
+    };
+    let same = |(a, b): (&f64, &f64)| (a - b).abs() <= ROUNDING * a.abs().max(1.0);
+    forces(0.0).is_ok_and(|own| {
+        let as_own = |shift| forces(shift).is_ok_and(|other| own.iter().zip(&other).all(same));
+        SHIFTS.into_iter().all(as_own)
     })
 }
 
