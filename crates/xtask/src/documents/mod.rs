@@ -27,8 +27,10 @@ documents  runs every command of the documents, help texts and hints with short 
            it skips
            --as-built     takes the programs and the Python module as they were built last
            --only PAGE    one page (README.md, `lagrangian fit --help`, …)
-           --verbose      names what is not run as it is printed";
+           --verbose      names what is not run as it is printed, and the commands that took longest";
 
+/// Commands whose time is told.
+const SLOWEST: usize = 40;
 /// Pages that are followed at a time.
 const WORKERS: usize = 2;
 
@@ -63,7 +65,16 @@ pub(crate) fn main(flags: &[&str]) -> Result<(), Failure> {
             "documents [--as-built] [--verbose] [--only PAGE]",
         ));
     }
-    let outcome = followed(&bench, &pages, interpreter.as_deref())?;
+    let mut outcome = followed(&bench, &pages, interpreter.as_deref())?;
+    outcome.times.sort_by(|a, b| b.0.total_cmp(&a.0));
+    for (seconds, own) in outcome
+        .times
+        .iter()
+        .take(SLOWEST)
+        .filter(|_| options.verbose)
+    {
+        println!("{seconds:.1} s: {own}");
+    }
     for own in outcome
         .skipped
         .iter()
@@ -132,6 +143,7 @@ fn followed(bench: &Bench, pages: &[Page], python: Option<&Path>) -> Result<Outc
             all.ran += own.ran;
             all.skipped.extend(own.skipped);
             all.failures.extend(own.failures);
+            all.times.extend(own.times);
         }
         Ok(())
     };

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::time::Instant;
 
 use super::exceptions::{self, Instead};
 use super::fences::{Printed, words};
@@ -27,6 +28,8 @@ pub(super) struct Outcome {
     /// What was not run as it is printed, and why.
     pub(super) skipped: Vec<String>,
     pub(super) failures: Vec<String>,
+    /// The seconds of each command.
+    pub(super) times: Vec<(f64, String)>,
 }
 
 /// A page that is followed.
@@ -141,7 +144,11 @@ impl<'a> Walk<'a> {
     fn run(&mut self, own: &Printed, text: &str, expected: i32) -> Result<(), String> {
         self.bench
             .supply(&self.folder, &printed::inputs(text), text)?;
+        let clock = Instant::now();
         let ended = self.bash(&self.folder, text)?;
+        let shown = format!("{}:{}: {text}", self.page.name, own.line);
+        let seconds = clock.elapsed().as_secs_f64();
+        self.outcome.times.push((seconds, shown));
         self.outcome.ran += 1;
         if ended.code != Some(expected) && !is_poor(&ended) {
             self.fail_with(own.line, text, &ended, expected);
