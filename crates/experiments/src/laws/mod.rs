@@ -37,7 +37,8 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
          accelerations are right as well.",
         "PySINDy (Kaptanoglu et al. 2022) gets the same positions: velocities and accelerations by its smoothed differences, polynomials of velocities, \
          lines, sines and cosines, and of sixteen settings the one that is nearest to the truth. It runs where `python3`, or the interpreter that PYTHON \
-         names, has the package.",
+         names, has the package. xL-SINDy (Purnomo, Hayashibe 2023, as the package py-xl-sindy) gets the same derivatives: products of two velocities and of \
+         two functions of places at most, and friction; of six settings the one that is nearest to the truth. Its terms of more than two coordinates take hours.",
         "Systems stand in two halves by name, as in the experiment driver; both were seen while the search was built.",
     ],
     parts: Some("a part of the name of a case"),
@@ -50,6 +51,7 @@ pub(crate) const EXPERIMENT: Experiment = Experiment {
         less("error", "error of q̈, median", ""),
         less("away", "of faster motions", ""),
         less("sindy", "PySINDy", ""),
+        less("xlsindy", "xL-SINDy", ""),
         more("momenta", "cyclic coordinates found", "%"),
         less("false_momenta", "sets with a false one", ""),
         neither("unjoined", "sets of free points", ""),
@@ -94,12 +96,14 @@ struct Record {
     cyclic: [usize; 3],
     /// Constraints that were found among free points.
     constraints: Option<Vec<String>>,
-    sindy: Option<Sindy>,
+    sindy: Option<Peer>,
+    #[serde(default)]
+    xlsindy: Option<Peer>,
 }
 
-/// The best of `PySINDy`.
+/// The best of a peer.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-struct Sindy {
+struct Peer {
     error: Option<f64>,
     #[serde(default)]
     terms: usize,
@@ -194,6 +198,7 @@ fn measured(lab: &mut Lab, case: &Case, name: &str) -> Result<Record> {
         cyclic: judged(&truth, &usual, &cyclic),
         constraints: None,
         sindy: None,
+        xlsindy: None,
     };
     match fitted {
         Err(error) => record.text = error.to_string(),
@@ -215,7 +220,8 @@ fn measured(lab: &mut Lab, case: &Case, name: &str) -> Result<Record> {
         let found = find_in(&recordings, None)?.found;
         record.constraints = Some(found.into_iter().map(|own| own.constraint.name).collect());
     }
-    record.sindy = sindy(&recordings, &usual)?;
+    record.sindy = peer(include_str!("sindy.py"), &recordings, &usual)?;
+    record.xlsindy = peer(include_str!("xlsindy.py"), &recordings, &usual)?;
     Ok(record)
 }
 
@@ -280,8 +286,8 @@ impl States {
     }
 }
 
-/// What `PySINDy` makes of the same positions; none where it is not installed.
-fn sindy(recordings: &[Recording], states: &States) -> Result<Option<Sindy>> {
+/// What the peer of a script makes of the same positions; none where it is not installed.
+fn peer(script: &str, recordings: &[Recording], states: &States) -> Result<Option<Peer>> {
     let Some(first) = recordings.first() else {
         return Ok(None);
     };
@@ -300,7 +306,7 @@ fn sindy(recordings: &[Recording], states: &States) -> Result<Option<Sindy>> {
     let python = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
     let mut command = Command::new(python);
     command
-        .args(["-c", include_str!("sindy.py")])
+        .args(["-c", script])
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::null());
@@ -354,6 +360,7 @@ fn summarise(lab: &mut Lab, (half, noise): (&str, f64), records: &[&Record]) {
     let times = || records.iter().map(|own| own.seconds);
     let median = |values: Vec<f64>| upper_median(values).unwrap_or(f64::NAN);
     let sindy = within().filter_map(|own| own.sindy.as_ref()?.error);
+    let xlsindy = within().filter_map(|own| own.xlsindy.as_ref()?.error);
     let values = [
         ("within", within().count() as f64),
         ("right", count("right")),
@@ -363,6 +370,7 @@ fn summarise(lab: &mut Lab, (half, noise): (&str, f64), records: &[&Record]) {
         ("error", median(within().map(|own| own.errors[0]).collect())),
         ("away", median(within().map(|own| own.errors[1]).collect())),
         ("sindy", median(sindy.collect())),
+        ("xlsindy", median(xlsindy.collect())),
         ("momenta", 100.0 * found / cyclic),
         (
             "false_momenta",
@@ -398,10 +406,14 @@ fn list(lab: &mut Lab, records: &[Record]) -> Result<()> {
         )
     });
     let row = |own: &&Record| {
-        let sindy = own
-            .sindy
-            .as_ref()
-            .and_then(|peer| Some((peer.error?, peer.terms)));
+        let peer = |own: &Option<Peer>| {
+            let own = own.as_ref().and_then(|own| Some((own.error?, own.terms)));
+            own.map_or(["–".into(), "–".into()], |own| {
+                [scientific(own.0), own.1.to_string()]
+            })
+        };
+        let [sindy, terms_of_sindy] = peer(&own.sindy);
+        let [xlsindy, terms_of_xlsindy] = peer(&own.xlsindy);
         vec![
             own.system.clone(),
             own.half.clone(),
@@ -412,8 +424,10 @@ fn list(lab: &mut Lab, records: &[Record]) -> Result<()> {
             own.found.to_string(),
             scientific(own.errors[0]),
             scientific(own.errors[1]),
-            sindy.map_or("–".into(), |own| scientific(own.0)),
-            sindy.map_or("–".into(), |own| own.1.to_string()),
+            sindy,
+            terms_of_sindy,
+            xlsindy,
+            terms_of_xlsindy,
             format!(
                 "{} of {}, {} false",
                 own.cyclic[1], own.cyclic[0], own.cyclic[2]
@@ -436,6 +450,8 @@ fn list(lab: &mut Lab, records: &[Record]) -> Result<()> {
         "error of q̈",
         "of faster motions",
         "PySINDy",
+        "its terms",
+        "xL-SINDy",
         "its terms",
         "cyclic",
         "constraints",
