@@ -59,12 +59,12 @@ pub fn distil(model: &Learned, seed: u64, shown: &mut dyn Observer) -> Result<Di
         let is_law = model.written().is_some_and(|own| own.is_law());
         Ok((Distilled { model, noise }, is_law))
     };
-    let (first, is_law) = at(FIRST)?;
-    let other = at(if is_law { FINER } else { COARSER });
-    Ok(match other {
-        Ok((own, true)) => own,
-        _ => first,
-    })
+    let first = at(FIRST);
+    let is_law = first.as_ref().is_ok_and(|own| own.1);
+    match at(if is_law { FINER } else { COARSER }) {
+        Ok((own, true)) => Ok(own),
+        _ => first.map(|own| own.0),
+    }
 }
 
 /// The motions of a model from states that its data visited, forces included.
@@ -94,7 +94,7 @@ fn motions(model: &Learned, seed: u64) -> Result<Vec<Recording>> {
     let times = times(step * SAMPLES as f64, step)?;
     let motion = |(k, start): (usize, &&[f64])| {
         let (q, qd) = start.split_at(n);
-        let forces = drive.forces(seed + k as u64);
+        let forces = drive.forces(seed.wrapping_add(k as u64));
         let made = rollout(model, q, qd, &times, &forces, &RolloutOptions::truth())?;
         let mut motion = made.trajectory;
         let states = motion.q.chunks_exact(n).zip(motion.qd.chunks_exact(n));
