@@ -5,6 +5,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::fit::{FitConfig, select};
 use crate::models::Learned;
+use crate::models::formula::family::NAME;
 use crate::prepared::Prepared;
 use crate::train::{FitSpec, Observer};
 use lagrangian_mechanics::Visited;
@@ -49,7 +50,7 @@ pub fn distil(model: &Learned, seed: u64, shown: &mut dyn Observer) -> Result<Di
     let mut at = |noise: f64| -> Result<(Distilled, bool)> {
         let spec = FitSpec {
             seed,
-            ..FitSpec::of("formula")
+            ..FitSpec::of(NAME)
         };
         let prepared = Prepared::new(noisy(model, &motions, noise, seed), Vec::new(), &spec)?;
         let candidates = FitConfig::candidates(&prepared.dataset, &prepared.estimates, &spec)?;

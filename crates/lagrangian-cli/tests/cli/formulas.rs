@@ -29,12 +29,15 @@ fn a_law_is_printed_from_recordings_and_from_the_model_that_a_plain_fit_keeps() 
 }
 
 #[test]
-fn a_model_that_is_no_formula_and_what_has_none_are_refused_in_words() {
+fn a_network_has_a_law_and_what_has_none_is_refused_in_words() {
     let bench = Workbench::new();
     bench.succeed(SIMULATED);
-    bench.succeed("fit swing.csv --model lnn --steps 5 --out net --quiet");
-    let said = bench.refuse("formula net");
-    assert!(said.contains("is no formula"), "{said}");
+    bench.succeed("fit swing.csv --model lnn --steps 150 --out net --quiet");
+    let found = bench.run("formula net --json --quiet").json();
+    assert_eq!(found["distilled"]["family"], "lnn", "{found}");
+    let text = found["law"]["text"].as_str().unwrap_or_default();
+    assert!(text.contains("cos(q1)"), "{found}");
+    bench.refuse("formula swing");
     let columns =
         |k: u32| (1..=9).map(move |i| (f64::from(k) * 0.05 + f64::from(i)).sin().to_string());
     let row = |k: u32| {

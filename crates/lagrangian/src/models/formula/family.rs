@@ -32,7 +32,7 @@ pub(crate) const ENTRY: Entry = Entry {
     jointed: false,
 };
 
-pub(super) const NAME: &str = "formula";
+pub(crate) const NAME: &str = "formula";
 
 /// The largest number of coordinates of a system whose law is sought where no family is named.
 const FEW: usize = 3;

@@ -1,6 +1,8 @@
 //! A law: the columns that it needs, their coefficients and standard errors.
 
-use super::rows::{Column, Sums, columns};
+use super::moments::Moments;
+use super::rows::{Column, Sums, columns, stirred};
+use crate::dataset::Dataset;
 use crate::models::formula::{STRIDE, WINDOW};
 use lagrangian_mechanics::lattice::{Basis, LatticeShape};
 use lagrangian_motion::solve::quadratic::Quadratic;
@@ -67,6 +69,14 @@ impl Fitted {
             left,
             whole,
         })
+    }
+
+    /// What noise leaves of a row, by the positions that its forces depend on too.
+    pub(super) fn noise(&self, sums: &Sums, moments: &[Moments], dataset: &Dataset) -> f64 {
+        let gain = sums.accelerations.gain(0, |k| self.coefficients[k]);
+        let coordinates = &dataset.coordinates;
+        let stirred = stirred(moments, coordinates, &self.shape, &self.coefficients);
+        sums.noise * (1.0 + (stirred - 1.0) / gain)
     }
 
     /// The part of each group of sites' rows that is left.

@@ -16,8 +16,9 @@ pub(crate) struct Moments {
     pub(crate) rate: Vec<f64>,
     pub(crate) acceleration: Vec<f64>,
     pub(crate) force: Vec<f64>,
-    /// w at each sample, times the step.
+    /// w and ẅ at each sample, times the step.
     pub(crate) weights: Vec<f64>,
+    pub(super) curvatures: Vec<f64>,
     /// The mean square of ∫ q̈ w that the noise of the positions alone makes.
     pub(crate) noise: f64,
     /// Whether it is held out.
@@ -101,6 +102,7 @@ impl Moments {
             acceleration,
             force,
             noise: noise(&q, n) * weights.iter().map(|w| w.curvature.powi(2)).sum::<f64>(),
+            curvatures: weights.iter().map(|w| w.curvature).collect(),
             weights: weights.into_iter().map(|w| w.value).collect(),
             q,
             held: stretch.held,

@@ -6,6 +6,7 @@ use lagrangian_motion::parallel::prelude::*;
 use super::moments::Moments;
 use lagrangian_mechanics::lattice::{Basis, LatticeShape};
 use lagrangian_motion::Coordinates;
+use lagrangian_motion::solve::dot;
 use lagrangian_motion::solve::quadratic::Quadratic;
 
 /// What a column of rows multiplies.
@@ -59,6 +60,8 @@ pub(super) struct Sums {
 
 /// Up to this number of sites each has sums of its own.
 const ALONE: usize = 256;
+/// Positions of which it is found what noise makes of their rows, about.
+const STIRRED: usize = 1_000_000;
 /// Stretches whose rows are kept at a time.
 const AT_A_TIME: usize = 16;
 
@@ -250,6 +253,48 @@ fn hold(basis: &Basis, own: &Moments, site: usize, row: &mut [f64]) {
     let n = own.place.len();
     let each = own.q.iter().skip(site).step_by(n).zip(&own.weights);
     each.for_each(|(q, w)| basis.values(*q, |k, value| row[k] -= w * value));
+}
+
+/// What the noise of positions makes of the rows of these coefficients, in units of what it makes of an acceleration: forces have it as well.
+pub(super) fn stirred(
+    moments: &[Moments],
+    coordinates: &Coordinates,
+    shape: &LatticeShape,
+    coefficients: &[f64],
+) -> f64 {
+    let n = coordinates.dof();
+    let slope = |basis: &Basis, first: usize, x: f64| {
+        let mut slope = 0.0;
+        basis.rates(x, |k, rate| slope += coefficients[first + k] * rate);
+        slope
+    };
+    let (mut noise, mut alone) = (0.0, 0.0);
+    let values: usize = moments.iter().map(|own| own.q.len()).sum();
+    let every = values.div_ceil(STIRRED).max(1);
+    for own in moments.iter().step_by(every) {
+        for ((q, w), c) in own.q.chunks_exact(n).zip(&own.weights).zip(&own.curvatures) {
+            // ẅ − w ∂F/∂q of the site itself; of each neighbour the other part.
+            let mut site = vec![*c; n];
+            let mut first = 0;
+            for bonds in &shape.bonds {
+                for [i, j] in bonds.pairs.iter().copied() {
+                    let stretch = coordinates.difference(0, at(q, j), at(q, i));
+                    let pull = w * slope(&bonds.basis, first, stretch);
+                    let ends = [i, j].into_iter().filter(|end| *end < n);
+                    ends.clone().for_each(|end| site[end] += pull);
+                    noise += (ends.count() / 2 * 2) as f64 * pull * pull;
+                }
+                first += bonds.basis.count() + 1;
+            }
+            if let Some(basis) = &shape.site {
+                let each = site.iter_mut().zip(q);
+                each.for_each(|(site, q)| *site += w * slope(basis, first, *q));
+            }
+            noise += dot(&site, &site);
+            alone += n as f64 * c * c;
+        }
+    }
+    noise / alone.max(f64::MIN_POSITIVE)
 }
 
 /// The value of a site; that of a wall is 0.

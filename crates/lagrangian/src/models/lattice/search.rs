@@ -72,8 +72,9 @@ pub(super) fn find(
         tell("fitting masses", 0.9);
         (masses, law) = (unequal, own);
     }
-    check(&law, &sums)?;
-    solved(dataset, law, masses, sums.noise)
+    let noise = law.noise(&sums, &some, dataset);
+    check(&law, &sums, noise)?;
+    solved(dataset, law, masses, noise)
 }
 
 /// The law with the cheapest description of the motions, and its sums, of as few neighbours as explain them. Where sites share inertia each feels all
@@ -107,10 +108,9 @@ fn cheapest(
                 best = Some((law, sums));
             }
         }
-        if best
-            .as_ref()
-            .is_some_and(|(law, sums)| misfit(law, sums.noise, false).is_explained())
-        {
+        if best.as_ref().is_some_and(|(law, sums)| {
+            misfit(law, law.noise(sums, moments, dataset), false).is_explained()
+        }) {
             break;
         }
     }
@@ -297,9 +297,9 @@ fn scaled(of: &[Quadratic], masses: &[f64]) -> Vec<Quadratic> {
 }
 
 /// Refuses a law that does not explain the motions.
-fn check(law: &Fitted, sums: &Sums) -> Result<()> {
+fn check(law: &Fitted, sums: &Sums, noise: f64) -> Result<()> {
     let at = usize::from(law.whole[1] > 0.0);
-    let beyond = (law.left[at] - sums.noise).max(0.0) / law.whole[at].max(f64::MIN_POSITIVE);
+    let beyond = (law.left[at] - noise).max(0.0) / law.whole[at].max(f64::MIN_POSITIVE);
     if beyond < REFUSED {
         return Ok(());
     }

@@ -10,6 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use super::super::term::{Position, Term};
 use super::smooth::{self, Polynomial};
 use lagrangian_motion::noise::normal;
+use lagrangian_motion::solve::dot;
 use lagrangian_motion::statistics::{
     column, deviation, median_size, root_mean_square, sort_numbers,
 };
@@ -139,8 +140,11 @@ pub(crate) struct Weight {
     pub(crate) curvature: f64,
 }
 
+/// The highest power of time whose sums with ẇ and ẅ are those of its derivatives with w.
+const POWERS: usize = 10;
+
 impl Stretch<'_> {
-    /// w = (1 − s²)ᵉ at each sample, s from −1 to 1.
+    /// w = (1 − s²)ᵉ at each sample, s from −1 to 1, with the numbers next to ẇ and ẅ by which partial integration holds for sums over polynomials.
     pub(crate) fn weights(&self) -> Vec<Weight> {
         let t = &self.times.t[self.range.clone()];
         let (first, last) = (t[0], t[t.len() - 1]);
@@ -157,8 +161,53 @@ impl Stretch<'_> {
                 curvature: step * 2.0 * e * curved * u.powi(EXPONENT - 2) / (half * half),
             }
         };
-        (0..t.len()).map(weight).collect()
+        let mut weights: Vec<Weight> = (0..t.len()).map(weight).collect();
+        let s: Vec<f64> = t.iter().map(|t| (t - middle) / half).collect();
+        for [p, slope, curve] in &polynomials(&s, POWERS.min(s.len() / 2)) {
+            let (mut rate, mut curvature) = (0.0, 0.0);
+            for (k, own) in weights.iter().enumerate() {
+                rate += own.rate * p[k] + own.value * slope[k] / half;
+                curvature += own.curvature * p[k] - own.value * curve[k] / (half * half);
+            }
+            for (own, p) in weights.iter_mut().zip(p) {
+                own.rate -= rate * p;
+                own.curvature -= curvature * p;
+            }
+        }
+        weights
     }
+}
+
+/// The polynomials up to this degree that are orthonormal at these places, with their first and second derivatives.
+fn polynomials(s: &[f64], degree: usize) -> Vec<[Vec<f64>; 3]> {
+    let mut all: Vec<[Vec<f64>; 3]> = Vec::new();
+    for _ in 0..=degree {
+        let mut own = match all.last() {
+            None => [1.0, 0.0, 0.0].map(|x| vec![x; s.len()]),
+            Some([p, slope, curve]) => {
+                let times = |of: &[f64], more: &dyn Fn(usize) -> f64| {
+                    let each = s.iter().zip(of).enumerate();
+                    each.map(|(k, (s, x))| s * x + more(k)).collect()
+                };
+                let twice = |k: usize| 2.0 * slope[k];
+                [
+                    times(p, &|_| 0.0),
+                    times(slope, &|k| p[k]),
+                    times(curve, &twice),
+                ]
+            }
+        };
+        for other in &all {
+            let along = dot(&own[0], &other[0]);
+            for (own, other) in own.iter_mut().zip(other) {
+                own.iter_mut().zip(other).for_each(|(x, y)| *x -= along * y);
+            }
+        }
+        let size = dot(&own[0], &own[0]).sqrt();
+        own.iter_mut().flatten().for_each(|x| *x /= size);
+        all.push(own);
+    }
+    all
 }
 
 /// A stretch of a recording with its states.
@@ -463,4 +512,36 @@ fn noise_size(
     let first = levels.iter().position(|level| *level <= 1.05 * least);
     let rest = &levels[first.unwrap_or(0)..];
     [rest[0], rest.iter().copied().fold(0.0, f64::max)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn polynomials_are_orthonormal_at_uneven_places_with_their_derivatives() {
+        let s: Vec<f64> = (0..40)
+            .map(|k| -1.0 + 0.05 * f64::from(k) + 0.01 * f64::from(k % 3))
+            .collect();
+        let all = polynomials(&s, 10);
+        for (a, [own, ..]) in all.iter().enumerate() {
+            for (b, [other, ..]) in all.iter().enumerate() {
+                assert!(
+                    (dot(own, other) - f64::from(a == b)).abs() < 1e-12,
+                    "{a} {b}"
+                );
+            }
+        }
+        // s³ is a sum of them, and its derivatives are the same sums of theirs.
+        let cube: Vec<f64> = s.iter().map(|s| s * s * s).collect();
+        let sum = |of: usize, k: usize| -> f64 {
+            all.iter().map(|own| dot(&own[0], &cube) * own[of][k]).sum()
+        };
+        for (k, s) in s.iter().enumerate() {
+            let expected = [s * s * s, 3.0 * s * s, 6.0 * s];
+            for (of, expected) in expected.into_iter().enumerate() {
+                assert!((sum(of, k) - expected).abs() < 1e-9, "{of} {k}");
+            }
+        }
+    }
 }
