@@ -73,10 +73,12 @@ impl Fitted {
 
     /// What noise leaves of a row, by the positions that its forces depend on too.
     pub(super) fn noise(&self, sums: &Sums, moments: &[Moments], dataset: &Dataset) -> f64 {
-        let gain = sums.accelerations.gain(0, |k| self.coefficients[k]);
-        let coordinates = &dataset.coordinates;
-        let stirred = stirred(moments, coordinates, &self.shape, &self.coefficients);
-        sums.noise * (1.0 + (stirred - 1.0) / gain)
+        let coefficient = |k: usize| self.coefficients[k];
+        let gain = sums.accelerations.gain(None, coefficient);
+        let mass = sums.accelerations.mass(coefficient);
+        let of_mass: Vec<f64> = self.coefficients.iter().map(|own| own / mass).collect();
+        let stirred = stirred(moments, &dataset.coordinates, &self.shape, &of_mass);
+        mass * mass * sums.noise * (1.0 + (stirred - 1.0) / gain)
     }
 
     /// The part of each group of sites' rows that is left.
@@ -202,15 +204,18 @@ impl<'a> Kept<'a> {
         self.indices().into_iter().zip(x.iter().copied())
     }
 
-    /// What these coefficients leave of the rows, in units of the noise of an acceleration, and how much larger that of a row is: its columns that are
-    /// accelerations have theirs as well, which their sums are without.
+    /// What these coefficients leave of the rows, less what noise adds by accelerations of neighbours, and how much larger it is with that: sums are
+    /// without the noise of columns that are accelerations.
     fn loss(&self, sums: &Quadratic, x: &[f64]) -> [f64; 2] {
         let coefficient = |k: usize| {
             let own = self.terms(x).find(|own| own.0 == k);
             own.map_or(0.0, |own| own.1)
         };
-        let gain = self.of.accelerations.gain(0, coefficient);
-        let missing = (gain - 1.0) * sums.rows as f64 * self.of.noise;
+        let gain = self.of.accelerations.gain(None, coefficient);
+        let mass = self.of.accelerations.mass(coefficient);
+        // With forces that of the site's own acceleration is in a column too.
+        let counted = f64::from(u8::from(!self.of.accelerations.is_forced()));
+        let missing = (gain - counted) * mass * mass * sums.rows as f64 * self.of.noise;
         let left = sums.residual(self.terms(x)) + missing;
         [left.max(0.0) / gain, gain]
     }

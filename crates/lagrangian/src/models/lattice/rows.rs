@@ -166,15 +166,26 @@ impl Accelerations {
         }
     }
 
-    /// The mean square of the noise of a site's rows with these coefficients, in units of that of its acceleration.
-    pub(super) fn gain(&self, site: usize, coefficient: impl Fn(usize) -> f64) -> f64 {
-        let own = self.mass.map_or(1.0, &coefficient);
+    /// Whether forces were recorded.
+    pub(super) fn is_forced(&self) -> bool {
+        self.mass.is_some()
+    }
+
+    /// The mass of a site that has these coefficients.
+    pub(super) fn mass(&self, coefficient: impl Fn(usize) -> f64) -> f64 {
+        self.mass.map_or(1.0, coefficient)
+    }
+
+    /// The mean square of the noise of rows with these coefficients, in units of that of the mass times the acceleration: of a site, or of one in the middle.
+    pub(super) fn gain(&self, site: Option<usize>, coefficient: impl Fn(usize) -> f64) -> f64 {
+        let mass = self.mass(&coefficient);
         let each = self.inertia.iter().map(|(k, bonds)| {
-            let pull = coefficient(*k) * bonds[site];
-            [pull, coefficient(*k) * pull]
+            let inertia = coefficient(*k) / mass;
+            let pull = inertia * bonds[site.unwrap_or(bonds.len() / 2)];
+            [pull, inertia * pull]
         });
         let [pull, others] = each.fold([0.0; 2], |[a, b], [x, y]| [a + x, b + y]);
-        (own + pull).powi(2) + others
+        (1.0 + pull).powi(2) + others
     }
 
     /// Subtracts what noise of this mean square adds to the sums of a site: the acceleration of the site itself is in all of these columns, those of its

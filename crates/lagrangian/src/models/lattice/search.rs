@@ -274,7 +274,7 @@ fn lightness(law: &Fitted, sums: &Sums) -> Vec<[f64; 2]> {
             .sum();
         let square = square.max(f64::MIN_POSITIVE);
         let lightness = pull / square;
-        let gain = sums.accelerations.gain(site, |k| law.coefficients[k]);
+        let gain = sums.accelerations.gain(Some(site), |k| law.coefficients[k]);
         let least = (EXACT * own.square).max(own.rows as f64 * sums.noise);
         let left = gain * (own.square - lightness * pull).max(least);
         let overlap = WINDOW as f64 / STRIDE as f64;
