@@ -100,6 +100,30 @@ impl Basis {
         Ok(())
     }
 
+    /// The sum of the functions times these coefficients at x.
+    #[must_use]
+    pub fn value(&self, coefficients: &[f64], x: f64) -> f64 {
+        let mut sum = 0.0;
+        self.values(x, |k, value| sum += coefficients[k] * value);
+        sum
+    }
+
+    /// Its slope.
+    #[must_use]
+    pub fn slope(&self, coefficients: &[f64], x: f64) -> f64 {
+        let mut sum = 0.0;
+        self.rates(x, |k, rate| sum += coefficients[k] * rate);
+        sum
+    }
+
+    /// Its integral, as of [`Self::integrals`].
+    #[must_use]
+    pub fn integral(&self, coefficients: &[f64], x: f64) -> f64 {
+        let mut sum = 0.0;
+        self.integrals(x, |k, value| sum += coefficients[k] * value);
+        sum
+    }
+
     /// Passes the index and the value at x of each function that is not 0 there to `add`.
     pub fn values(&self, x: f64, mut add: impl FnMut(usize, f64)) {
         match *self {

@@ -288,35 +288,30 @@ impl Lattice {
     fn add_forces(&self, q: &[f64], force: &mut [f64]) {
         for law in self.laws() {
             for [i, j] in law.bonds.pairs.iter().copied() {
-                let mut pull = 0.0;
                 let stretch = self.stretch(q, [i, j]);
-                let basis = &law.bonds.basis;
-                basis.values(stretch, |k, value| pull += law.coefficients[k] * value);
+                let pull = law.bonds.basis.value(law.coefficients, stretch);
                 add(force, i, pull);
                 add(force, j, -pull);
             }
         }
         if let Some((basis, coefficients)) = self.site() {
-            for (q, force) in q.iter().zip(force) {
-                basis.values(*q, |k, value| *force -= coefficients[k] * value);
-            }
+            let each = q.iter().zip(force);
+            each.for_each(|(q, force)| *force -= basis.value(coefficients, *q));
         }
     }
 
     fn potential(&self, q: &[f64]) -> f64 {
-        let mut sum = 0.0;
-        for law in self.laws() {
-            for pair in law.bonds.pairs.iter().copied() {
-                let stretch = self.stretch(q, pair);
-                let basis = &law.bonds.basis;
-                basis.integrals(stretch, |k, value| sum += law.coefficients[k] * value);
-            }
-        }
-        if let Some((basis, coefficients)) = self.site() {
-            q.iter()
-                .for_each(|q| basis.integrals(*q, |k, value| sum += coefficients[k] * value));
-        }
-        sum
+        let of_bonds = self.laws().map(|law| {
+            let pairs = law.bonds.pairs.iter();
+            let each = pairs.map(|pair| self.stretch(q, *pair));
+            each.map(|own| law.bonds.basis.integral(law.coefficients, own))
+                .sum::<f64>()
+        });
+        let of_sites = self.site().map(|(basis, coefficients)| {
+            let each = q.iter().map(|q| basis.integral(coefficients, *q));
+            each.sum::<f64>()
+        });
+        of_bonds.chain(of_sites).sum()
     }
 
     /// Writes M x.

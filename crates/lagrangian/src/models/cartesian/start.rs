@@ -154,7 +154,7 @@ pub(super) fn find(dataset: &Dataset, layout: &Layout) -> Vec<Start> {
 /// The stretches that are clearest and in which distances are resolved.
 fn clear(dataset: &Dataset, layout: &Layout) -> Vec<Moments> {
     let distances = pairs(&layout.points).count() + layout.points.len();
-    clearest(FEWEST, |window| {
+    clearest(FEWEST, &|window| {
         let most = VALUES / (window * EXPONENTS.len() * distances);
         resolved(moments(dataset, most.min(STRETCHES), window), layout)
     })

@@ -52,7 +52,7 @@ const LENGTHS: [usize; 3] = [2, 4, 8];
 const CLEARER: f64 = 2.0;
 
 /// The stretches of the length, a multiple of [`WINDOW`], whose accelerations are clearest beside their noise, of those of which there are `fewest`.
-pub(crate) fn clearest(fewest: usize, of: impl Fn(usize) -> Vec<Moments>) -> Vec<Moments> {
+pub(crate) fn clearest(fewest: usize, of: &dyn Fn(usize) -> Vec<Moments>) -> Vec<Moments> {
     let clear = |all: &[Moments]| {
         let square = |own: &Moments| dot(&own.acceleration, &own.acceleration);
         let noise: f64 = all.iter().map(|own| own.noise).sum();

@@ -274,11 +274,7 @@ pub(super) fn stirred(
     coefficients: &[f64],
 ) -> f64 {
     let n = coordinates.dof();
-    let slope = |basis: &Basis, first: usize, x: f64| {
-        let mut slope = 0.0;
-        basis.rates(x, |k, rate| slope += coefficients[first + k] * rate);
-        slope
-    };
+    let slope = |basis: &Basis, first: usize, x: f64| basis.slope(&coefficients[first..], x);
     let (mut noise, mut alone) = (0.0, 0.0);
     let values: usize = moments.iter().map(|own| own.q.len()).sum();
     let every = values.div_ceil(STIRRED).max(1);

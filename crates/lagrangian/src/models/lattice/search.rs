@@ -54,7 +54,7 @@ pub(super) fn find(
     let mut tell = |what: &str, share: f64| !observer.stage(what, share).is_break();
     tell("integrating motions", 0.0);
     let [fewest, most] = STRETCHES;
-    let all = clearest(fewest, |window| {
+    let all = clearest(fewest, &|window| {
         let fitting = MOST_VALUES / (window * n);
         match window > WINDOW && fitting < fewest {
             true => Vec::new(),
@@ -83,7 +83,7 @@ fn cheapest(
     dataset: &Dataset,
     (found, config): (&[Found], &LatticeConfig),
     moments: &[Moments],
-    mut tell: impl FnMut(&str, f64) -> bool,
+    tell: &mut dyn FnMut(&str, f64) -> bool,
 ) -> Option<(Fitted, Sums)> {
     let mut best: Option<(Fitted, Sums)> = None;
     let least = if config.neighbours.is_empty() {
