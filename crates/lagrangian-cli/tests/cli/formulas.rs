@@ -32,7 +32,8 @@ fn a_law_is_printed_from_recordings_and_from_the_model_that_a_plain_fit_keeps() 
 fn a_network_has_a_law_and_what_has_none_is_refused_in_words() {
     let bench = Workbench::new();
     bench.succeed(SIMULATED);
-    bench.succeed("fit swing.csv --model lnn --steps 150 --out net --quiet");
+    bench.succeed("simulate pendulum --trajectories 8 --duration 4 --out exact.csv");
+    bench.succeed("fit exact.csv --model lnn --steps 300 --out net --quiet");
     let found = bench.run("formula net --json --quiet").json();
     assert_eq!(found["distilled"]["family"], "lnn", "{found}");
     let text = found["law"]["text"].as_str().unwrap_or_default();

@@ -120,11 +120,10 @@ fn offsets(moments: &[Moments], n: usize) -> Result<Vec<usize>> {
     let all: Vec<f64> = (0..n).into_par_iter().map(coupling).collect();
     let square: f64 = centred.accelerations.iter().flatten().map(|a| a * a).sum();
     let explained: f64 = all.iter().zip(&across).map(|(j, c)| j * c).sum();
-    let rows = (some.len() * n) as f64;
-    let independent = rows * STRIDE as f64 / WINDOW as f64;
+    let independent = (some.len() * n * STRIDE) as f64 / WINDOW as f64;
     let noise = (square - explained).max(1e-12 * square) / independent;
     let inverse = (0..n).filter_map(told).sum::<f64>() / n as f64;
-    let error = (noise * inverse * rows / independent).sqrt();
+    let error = (noise * inverse * WINDOW as f64 / STRIDE as f64).sqrt();
     let strength = |offset: usize| all[offset].abs().max(all[n - offset].abs());
     let largest = (1..=n / 2).map(strength).fold(0.0, f64::max);
     let least = (SIGNIFICANT * error).max(LARGE / (n as f64).sqrt() * largest);

@@ -90,10 +90,9 @@ impl Sums {
                 .map(|own| rows(own, coordinates, shape, width, forced))
                 .collect();
             for (own, rows) in some.iter().zip(&rows) {
-                let to = if own.held {
-                    &mut sums.held
-                } else {
-                    &mut sums.fitted
+                let to = match own.held {
+                    true => &mut sums.held,
+                    false => &mut sums.fitted,
                 };
                 let target = if forced {
                     &own.force
