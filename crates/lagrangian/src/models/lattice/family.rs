@@ -82,32 +82,18 @@ const TAKEN: [f64; 2] = [1e-3, 0.02];
 /// The largest number of sites whose neighbours are looked for.
 const MOST: usize = 20_000;
 
-/// Whether lattices are looked for: a page that everybody loads is without the search.
-const FOUND: bool = !cfg!(target_family = "wasm");
-
-fn not_found() -> Error {
-    Error::setting(
-        "a page does not look for the law of a lattice",
-        "use the command or the Python package, or take another `family`",
-    )
-}
-
 /// Whether one law of neighbours explains these motions.
 fn is_one(dataset: &Dataset) -> bool {
     let config = LatticeConfig::default();
     let n = dataset.coordinates.dof();
     let part = TAKEN[usize::from(n > MAX_DOF)];
-    FOUND
-        && n >= MANY
+    n >= MANY
         && config.refuse(dataset).is_ok()
         && search::find(dataset, &config, &mut ()).is_ok_and(|own| own.is_right(part))
 }
 
 impl LatticeConfig {
     fn refuse(&self, dataset: &Dataset) -> Result<()> {
-        if !FOUND {
-            return Err(not_found());
-        }
         let coordinates = &dataset.coordinates;
         let n = coordinates.dof();
         if n < FEWEST {
@@ -179,9 +165,6 @@ impl Family for LatticeConfig {
         let own = self.clone();
         Ok(Plan::Solve(Box::new(
             move |dataset, observer: &mut dyn Observer| {
-                if !FOUND {
-                    return Err(not_found());
-                }
                 let found = search::find(dataset, &own, observer)?;
                 let [loss, validation] = found.left;
                 Ok(Solution {

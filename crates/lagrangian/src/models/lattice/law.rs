@@ -207,8 +207,9 @@ impl<'a> Kept<'a> {
     /// What these coefficients leave of the rows, less what noise adds by accelerations of neighbours, and how much larger it is with that: sums are
     /// without the noise of columns that are accelerations.
     fn loss(&self, sums: &Quadratic, x: &[f64]) -> [f64; 2] {
+        let terms: Vec<(usize, f64)> = self.terms(x).collect();
         let coefficient = |k: usize| {
-            let own = self.terms(x).find(|own| own.0 == k);
+            let own = terms.iter().find(|own| own.0 == k);
             own.map_or(0.0, |own| own.1)
         };
         let gain = self.of.accelerations.gain(None, coefficient);
@@ -216,7 +217,7 @@ impl<'a> Kept<'a> {
         // With forces that of the site's own acceleration is in a column too.
         let counted = f64::from(u8::from(!self.of.accelerations.is_forced()));
         let missing = (gain - counted) * mass * mass * sums.rows as f64 * self.of.noise;
-        let left = sums.residual(self.terms(x)) + missing;
+        let left = sums.residual(terms.iter().copied()) + missing;
         [left.max(0.0) / gain, gain]
     }
 

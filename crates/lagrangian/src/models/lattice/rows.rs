@@ -77,11 +77,10 @@ impl Sums {
         let width = columns.len();
         let groups = if n <= ALONE { n } else { 1 };
         let empty = || vec![Quadratic::zero(width); groups];
-        let accelerations = Accelerations::of(shape, n, &columns);
         let mut sums = Self {
             fitted: empty(),
             held: empty(),
-            accelerations: accelerations.clone(),
+            accelerations: Accelerations::of(shape, n, &columns),
             noise: moments.iter().map(|own| own.noise).sum::<f64>() / moments.len().max(1) as f64,
         };
         for some in moments.chunks(AT_A_TIME) {
@@ -105,7 +104,7 @@ impl Sums {
                         .enumerate()
                         .for_each(|(i, ((sum, row), y))| {
                             sum.add_row(row, *y);
-                            accelerations.correct(i, own.noise, sum);
+                            sums.accelerations.correct(i, own.noise, sum);
                         });
                     continue;
                 }
@@ -121,7 +120,7 @@ impl Sums {
                     .map(part)
                     .collect();
                 parts.iter().for_each(|own| to[0].add(own, 1.0));
-                (0..n).for_each(|i| accelerations.correct(i, own.noise, &mut to[0]));
+                (0..n).for_each(|i| sums.accelerations.correct(i, own.noise, &mut to[0]));
             }
         }
         sums

@@ -50,6 +50,13 @@ pub(super) fn find(
     config: &LatticeConfig,
     observer: &mut dyn Observer,
 ) -> Result<Solved> {
+    // A page, which everybody loads, is without what follows.
+    if cfg!(target_family = "wasm") {
+        return Err(Error::setting(
+            "a page does not look for the law of a lattice",
+            "use the command or the Python package, or take another `family`",
+        ));
+    }
     let n = dataset.coordinates.dof();
     let mut tell = |what: &str, share: f64| !observer.stage(what, share).is_break();
     tell("integrating motions", 0.0);
@@ -108,9 +115,10 @@ fn cheapest(
                 best = Some((law, sums));
             }
         }
-        if best.as_ref().is_some_and(|(law, sums)| {
+        let explains = |(law, sums): &(Fitted, Sums)| {
             misfit(law, law.noise(sums, moments, dataset), false).is_explained()
-        }) {
+        };
+        if count < found.len() && best.as_ref().is_some_and(explains) {
             break;
         }
     }
