@@ -129,11 +129,14 @@ fn signs(dataset: &Dataset, robot: &RigidBodies, smoothings: &[f64]) -> (Vec<f64
     let least = |errors: &[f64]| errors.iter().copied().fold(f64::INFINITY, f64::min);
     let of_joint = |j: usize| {
         let error = |part: usize| least(&of_moving[part][j]);
-        let better = |best: usize, part: usize| match error(part) < error(best) / (1.0 + NEARLY) {
-            true => part,
-            false => best,
-        };
-        let best = (1..STILL.len()).fold(0, better);
+        let parts = || 1..STILL.len();
+        let told = parts().map(error).fold(f64::INFINITY, f64::min);
+        // The more is left out, the farther is what is left from a change of sign.
+        let widest = parts()
+            .rev()
+            .find(|part| error(*part) <= (1.0 + NEARLY) * told);
+        let left_out = told < error(0) / (1.0 + NEARLY);
+        let best = widest.filter(|_| left_out).unwrap_or(0);
         let (errors, near) = match best {
             0 => (of_all[j].clone(), 1.0),
             _ => {
