@@ -58,8 +58,9 @@ const EXCHANGED: f64 = 2.0;
 const UNCERTAIN: f64 = 0.1;
 /// A motion that explains less than this part of the forces is that of a real machine, with friction and noise.
 const EXACT: f64 = 0.999;
-/// Forces with more noise than this part of their deviation are those of a real machine, too.
-pub const NOISY_FORCES: f64 = 0.01;
+/// Forces with more noise than this part of their deviation are those of a real machine, too: less leaves a hundredth of their variance
+/// unexplained and biases nothing, while a low-pass smears dry friction wherever a joint turns back.
+pub const NOISY_FORCES: f64 = 0.1;
 /// An inertia that grows by more than this part from one cut-off to a lower one is unreliable.
 const GROWTH: f64 = 0.2;
 
