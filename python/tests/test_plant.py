@@ -112,6 +112,20 @@ def test_a_model_is_followed_by_the_arm_of_another_program() -> None:
         followed.of("model", 3.0)
 
 
+def test_an_arm_with_friction_is_followed_as_by_its_true_model() -> None:
+    machine = plant.compiled("ur5")
+    machine.dof_armature[:] = [0.5, 0.5, 0.4, 0.1, 0.1, 0.1]
+    machine.dof_frictionloss[:] = [1.6, 1.4, 1.1, 0.4, 0.3, 0.3]
+    machine.dof_damping[:] = [2.0, 1.8, 1.5, 0.5, 0.5, 0.4]
+    arm = plant.load(machine)
+    logs = plant.record(arm, duration=20.0, velocity_noise=1e-3, seed=3)
+    fitted = lg.Rigid(urdf="ur5").fit(logs)
+    [choice] = [own for own in fitted.choices_ if own["setting"] == "delay"]
+    assert abs(choice["value"] - 0.0025) < 1e-9
+    letter = plant.excitation(arm, duration=6.0, seed=4)
+    assert lg.track(fitted, arm, letter).over_truth() < 1.2
+
+
 def test_the_command_follows_with_a_plant(tmp_path: Path) -> None:
     arm = plant.load("two_link_arm")
     lg.Rigid(urdf="two_link_arm").fit(plant.record(arm, duration=10.0)).save(tmp_path / "arm.safetensors")

@@ -92,3 +92,10 @@ pub fn deviation(x: &mut dyn Iterator<Item = f64>) -> f64 {
 pub fn positive(x: f64) -> f64 {
     if x.is_finite() && x > 1e-150 { x } else { 1.0 }
 }
+
+/// The jackknife standard error of an estimate, from the estimates without one part of the data each (Efron 1982).
+pub fn jackknife(left: impl Iterator<Item = f64> + Clone) -> f64 {
+    let count = left.clone().count() as f64;
+    let mean = left.clone().sum::<f64>() / count;
+    ((count - 1.0) / count * left.map(|x| (x - mean).powi(2)).sum::<f64>()).sqrt()
+}

@@ -1,6 +1,8 @@
 //! From recordings to the data of a fit: the findings of their check, a low-pass where noise calls for one, estimated
 //! signals, and held-back samples.
 
+mod held;
+
 use crate::dataset::{Dataset, PrepareOptions, split};
 use crate::models::Momenta;
 use crate::score::accelerations_at;
@@ -29,42 +31,7 @@ impl PrepareOptions {
         );
         Some(AutoSetting::new("low_pass", hertz, reason))
     }
-
-    /// Half a row, s, where the check finds the motion of every joint to follow its force so much later and the options name no delay: a
-    /// drive holds a force from one row to the next.
-    #[must_use]
-    pub fn chosen_delay(&self, check: &CheckReport) -> Option<AutoSetting> {
-        let items = check.items.iter().filter(|item| item.name == "delay");
-        let found = items.filter(|item| item.trajectory.is_none());
-        let value = |item: &Item, name: &str| item.values.get(name).copied().unwrap_or(f64::NAN);
-        let read = |item: &Item| {
-            let ratio = value(item, "delay_samples") / value(item, "delay_s");
-            let (rows, error) = (
-                value(item, "delay_samples"),
-                value(item, "error_s") * ratio.abs(),
-            );
-            (rows, error, 0.5 / ratio.abs())
-        };
-        let found: Vec<(f64, f64, f64)> = found.map(read).collect();
-        let best = found.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
-        let held = |(rows, error, _): &(f64, f64, f64)| (rows - 0.5).abs() < HELD + 2.0 * error;
-        if !(self.delay.is_empty() && best.1 < CERTAIN && found.iter().all(held)) {
-            return None;
-        }
-        let reason = format!(
-            "the motion is {:.2} ± {:.2} samples after the forces, as where a drive holds each force until the next row: they are shifted by half a row, {:.3} ms",
-            best.0,
-            best.1,
-            1e3 * best.2
-        );
-        Some(AutoSetting::new("delay", best.2, reason))
-    }
 }
-
-/// The largest difference from half a row, rows: half a row is then nearer than none.
-const HELD: f64 = 0.25;
-/// The largest standard error of the best known joint, rows.
-const CERTAIN: f64 = 0.1;
 
 /// Requirements of a fit on its data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -160,35 +127,25 @@ impl Prepared {
             let remedy = "omit it, or take `loss` positions";
             return Err(Error::setting("`baseline` is not for this loss", remedy));
         }
-        let mut estimates = EstimateOptions {
+        let estimates = EstimateOptions {
             momenta: needs.momenta,
             raw: needs.positions || needs.horizon > 0,
             ..options.estimates()
         };
-        let coordinates = same_coordinates(&training, &validation)?;
+        same_coordinates(&training, &validation)?;
         let mut check = checked(&training, &estimates)?;
         check.items.extend(doubts(&training, &validation)?);
-        let (training, validation, delay) =
-            held(training, validation, options.chosen_delay(&check));
-        let (low_pass, whole) = low_pass(&training, options, (&check, &estimates))?;
-        if let Some(hertz) = low_pass.as_ref().and_then(|choice| choice.value.as_f64()) {
-            estimates.low_pass = Some(hertz);
+        let ready = |recordings| Ready::new(recordings, spec, (&check, &estimates));
+        let may_shift = options.delay.is_empty() && training.iter().any(|r| !r.tau.is_empty());
+        let spare = may_shift.then(|| (training.clone(), validation.clone()));
+        let (mut own, mut delay) = (ready((training, validation))?, None);
+        if let Some(spare) = spare
+            && let Some(half) = held::half_a_row(&own.dataset, spec)
+            && let Some(later) = held::later(spare, &half)
+        {
+            (own, delay) = (ready(later)?, Some(half));
         }
-        let held_back = validation.is_empty();
-        let (trajectories, mut how) = whole.map_or_else(|| estimated(training, &estimates), Ok)?;
-        let odd = odd(&check, &trajectories);
-        let (train, validation) = match held_back {
-            true => split(trajectories, options.validate_fraction, spec.seed)?,
-            false => {
-                let (validation, own) = estimated(validation, &estimates)?;
-                how.extend(own);
-                (trajectories, validation)
-            }
-        };
-        let mut dataset = match needs.positions {
-            true => Dataset::of_positions(coordinates, &train, &validation, options.baseline)?,
-            false => Dataset::new(coordinates, &train, &validation)?,
-        };
+        let (mut dataset, train, validation) = (own.dataset, own.train, own.validation);
         let cyclic;
         (dataset.cyclic, cyclic) = spec.cyclic(&dataset)?;
         let held_out = !validation.is_empty();
@@ -196,15 +153,15 @@ impl Prepared {
         motions.sort_by_cached_key(|motion| with_long_numbers(&motion.name));
         Ok(Self {
             dataset,
-            estimates: how,
+            estimates: own.estimates,
+            low_pass: own.low_pass,
+            options: own.options,
+            odd: own.odd,
             check,
-            low_pass,
             delay,
             cyclic,
-            options: estimates,
             motions,
             held_out,
-            odd,
         })
     }
 
@@ -256,6 +213,56 @@ impl Prepared {
     }
 }
 
+/// Recordings with estimated signals.
+struct Ready {
+    dataset: Dataset,
+    estimates: Vec<Estimate>,
+    low_pass: Option<AutoSetting>,
+    options: EstimateOptions,
+    train: Vec<Trajectory>,
+    validation: Vec<Trajectory>,
+    odd: Vec<Trajectory>,
+}
+
+impl Ready {
+    fn new(
+        (training, validation): (Vec<Recording>, Vec<Recording>),
+        spec: &FitSpec,
+        (check, options): (&CheckReport, &EstimateOptions),
+    ) -> Result<Self> {
+        let (needs, asked) = (spec.needs()?, &spec.prepare);
+        let coordinates = same_coordinates(&training, &validation)?;
+        let (low_pass, whole) = low_pass(&training, asked, (check, options))?;
+        let mut options = options.clone();
+        if let Some(hertz) = low_pass.as_ref().and_then(|choice| choice.value.as_f64()) {
+            options.low_pass = Some(hertz);
+        }
+        let (train, mut estimates) = whole.map_or_else(|| estimated(training, &options), Ok)?;
+        let odd = odd(check, &train);
+        let (train, validation) = match validation.is_empty() {
+            true => split(train, asked.validate_fraction, spec.seed)?,
+            false => {
+                let (validation, own) = estimated(validation, &options)?;
+                estimates.extend(own);
+                (train, validation)
+            }
+        };
+        let dataset = match needs.positions {
+            true => Dataset::of_positions(coordinates, &train, &validation, asked.baseline)?,
+            false => Dataset::new(coordinates, &train, &validation)?,
+        };
+        Ok(Self {
+            dataset,
+            estimates,
+            low_pass,
+            options,
+            train,
+            validation,
+            odd,
+        })
+    }
+}
+
 /// What is doubtful about recordings to validate on; those of which a validation would be meaningless are refused.
 fn doubts(training: &[Recording], validation: &[Recording]) -> Result<Vec<Item>> {
     if validation.is_empty() {
@@ -298,25 +305,6 @@ fn low_pass(
     let whole = clean.then(|| estimated(training.to_vec(), estimates));
     let whole = whole.transpose()?.filter(|(_, how)| are_whole(how));
     Ok((suggested.filter(|_| whole.is_none()), whole))
-}
-
-/// The recordings with their forces shifted by a chosen delay, which is dropped where a recording is too short for it.
-fn held(
-    training: Vec<Recording>,
-    validation: Vec<Recording>,
-    choice: Option<AutoSetting>,
-) -> (Vec<Recording>, Vec<Recording>, Option<AutoSetting>) {
-    let Some(delay) = choice.as_ref().and_then(|choice| choice.value.as_f64()) else {
-        return (training, validation, None);
-    };
-    let shifted = |all: &[Recording]| -> Result<Vec<Recording>> {
-        let all = all.iter().cloned();
-        all.map(|recording| recording.delayed(&[delay])).collect()
-    };
-    match (shifted(&training), shifted(&validation)) {
-        (Ok(training), Ok(validation)) => (training, validation, choice),
-        _ => (training, validation, None),
-    }
 }
 
 /// Whether the forces have no noise to speak of.
@@ -474,6 +462,8 @@ mod tests {
             let made = rollout(&*system, &[0.4], &[0.0], &t, &force, &options).unwrap();
             let mut signals = made.trajectory.signals;
             signals.tau = t.iter().map(|t| drive(*t)).collect();
+            // Known accelerations are those of the held force, which is not late for them.
+            signals.qdd.clear();
             Recording::new("log", system.coordinates().clone(), t, signals)
         };
         let chosen = |hold, given: &[f64]| {

@@ -4,14 +4,13 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 
 use super::pairs::Sums;
-use super::regression::jackknife;
 use super::{Item, Verdict};
 use crate::Recording;
 use crate::derivatives::GAP;
 use crate::derivatives::velocity;
 use crate::local_polynomial::{Series, median_step, segments};
 use lagrangian_motion::Signal;
-use lagrangian_motion::statistics::{root_mean_square, sort_by_number};
+use lagrangian_motion::statistics::{jackknife, root_mean_square, sort_by_number};
 
 /// A lag is searched up to this many samples in both directions.
 const LONGEST_LAG: usize = 30;

@@ -33,6 +33,7 @@ mod weights;
 pub use crate::dataset::Momenta;
 pub use cartesian::{CartesianConfig, PointTerm, Points, Radial, RadialLaw};
 pub use chain::ChainConfig;
+pub(crate) use chain::joints;
 pub use delan::{Delan, DelanConfig, Inertia, Trunks};
 pub(crate) use family::Residuals;
 pub use family::{

@@ -2,9 +2,10 @@
 
 use lagrangian_motion::parallel::prelude::*;
 
-use super::least_squares::{Part, RIDGE, jackknife};
+use super::least_squares::{Part, RIDGE};
 use super::terms::{FrictionCoupling, RUBBING, Terms, friction_at};
 use super::{Filtered, Stretches};
+use lagrangian_motion::statistics::jackknife;
 
 /// The friction in the force of one coordinate that depends on the velocity of one coordinate.
 #[derive(Debug, Clone, Copy)]

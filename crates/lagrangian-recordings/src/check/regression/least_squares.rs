@@ -8,6 +8,7 @@ use super::JointFit;
 use super::source::Signals;
 use super::terms::Terms;
 use lagrangian_motion::solve::ridge::Ridge;
+use lagrangian_motion::statistics::jackknife;
 
 /// The ridge of the regression in units of the diagonal …
 pub(super) const RIDGE: f64 = 1e-4;
@@ -237,13 +238,6 @@ impl Part {
     pub(super) fn square_force(&self, column: usize) -> f64 {
         self.tau[column].1
     }
-}
-
-/// The jackknife standard error of an estimate, from the estimates without one stretch each (Efron 1982).
-pub(in crate::check) fn jackknife(left: impl Iterator<Item = f64> + Clone) -> f64 {
-    let count = left.clone().count() as f64;
-    let mean = left.clone().sum::<f64>() / count;
-    ((count - 1.0) / count * left.map(|x| (x - mean).powi(2)).sum::<f64>()).sqrt()
 }
 
 pub(super) fn estimate(parts: &[Part], shifts: usize, step: f64) -> Option<JointFit> {

@@ -33,7 +33,6 @@ use lagrangian_motion::statistics::{
 };
 use laws::Disagreement;
 use laws::Laws;
-pub(in crate::check) use least_squares::jackknife;
 use least_squares::{Part, estimate};
 pub(in crate::check) use readings::{DeadZone, Readings};
 use source::{Signals, Source, force_noise, stretches, uncertainty};

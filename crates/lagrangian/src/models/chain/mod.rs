@@ -15,6 +15,9 @@ mod search;
 
 use serde::{Deserialize, Serialize};
 
+use crate::dataset::Dataset;
+use lagrangian_mechanics::rigid::RobotConfig;
+
 /// A serial chain of revolute and prismatic joints whose kinematics are learned with its bodies; settings of the search.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -33,4 +36,10 @@ impl Default for ChainConfig {
             smoothing: None,
         }
     }
+}
+
+/// The joints of a machine that is taken for a chain, of so many searches; `None` where none is found.
+pub(crate) fn joints(dataset: &Dataset, searches: usize, seed: u64) -> Option<RobotConfig> {
+    let screws = search::screws(dataset, searches, seed, &mut ()).ok()?;
+    Some(RobotConfig::of_screws(&screws, &dataset.coordinates))
 }

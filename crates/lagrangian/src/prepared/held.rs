@@ -1,0 +1,173 @@
+//! Drives that hold a force from one row to the next: the motion of a robot is then half a row after its forces (theory.md, 60a).
+//!
+//! With its joints known, a robot's torques are linear in all else. What a regression leaves of them is quadratic in a small shift of the
+//! forces, and three shifts tell where it is least. Where a joint turns back, dry friction changes its sign a little before or after the
+//! velocity does, which looks like a delay; so only rows in which a joint moves are counted.
+
+use crate::dataset::{Dataset, Timeline};
+use crate::models::joints;
+use crate::train::{AutoSetting, FitSpec};
+use lagrangian_mechanics::rigid::joint_sums::JointSums;
+use lagrangian_mechanics::rigid::{MAX_JOINTS, RigidBodies, RobotConfig};
+use lagrangian_motion::Samples;
+use lagrangian_motion::statistics::{column, jackknife, mean, root_mean_square};
+use lagrangian_recordings::Recording;
+
+/// The shifts of the forces, rows; a mean of neighbours would have less noise than a row.
+const SHIFTS: [i32; 3] = [-1, 0, 1];
+/// The largest number of rows that are used, and the number of blocks that are omitted in turn.
+const ROWS: usize = 8000;
+const BLOCKS: usize = 10;
+/// The number of searches for the joints of a robot that has no description.
+const SEARCHES: usize = 2;
+/// A joint moves above this part of the root mean square of its speed; its friction then changes its sign over this speed, rad/s or m/s.
+const MOVING: f64 = 0.3;
+const SMOOTHING: f64 = 0.02;
+const RIDGE: f64 = 1e-6;
+/// A joint tells its delay where at most this part of its force remains.
+const LEFT: f64 = 0.1;
+/// The largest difference from half a row, rows: half a row is then nearer than none.
+const HELD: f64 = 0.25;
+/// The largest standard error of the best known joint, rows.
+const CERTAIN: f64 = 0.1;
+/// The part of the joints that must agree with it: a light one may be told wrongly, where its acceleration is smoothed.
+const AGREE: f64 = 0.75;
+
+/// Half a row, s, where the motion of nearly every joint that tells its delay follows its force so much later, and the request names no
+/// delay.
+pub(super) fn half_a_row(dataset: &Dataset, spec: &FitSpec) -> Option<AutoSetting> {
+    let n = dataset.coordinates.dof();
+    let jointed = n <= MAX_JOINTS && dataset.coordinates.parameters().next().is_none();
+    let whole = dataset.train.steps.is_empty() && !dataset.train.qdd.is_empty();
+    if !(dataset.forced && jointed && whole && spec.prepare.delay.is_empty()) {
+        return None;
+    }
+    let rows = Rows::new(dataset)?;
+    let robot = robot(dataset, spec)?;
+    let found: Vec<(f64, f64)> = rows.delays(&robot).into_iter().flatten().collect();
+    let best = found.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let held = |(delay, error): &(f64, f64)| (delay - 0.5).abs() < HELD + 2.0 * error;
+    let agree = found.iter().filter(|own| held(own)).count();
+    if !(best.1 < CERTAIN && held(best) && agree as f64 >= AGREE * found.len() as f64) {
+        return None;
+    }
+    let seconds = 0.5 * rows.step;
+    let reason = format!(
+        "the motion is {:.2} ± {:.2} samples after the forces, as where a drive holds each force until the next row: they are shifted by half a row, {:.3} ms",
+        best.0,
+        best.1,
+        1e3 * seconds
+    );
+    Some(AutoSetting::new("delay", seconds, reason))
+}
+
+/// The recordings with their forces shifted by a chosen delay; `None` where one is too short for it.
+pub(super) fn later(
+    (training, validation): (Vec<Recording>, Vec<Recording>),
+    delay: &AutoSetting,
+) -> Option<(Vec<Recording>, Vec<Recording>)> {
+    let delay = delay.value.as_f64()?;
+    let shifted = |all: Vec<Recording>| -> Option<Vec<Recording>> {
+        let all = all.into_iter().map(|own| own.delayed(&[delay]).ok());
+        all.collect()
+    };
+    Some((shifted(training)?, shifted(validation)?))
+}
+
+/// The robot of the request, or one whose joints are found in the data.
+fn robot(dataset: &Dataset, spec: &FitSpec) -> Option<RigidBodies> {
+    let own = spec.checked().ok()?;
+    let given = own.settings.get("robot").filter(|own| !own.is_null());
+    let config = match given {
+        Some(value) => serde_json::from_value::<RobotConfig>(value.clone()).ok()?,
+        None => joints(dataset, SEARCHES, spec.seed)?,
+    };
+    config.bodies(&dataset.coordinates).ok()
+}
+
+/// Rows with their neighbours in time.
+struct Rows {
+    /// The rows with the forces of each of the shifts.
+    shifted: Vec<Samples>,
+    /// The usual step between rows, s.
+    step: f64,
+    slowest: Vec<f64>,
+    driven: Vec<bool>,
+}
+
+impl Rows {
+    fn new(dataset: &Dataset) -> Option<Self> {
+        let (samples, Timeline { t, begins, .. }) = (&dataset.train, &dataset.train_times);
+        if t.len() != samples.len() {
+            return None;
+        }
+        let inside = |k: &usize| !begins.contains(k) && !begins.contains(&(k + 1));
+        let mut rows: Vec<usize> = (1..t.len().saturating_sub(1)).filter(inside).collect();
+        let mut steps: Vec<f64> = rows.iter().map(|k| t[k + 1] - t[*k]).collect();
+        steps.sort_by(f64::total_cmp);
+        let step = *steps.get(steps.len() / 2)?;
+        let even = |step: f64, usual: f64| (step - usual).abs() < 0.5 * usual;
+        rows.retain(|k| even(t[k + 1] - t[*k], step) && even(t[*k] - t[k - 1], step));
+        let every = rows.len().div_ceil(ROWS).max(1);
+        let rows: Vec<usize> = rows.into_iter().step_by(every).collect();
+        let n = samples.n;
+        let of = |shift: i32| {
+            let mut own = samples.signals.clone();
+            own.keep(n, &rows);
+            let earlier = rows.iter().map(|k| k.wrapping_add_signed(-shift as isize));
+            own.tau = earlier.flat_map(|k| samples.row(k).tau).copied().collect();
+            Samples::new(n, own)
+        };
+        let speeds = column(&samples.qd, n, root_mean_square);
+        Some(Self {
+            shifted: SHIFTS.map(of).into(),
+            step,
+            slowest: speeds.iter().map(|speed| MOVING * speed).collect(),
+            driven: dataset.driven(),
+        })
+    }
+
+    /// How much later each joint moves than its force acts, rows, with the standard error; `None` where the robot does not tell.
+    fn delays(&self, robot: &RigidBodies) -> Vec<Option<(f64, f64)>> {
+        let length = self.shifted[0].len().div_ceil(BLOCKS).max(1);
+        let starts = (0..self.shifted[0].len()).step_by(length);
+        let sums = |samples: &Samples, start: usize| {
+            let range = start..(start + length).min(samples.len());
+            JointSums::over_moving(samples, range, robot, &[SMOOTHING], &self.slowest)
+        };
+        let blocks: Vec<Vec<JointSums>> = starts
+            .map(|start| self.shifted.iter().map(|own| sums(own, start)).collect())
+            .collect();
+        let without = |omitted: Option<usize>| -> Vec<Vec<f64>> {
+            let left = |shift: usize| {
+                let kept = blocks
+                    .iter()
+                    .enumerate()
+                    .filter(|(k, _)| Some(*k) != omitted);
+                let zero = JointSums::zero(robot.dof(), 1);
+                let all = kept.fold(zero, |all, (_, own)| all.plus(&own[shift]));
+                all.regressions(&all, RIDGE).concat()
+            };
+            (0..SHIFTS.len()).map(left).collect()
+        };
+        let whole = without(None);
+        let parts: Vec<Vec<Vec<f64>>> = (0..blocks.len()).map(|k| without(Some(k))).collect();
+        let of_joint = |j: usize| {
+            let (n, tau) = (robot.dof(), &self.shifted[1].tau);
+            let force = mean(&mut tau.iter().skip(j).step_by(n).map(|x| x * x));
+            let known = self.driven[j] && whole[1][j] < LEFT * force;
+            let delay = vertex(&whole, j).filter(|_| known)?;
+            let left: Option<Vec<f64>> = parts.iter().map(|own| vertex(own, j)).collect();
+            Some((delay, jackknife(left?.into_iter())))
+        };
+        (0..robot.dof()).map(of_joint).collect()
+    }
+}
+
+/// The shift for which least is left of the force of joint `j`, from `[shifts][n]`: the vertex of a parabola.
+fn vertex(left: &[Vec<f64>], j: usize) -> Option<f64> {
+    let [before, here, after] = [left[0][j], left[1][j], left[2][j]];
+    let curvature = before - 2.0 * here + after;
+    let vertex = 0.5 * (before - after) / curvature;
+    (curvature > 0.0 && vertex.is_finite()).then_some(vertex)
+}
