@@ -58,9 +58,11 @@ const EXCHANGED: f64 = 2.0;
 const UNCERTAIN: f64 = 0.1;
 /// A motion that explains less than this part of the forces is that of a real machine, with friction and noise.
 const EXACT: f64 = 0.999;
-/// Forces with more noise than this part of their deviation are those of a real machine, too: less leaves a hundredth of their variance
-/// unexplained and biases nothing, while a low-pass smears dry friction wherever a joint turns back.
-pub const NOISY_FORCES: f64 = 0.1;
+/// Forces with more noise than this part of their deviation are those of a real machine, too …
+pub const NOISY_FORCES: f64 = 0.01;
+/// … where q̈ has this relative error: noise of forces alone biases nothing, while a low-pass smears dry friction wherever a joint turns
+/// back.
+const SHAKEN: f64 = 0.01;
 /// An inertia that grows by more than this part from one cut-off to a lower one is unreliable.
 const GROWTH: f64 = 0.2;
 
@@ -452,7 +454,7 @@ fn accelerations(recordings: &[Recording], fits: &JointFits) -> Option<Item> {
         "estimated q̈ is uncertain by {percent:.1} % ({joint}), the forces by {:.1} % or less",
         100.0 * noise
     );
-    let noisy = *worst > UNCERTAIN || noise > NOISY_FORCES;
+    let noisy = *worst > UNCERTAIN || *worst > SHAKEN && noise > NOISY_FORCES;
     let Some(low_pass) = fits.low_pass else {
         let remedy = "record faster or more exciting motions, or choose a `low_pass` yourself: the motion explains too little of the forces to tell which";
         let item = Item::pass("acceleration", finding).warn_if(noisy, remedy);
