@@ -6,6 +6,7 @@
 //! joint without inertia of its own, of whose torque ρ is unexplained, ends with an acceleration error of √(ρ / λ) (theory.md, 121 and 122;
 //! ADR 0071).
 
+use crate::train::task::FORWARD;
 use lagrangian_mechanics::Model;
 use lagrangian_motion::Samples;
 use lagrangian_motion::Signals;
@@ -19,10 +20,6 @@ const SAMPLES: usize = 1000;
 const POWERS: [i32; 2] = [-8, 4];
 /// The largest number of sweeps over all joints.
 const SWEEPS: usize = 10;
-/// An inertia is kept where the acceleration of its joint is so many times as wrong without it: the weighted sum shrinks every acceleration
-/// that something unknown, such as a friction that changes its sign, makes wrong at times.
-const WORTH: f64 = 2.0;
-
 /// The inertia to add to each drive, kg·m² or kg, `[n]`; `None` where no addition helps, or the model has no mass matrix.
 pub(crate) fn added_inertia(model: &dyn Model, samples: &Samples, weight: f64) -> Option<Vec<f64>> {
     let problem = Problem::new(model, samples)?;
@@ -46,10 +43,13 @@ pub(crate) fn added_inertia(model: &dyn Model, samples: &Samples, weight: f64) -
             break;
         }
     }
+    // The sum shrinks every acceleration that something unknown, such as a friction that changes its sign, makes wrong at times: with the usual
+    // weight an inertia is kept where the acceleration of its joint is twice as wrong without it.
+    let worth = 1.0 + FORWARD / weight;
     for i in 0..samples.n {
         let with = problem.errors(&added)?[i];
         let kept = std::mem::take(&mut added[i]);
-        if problem.errors(&added)?[i] > WORTH * with {
+        if problem.errors(&added)?[i] > worth * with {
             added[i] = kept;
         }
     }
@@ -191,6 +191,6 @@ mod tests {
             signals.tau.push(tau + jump);
         }
         let samples = Samples::new(1, signals);
-        assert_eq!(added_inertia(&model, &samples, 1e-2), None);
+        assert_eq!(added_inertia(&model, &samples, FORWARD), None);
     }
 }
