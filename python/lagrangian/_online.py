@@ -19,7 +19,10 @@ __all__ = ["OnlineLearner"]
 
 
 class OnlineLearner:
-    """A model of torques that is learned from random weights, on a thread of its own, while a robot moves.
+    """A model of torques that is learned from nothing, on a thread of its own, while a robot moves.
+
+    A network learns by training steps; a robot of known kinematics, ``lg.Rigid(urdf=…)``, by a recursive regression of its bodies, rotors and
+    friction, in which nothing of its masses is used (docs/theory.md, 59e).
 
     ``update`` takes the row of a tick and returns in microseconds; it neither waits nor learns. ``model`` is the newest model that
     has passed: its torques are finite, and it predicts what is remembered no worse than the one before. Until the first one there is none, and only

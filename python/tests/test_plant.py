@@ -214,6 +214,18 @@ def test_wrong_arguments_are_refused(tmp_path: Path) -> None:
         arm.__reduce__()
 
 
+def test_a_robot_of_known_kinematics_is_learned_while_it_moves() -> None:
+    machine = plant.compiled("ur5")
+    machine.dof_armature[:], machine.dof_frictionloss[:], machine.dof_damping[:] = 0.2, 0.8, 1.0
+    arm = plant.load(machine)
+    letter = plant.excitation(arm, duration=45.0, seed=3)
+    learner = lg.OnlineLearner(lg.Rigid(urdf="ur5"), n=6, angles="all")
+    followed = lg.track(learner, arm, letter, speeds=0.6, velocity_noise=1e-3)
+    late = slice(-7500, None)  # from 60 s on
+    errors = {own.driver: np.sqrt((own.error[late] ** 2).mean()) for own in followed}
+    assert errors["model"] < 1.2 * errors["truth"] and errors["model"] < 0.05 * errors["feedback"]
+
+
 def test_a_model_is_learned_while_a_plant_moves() -> None:
     arm = plant.load("two_link_arm")
     letter = plant.excitation(arm, duration=12.0, seed=2)

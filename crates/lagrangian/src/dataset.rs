@@ -274,13 +274,11 @@ impl Dataset {
     /// which would otherwise rule a fit. That of a coordinate without a force is the largest of the others, or 1.
     #[must_use]
     pub fn force_scale(&self) -> Vec<f64> {
-        let own = column(&self.train.tau, self.coordinates.dof(), root_mean_square);
-        let largest = own.iter().copied().fold(0.0, f64::max);
-        let scale = |own: f64| match own > 0.0 {
-            true => own.max(FAINTEST * largest),
-            false => largest,
-        };
-        own.into_iter().map(|own| positive(scale(own))).collect()
+        force_scale(&column(
+            &self.train.tau,
+            self.coordinates.dof(),
+            root_mean_square,
+        ))
     }
 
     /// Whether a force acts on each coordinate in some sample, `[n]`; without one it is passive.
@@ -313,6 +311,16 @@ impl Dataset {
 /// Whether any force of these motions is not 0.
 fn is_forced(trajectories: &[Trajectory]) -> bool {
     trajectories.iter().flat_map(|t| &t.tau).any(|&x| x != 0.0)
+}
+
+/// The scales of forces of these root mean squares, see [`Dataset::force_scale`].
+pub(crate) fn force_scale(sizes: &[f64]) -> Vec<f64> {
+    let largest = sizes.iter().copied().fold(0.0, f64::max);
+    let scale = |own: f64| match own > 0.0 {
+        true => own.max(FAINTEST * largest),
+        false => largest,
+    };
+    sizes.iter().map(|own| positive(scale(*own))).collect()
 }
 
 /// The smallest scale of a force, in parts of the largest.

@@ -1,5 +1,6 @@
 //! A model that learns from rows as they arrive.
 
+use super::regression::{Regression, WINDOW};
 use super::{Differentiator, EventKind, Guard, OnlineConfig, Record, Replay, Sample};
 use lagrangian::trajectory::Samples;
 use lagrangian::{Coordinates, Dataset, Learned, Result};
@@ -17,6 +18,8 @@ pub struct OnlineLearner {
     /// Samples before the first step.
     first: Samples,
     training: Option<Training>,
+    /// What learns in place of a network, where the family has it.
+    regression: Option<Regression>,
     record: Record,
     now: f64,
 }
@@ -59,13 +62,16 @@ impl OnlineLearner {
     pub fn new(coordinates: Coordinates, config: OnlineConfig) -> Result<Self> {
         config.validate()?;
         let n = coordinates.dof();
+        let sums = config.family.recursive(&coordinates)?;
+        let window = sums.as_ref().map_or(config.window, |_| WINDOW);
         Ok(Self {
-            differentiator: Differentiator::new(n, config.window)?,
+            differentiator: Differentiator::new(n, window)?,
             replay: Replay::new(n, config.replay, config.seed)?,
             first: Samples {
                 n,
                 ..Samples::default()
             },
+            regression: sums.map(|sums| Regression::new(sums, n)),
             coordinates,
             config,
             training: None,
@@ -110,6 +116,10 @@ impl OnlineLearner {
         };
         self.now = sample.t;
         self.record.samples += 1;
+        if let Some(regression) = &mut self.regression {
+            regression.push(&sample);
+            return Ok(());
+        }
         self.replay.push(&sample);
         match &mut self.training {
             Some(training) => training.fresh += 1,
@@ -163,6 +173,14 @@ impl OnlineLearner {
     /// # Errors
     /// None that input can cause: the learner chooses the sample indices.
     pub fn train(&mut self, steps: usize) -> Result<()> {
+        if let Some(regression) = &mut self.regression {
+            let (solved, contradicted) = regression.solve(&self.config.change)?;
+            self.record.steps += usize::from(solved);
+            if contradicted {
+                self.record.note(self.now, EventKind::DiscardedSamples);
+            }
+            return Ok(());
+        }
         let Some(training) = &mut self.training else {
             return Ok(());
         };
@@ -205,6 +223,31 @@ impl OnlineLearner {
     /// The newest model, if it passes the guard and predicts samples no worse than the one that drives. Otherwise the loop
     /// keeps its last model, and the record states the reason.
     pub fn hand_over(&mut self) -> Option<Learned> {
+        let found = match &mut self.regression {
+            Some(regression) => {
+                let first = (self.record.handed_over == 0).then_some(self.config.first_model_loss);
+                regression.hand_over(first)?
+            }
+            None => self.trained()?,
+        };
+        match found {
+            Ok(model) => {
+                self.record.handed_over += 1;
+                if self.record.handed_over == 1 {
+                    self.record.note(self.now, EventKind::FirstModel);
+                }
+                Some(model)
+            }
+            Err(reason) => {
+                self.record.refused += 1;
+                self.record.note(self.now, EventKind::Refused { reason });
+                None
+            }
+        }
+    }
+
+    /// The network of the newest weights, or why it is refused; `None` before the first step.
+    fn trained(&mut self) -> Option<std::result::Result<Learned, String>> {
         let training = self.training.as_mut();
         let training = training.filter(|training| training.stepper.steps() > 0)?;
         let worse = match self.record.handed_over {
@@ -216,23 +259,16 @@ impl OnlineLearner {
                 .falls_behind(&mut self.replay)
                 .then_some("it predicts samples worse than the model that drives"),
         };
-        let reason = match training.stepper.model() {
-            Err(error) => error.to_string(),
+        Some(match training.stepper.model() {
+            Err(error) => Err(error.to_string()),
             Ok(model) => match training.guard.objection(&model).or(worse.map(Into::into)) {
-                Some(reason) => reason,
+                Some(reason) => Err(reason),
                 None => {
                     training.good.copy_from_slice(training.stepper.parameters());
-                    self.record.handed_over += 1;
-                    if self.record.handed_over == 1 {
-                        self.record.note(self.now, EventKind::FirstModel);
-                    }
-                    return Some(model);
+                    Ok(model)
                 }
             },
-        };
-        self.record.refused += 1;
-        self.record.note(self.now, EventKind::Refused { reason });
-        None
+        })
     }
 
     /// Multiplies the weights, by NaN as in a learner that has diverged.

@@ -13,6 +13,7 @@ mod differentiator;
 mod guard;
 mod learner;
 mod record;
+mod regression;
 mod replay;
 mod rows;
 mod thread;

@@ -230,6 +230,28 @@ impl JointSums {
         self
     }
 
+    /// The sums, and the numbers of rows that they count, times `factor`.
+    #[must_use]
+    pub fn scaled(mut self, factor: f64) -> Self {
+        let count = |own: usize| (factor * own as f64).round() as usize;
+        self.samples = count(self.samples);
+        for sums in &mut self.joints {
+            let all = sums.gram.iter_mut().chain(&mut sums.right);
+            all.chain([&mut sums.square]).for_each(|x| *x *= factor);
+            sums.rows = count(sums.rows);
+        }
+        let inertias = self.inertias.iter_mut().flatten();
+        inertias.for_each(|x| *x *= factor);
+        self
+    }
+
+    /// Root mean square of each torque, N·m or N, `[n]`.
+    #[must_use]
+    pub fn forces(&self) -> Vec<f64> {
+        let size = |own: &Quadratic| (own.square / own.rows.max(1) as f64).sqrt();
+        self.joints.iter().map(size).collect()
+    }
+
     fn of_block(
         samples: &Samples,
         range: Range<usize>,

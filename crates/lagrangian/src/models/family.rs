@@ -8,14 +8,14 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
 
 use super::setup::Setup;
-use super::{FAMILIES, Learned};
+use super::{FAMILIES, Learned, Recursive};
 use crate::dataset::{Dataset, Momenta};
 use crate::saved::{self, SavedModel};
 use crate::train::{AutoSetting, DataFacts, FitSpec, Learner, Loss, Observer, TrainingTask};
 use lagrangian_mechanics::integrate::Method;
 use lagrangian_motion::settings::{Kind, Setting};
 use lagrangian_motion::statistics::sort_by_number;
-use lagrangian_motion::{Error, Result};
+use lagrangian_motion::{Coordinates, Error, Result};
 use nets::simd::Real;
 
 /// A family of models with its settings.
@@ -38,6 +38,15 @@ pub trait Family: Configuration {
     fn check(&self, dataset: &Dataset, task: &TrainingTask) -> Result<()> {
         let _ = (dataset, task);
         Ok(())
+    }
+
+    /// What learns the model while it moves by sums of its samples, where the family has such: for these coordinates.
+    ///
+    /// # Errors
+    /// As [`RobotConfig::bodies`](crate::rigid::RobotConfig::bodies).
+    fn recursive(&self, coordinates: &Coordinates) -> Result<Option<Recursive>> {
+        let _ = coordinates;
+        Ok(None)
     }
 
     /// The momenta, where the model moves in phase space.

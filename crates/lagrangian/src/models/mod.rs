@@ -52,7 +52,7 @@ pub use named::Parameter;
 pub use network::{Network, NetworkShape, Parts};
 pub use neural_ode::{NeuralOdeConfig, Order};
 pub use rigid::chain::{Identified, Rigid, identify};
-pub use rigid::robot::IdentifiedRobot;
+pub use rigid::robot::{IdentifiedRobot, Recursive};
 pub use rigid::{Angles, RigidChain, RigidConfig};
 pub use servo::{Friction, Servo, ServoConfig};
 

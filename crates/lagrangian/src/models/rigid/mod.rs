@@ -18,7 +18,7 @@ use crate::models::family::Candidate;
 use crate::train::{AutoSetting, DataFacts, FitSpec, Loss, TrainingTask};
 use lagrangian_mechanics::rigid::RobotConfig;
 use lagrangian_motion::settings::{Kind, Setting};
-use lagrangian_motion::{Error, Result};
+use lagrangian_motion::{Coordinates, Error, Result};
 
 pub use chain::{Angles, RigidChain};
 
@@ -112,6 +112,11 @@ impl Family for RigidConfig {
             Some(robot) => robot.bodies(&dataset.coordinates).map(drop),
             None => Ok(()),
         }
+    }
+
+    fn recursive(&self, coordinates: &Coordinates) -> Result<Option<robot::Recursive>> {
+        let robot = self.robot.as_ref().map(|own| own.bodies(coordinates));
+        Ok(robot.transpose()?.map(robot::Recursive::new))
     }
 
     fn prepare(&self, _dataset: &Dataset, task: &TrainingTask) -> Result<Plan> {

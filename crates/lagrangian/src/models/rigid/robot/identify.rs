@@ -155,6 +155,32 @@ fn signs(dataset: &Dataset, robot: &RigidBodies, smoothings: &[f64]) -> (Vec<f64
     (slowest, Friction::Coulomb(friction))
 }
 
+/// The robot with the values of all parameters; friction of joint j changes its sign over the speed of its index.
+pub(super) fn motion(
+    robot: &RigidBodies,
+    values: &[f64],
+    friction: &Friction,
+    smoothings: &[f64],
+) -> Result<Mechanical<RigidBodies>> {
+    let n = robot.dof();
+    let (bodies, rest) = values.split_at(PER_BODY * n);
+    let mut coefficients = rest.chunks_exact(n.max(1)).map(<[f64]>::to_vec);
+    let mut next = || coefficients.next().unwrap_or_default();
+    let robot = robot.clone().with_inertial_parameters(bodies)?;
+    let robot = robot.with_drives(next(), next())?;
+    let Some(speeds) = friction.speeds() else {
+        return Ok(Mechanical::conservative(robot));
+    };
+    let dissipation = Dissipation {
+        viscous: next(),
+        coulomb: next(),
+        smoothing: speeds.iter().map(|&k| smoothings[k]).collect(),
+        load: matches!(friction, Friction::Loaded(_)).then(next),
+        ..Dissipation::default()
+    };
+    Mechanical::dissipative(robot, dissipation)
+}
+
 /// The candidate of the strongest prior among those that explain the torques of all `n` joints nearly as well as the best.
 fn strongest(candidates: Vec<Candidate<'_>>, n: usize) -> Option<Candidate<'_>> {
     let scores = candidates.iter().map(|c| c.score);
@@ -330,7 +356,7 @@ impl Problem {
         let minimum = minimise(&data, best.prior, best.strength, &best.values)
             .filter(|minimum| self.moves(&minimum.values, best.friction));
         let values = minimum.map_or_else(|| best.values.clone(), |minimum| minimum.values);
-        let motion = self.motion(&values, best.friction)?;
+        let motion = motion(&self.robot, &values, best.friction, &self.speeds)?;
         let correlations = correlations(dataset, &motion);
         let certainty = self.certainty(&all, &best, &values, &correlations);
         Ok(Identification {
@@ -346,27 +372,6 @@ impl Problem {
             combinations: rank(&data, NO_EFFECT),
             certainty,
         })
-    }
-
-    /// The robot with the values of all parameters.
-    fn motion(&self, values: &[f64], friction: &Friction) -> Result<Mechanical<RigidBodies>> {
-        let n = self.robot.dof();
-        let (bodies, rest) = values.split_at(PER_BODY * n);
-        let mut coefficients = rest.chunks_exact(n.max(1)).map(<[f64]>::to_vec);
-        let mut next = || coefficients.next().unwrap_or_default();
-        let robot = self.robot.clone().with_inertial_parameters(bodies)?;
-        let robot = robot.with_drives(next(), next())?;
-        let Some(speeds) = friction.speeds() else {
-            return Ok(Mechanical::conservative(robot));
-        };
-        let dissipation = Dissipation {
-            viscous: next(),
-            coulomb: next(),
-            smoothing: speeds.iter().map(|&k| self.speeds[k]).collect(),
-            load: matches!(friction, Friction::Loaded(_)).then(next),
-            ..Dissipation::default()
-        };
-        Mechanical::dissipative(robot, dissipation)
     }
 
     /// Covariances from the information of data and prior: residuals have the variance 1 by their weights, and those of

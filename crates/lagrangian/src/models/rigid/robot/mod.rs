@@ -3,12 +3,15 @@
 //! | file | content |
 //! |---|---|
 //! | `identify.rs` | the parameters that explain torques best |
+//! | `recursive.rs` | the same while the robot moves |
 //! | `correlation.rs` | the number of independent residuals |
 
 mod identify;
+mod recursive;
 
 pub(crate) use identify::torque_scale;
 pub use identify::{IdentifyOptions, identify};
+pub use recursive::Recursive;
 
 use serde_json::Value;
 

@@ -1,0 +1,133 @@
+//! A robot of known kinematics that is learned while it moves: a recursive regression in place of training steps.
+
+use super::{ChangeConfig, Guard, Sample};
+use lagrangian::models::Recursive;
+use lagrangian::trajectory::Samples;
+use lagrangian::{Learned, Model, Result};
+
+/// The window over which accelerations are estimated, ticks: a longer one would smear dry friction where a joint turns back.
+pub(super) const WINDOW: usize = 10;
+/// Every so many samples one is taken: neighbours share most of their window.
+const EVERY: usize = 5;
+/// Samples between two solutions.
+const BLOCK: usize = 25;
+/// The weight of a new loss in the logarithm of the usual one.
+const FOLLOW: f64 = 0.05;
+
+/// The sums, and the samples since the last solution.
+pub(super) struct Regression {
+    sums: Recursive,
+    block: Samples,
+    seen: usize,
+    model: Option<Learned>,
+    /// The mean square of the torques of each joint in the first block.
+    scale: Option<Vec<f64>>,
+    /// The loss of the newest block before it was learned from, and the usual one.
+    newest: Option<f64>,
+    usual: Option<f64>,
+    fresh: bool,
+}
+
+impl Regression {
+    pub(super) fn new(sums: Recursive, n: usize) -> Self {
+        Self {
+            sums,
+            block: Samples {
+                n,
+                ..Samples::default()
+            },
+            seen: 0,
+            model: None,
+            scale: None,
+            newest: None,
+            usual: None,
+            fresh: false,
+        }
+    }
+
+    pub(super) fn push(&mut self, sample: &Sample) {
+        self.seen += 1;
+        if self.seen.is_multiple_of(EVERY) {
+            self.block.q.extend(&sample.q);
+            self.block.qd.extend(&sample.qd);
+            self.block.qdd.extend(&sample.qdd);
+            self.block.tau.extend(&sample.tau);
+        }
+    }
+
+    /// Solves where there are enough new samples; whether it did, and whether they contradict the model.
+    pub(super) fn solve(&mut self, change: &ChangeConfig) -> Result<(bool, bool)> {
+        if self.block.len() < BLOCK {
+            return Ok((false, false));
+        }
+        let n = self.block.n;
+        let empty = Samples {
+            n,
+            ..Samples::default()
+        };
+        let block = std::mem::replace(&mut self.block, empty);
+        self.newest = self.loss(&block);
+        let contradicted = match (self.newest, self.usual) {
+            (Some(own), Some(usual)) => own > (change.factor * usual).max(change.threshold),
+            _ => false,
+        };
+        if contradicted {
+            self.sums.forget();
+        } else if let Some(own) = self.newest {
+            let usual = self.usual.unwrap_or(own);
+            self.usual = Some(usual * (own.max(f64::MIN_POSITIVE) / usual).powf(FOLLOW));
+        }
+        self.sums.add(&block);
+        if let Some(model) = self.sums.solve() {
+            (self.model, self.fresh) = (Some(model), true);
+        }
+        Ok((true, contradicted))
+    }
+
+    /// The mean square error of the torques of the model at these samples, in parts of those of the first block, mean over the joints.
+    fn loss(&mut self, block: &Samples) -> Option<f64> {
+        let n = block.n;
+        let mean_squares = |values: &[f64]| -> Vec<f64> {
+            let mean = |j: usize| values.iter().skip(j).step_by(n).map(|x| x * x).sum::<f64>();
+            (0..n).map(|j| mean(j) / block.len() as f64).collect()
+        };
+        let scale = self.scale.get_or_insert_with(|| mean_squares(&block.tau));
+        let largest = scale.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+        let mut errors = vec![0.0; block.tau.len()];
+        let model = self.model.as_ref()?;
+        let mut evaluator = model.evaluator();
+        let found = evaluator.inverse_dynamics(&block.q, &block.qd, &block.qdd, &mut errors);
+        if !found.is_finite() {
+            return Some(f64::NAN);
+        }
+        let pairs = errors.iter_mut().zip(&block.tau);
+        pairs.for_each(|(error, tau)| *error -= tau);
+        let parts = mean_squares(&errors).into_iter().zip(scale);
+        let parts = parts.map(|(own, all)| own / all.max(FAINTEST * largest));
+        Some(parts.sum::<f64>() / n as f64)
+    }
+
+    /// The newest solution, once, or why it is refused.
+    pub(super) fn hand_over(
+        &mut self,
+        first: Option<f64>,
+    ) -> Option<std::result::Result<Learned, String>> {
+        if !std::mem::take(&mut self.fresh) {
+            return None;
+        }
+        let early =
+            first.is_some_and(|most| self.newest.is_none_or(|own| own.is_nan() || own > most));
+        if early {
+            return Some(Err("it does not predict new samples yet".into()));
+        }
+        let model = self.model.clone()?;
+        let probes = Guard::new(self.block.n, self.block.q.clone(), self.block.qd.clone());
+        Some(match probes.objection(&model) {
+            Some(reason) => Err(reason),
+            None => Ok(model),
+        })
+    }
+}
+
+/// The smallest mean square of a torque in a loss, in parts of the largest.
+const FAINTEST: f64 = 1e-5;
