@@ -31,14 +31,16 @@ SENSORS = {
 SPEEDS = [0.5, 0.8, 1.25]
 
 parser = argparse.ArgumentParser(description=__doc__)
-parser.add_argument("arms", nargs="*", default=["two_link_arm", "ur5", "panda"], choices=[*ARMS, []], metavar="ARM")
+parser.add_argument("arms", nargs="*", metavar="ARM", help=", ".join(ARMS))
 parser.add_argument("--family", default="rigid", choices=["rigid", "chain", "plain"])
 parser.add_argument("--seeds", default="11,12")
 asked = parser.parse_args()
+if unknown := [name for name in asked.arms if name not in ARMS]:
+    parser.error(f"there is no arm '{unknown[0]}': give {', '.join(ARMS)}")
 seeds = [int(seed) for seed in asked.seeds.split(",")]
 
 print(f"error over the true model's at {', '.join(f'{own:g}' for own in SPEEDS)} ×; a column for each seed", flush=True)
-for name in asked.arms:
+for name in asked.arms or ["two_link_arm", "ur5", "panda"]:
     machine = plant.compiled(name)
     machine.dof_armature[:], machine.dof_frictionloss[:], machine.dof_damping[:] = ARMS[name]
     arm = plant.load(machine)

@@ -23,7 +23,7 @@ pub struct OnlineConfig {
     pub damping: Falling,
     /// Number of samples before the first step, which set the scales.
     pub warm_up: usize,
-    /// Length of the window over which accelerations are estimated, ticks.
+    /// Length of the window over which accelerations are estimated, ticks; a robot of known kinematics has 10.
     pub window: usize,
     /// Memory of samples.
     pub replay: ReplayConfig,

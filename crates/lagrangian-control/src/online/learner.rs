@@ -52,7 +52,7 @@ const DIVERGED: f64 = 1e4;
 const FOLLOW: f64 = 0.05;
 /// Maximum number of successive comparisons that discard samples: the first still contains samples from before the
 /// change.
-const MOST_DISCARDS: usize = 2;
+pub(super) const MOST_DISCARDS: usize = 2;
 
 impl OnlineLearner {
     /// A learner without a model: random weights are drawn when the warm-up is over.
@@ -174,9 +174,9 @@ impl OnlineLearner {
     /// None that input can cause: the learner chooses the sample indices.
     pub fn train(&mut self, steps: usize) -> Result<()> {
         if let Some(regression) = &mut self.regression {
-            let (solved, contradicted) = regression.solve(&self.config.change)?;
-            self.record.steps += usize::from(solved);
-            if contradicted {
+            let solved = regression.solve(&self.config.change);
+            self.record.steps += usize::from(solved.is_some());
+            if solved == Some(true) {
                 self.record.note(self.now, EventKind::DiscardedSamples);
             }
             return Ok(());

@@ -1,9 +1,10 @@
 //! A robot of known kinematics that is learned while it moves: a recursive regression in place of training steps.
 
+use super::learner::MOST_DISCARDS;
 use super::{ChangeConfig, Guard, Sample};
 use lagrangian::models::Recursive;
 use lagrangian::trajectory::Samples;
-use lagrangian::{Learned, Model, Result};
+use lagrangian::{Learned, Model};
 
 /// The window over which accelerations are estimated, ticks: a longer one would smear dry friction where a joint turns back.
 pub(super) const WINDOW: usize = 10;
@@ -22,25 +23,35 @@ pub(super) struct Regression {
     model: Option<Learned>,
     /// The mean square of the torques of each joint in the first block.
     scale: Option<Vec<f64>>,
-    /// The loss of the newest block before it was learned from, and the usual one.
-    newest: Option<f64>,
+    /// The samples of the last solution, their loss before they were learned from, and the usual one.
+    newest: Samples,
+    found: Option<f64>,
     usual: Option<f64>,
+    /// Number of successive blocks that contradicted the model.
+    discarded: usize,
+    /// Whether the model was not handed over yet.
     fresh: bool,
+}
+
+fn nothing(n: usize) -> Samples {
+    Samples {
+        n,
+        ..Samples::default()
+    }
 }
 
 impl Regression {
     pub(super) fn new(sums: Recursive, n: usize) -> Self {
         Self {
             sums,
-            block: Samples {
-                n,
-                ..Samples::default()
-            },
+            block: nothing(n),
             seen: 0,
             model: None,
             scale: None,
-            newest: None,
+            newest: nothing(n),
+            found: None,
             usual: None,
+            discarded: 0,
             fresh: false,
         }
     }
@@ -55,38 +66,36 @@ impl Regression {
         }
     }
 
-    /// Solves where there are enough new samples; whether it did, and whether they contradict the model.
-    pub(super) fn solve(&mut self, change: &ChangeConfig) -> Result<(bool, bool)> {
+    /// Solves where there are enough new samples; whether they contradicted the model.
+    pub(super) fn solve(&mut self, change: &ChangeConfig) -> Option<bool> {
         if self.block.len() < BLOCK {
-            return Ok((false, false));
+            return None;
         }
-        let n = self.block.n;
-        let empty = Samples {
-            n,
-            ..Samples::default()
-        };
-        let block = std::mem::replace(&mut self.block, empty);
-        self.newest = self.loss(&block);
-        let contradicted = match (self.newest, self.usual) {
-            (Some(own), Some(usual)) => own > (change.factor * usual).max(change.threshold),
-            _ => false,
-        };
-        if contradicted {
+        std::mem::swap(&mut self.block, &mut self.newest);
+        self.block = nothing(self.newest.n);
+        let found = self.loss().filter(|own| own.is_finite());
+        let usual = self.usual.unwrap_or(f64::INFINITY);
+        let contradicted =
+            found.is_some_and(|own| own > (change.factor * usual).max(change.threshold));
+        let discards = contradicted && self.discarded < MOST_DISCARDS;
+        self.discarded = if contradicted { self.discarded + 1 } else { 0 };
+        if discards {
             self.sums.forget();
-        } else if let Some(own) = self.newest {
+        } else if let Some(own) = found.map(|own| own.max(f64::MIN_POSITIVE)) {
             let usual = self.usual.unwrap_or(own);
-            self.usual = Some(usual * (own.max(f64::MIN_POSITIVE) / usual).powf(FOLLOW));
+            self.usual = Some(usual * (own / usual).powf(FOLLOW));
         }
-        self.sums.add(&block);
+        self.found = found;
+        self.sums.add(&self.newest);
         if let Some(model) = self.sums.solve() {
             (self.model, self.fresh) = (Some(model), true);
         }
-        Ok((true, contradicted))
+        Some(discards)
     }
 
-    /// The mean square error of the torques of the model at these samples, in parts of those of the first block, mean over the joints.
-    fn loss(&mut self, block: &Samples) -> Option<f64> {
-        let n = block.n;
+    /// The mean square error of the torques of the model at the newest samples, in parts of those of the first block, mean over the joints.
+    fn loss(&mut self) -> Option<f64> {
+        let (block, n) = (&self.newest, self.newest.n);
         let mean_squares = |values: &[f64]| -> Vec<f64> {
             let mean = |j: usize| values.iter().skip(j).step_by(n).map(|x| x * x).sum::<f64>();
             (0..n).map(|j| mean(j) / block.len() as f64).collect()
@@ -98,7 +107,7 @@ impl Regression {
         let mut evaluator = model.evaluator();
         let found = evaluator.inverse_dynamics(&block.q, &block.qd, &block.qdd, &mut errors);
         if !found.is_finite() {
-            return Some(f64::NAN);
+            return None;
         }
         let pairs = errors.iter_mut().zip(&block.tau);
         pairs.for_each(|(error, tau)| *error -= tau);
@@ -115,13 +124,13 @@ impl Regression {
         if !std::mem::take(&mut self.fresh) {
             return None;
         }
-        let early =
-            first.is_some_and(|most| self.newest.is_none_or(|own| own.is_nan() || own > most));
+        let early = first.is_some_and(|most| self.found.is_none_or(|own| own > most));
         if early {
             return Some(Err("it does not predict new samples yet".into()));
         }
         let model = self.model.clone()?;
-        let probes = Guard::new(self.block.n, self.block.q.clone(), self.block.qd.clone());
+        let Samples { n, signals, .. } = &self.newest;
+        let probes = Guard::new(*n, signals.q.clone(), signals.qd.clone());
         Some(match probes.objection(&model) {
             Some(reason) => Err(reason),
             None => Ok(model),

@@ -4,6 +4,9 @@
 use super::*;
 use crate::{Desired, Gains, LoopConfig, LoopOutcome, Reference};
 use lagrangian::analytic::{AnalyticModel, by_name};
+use lagrangian::mechanics::Mechanical;
+use lagrangian::models::RigidConfig;
+use lagrangian::rigid::RobotConfig;
 use lagrangian::rollout::times;
 use lagrangian::{Coordinates, Signals, Trajectory};
 
@@ -311,4 +314,56 @@ fn a_payload_is_noticed_within_a_second() {
         "{:?}",
         record.events
     );
+}
+
+#[test]
+fn a_robot_of_known_kinematics_is_learned_within_seconds_and_again_with_a_payload() {
+    let text = lagrangian::rigid::example("two_link_arm").unwrap();
+    let known = RobotConfig::new(text, Vec::new()).unwrap();
+    let bodies = known.bodies(&Coordinates::angles(2)).unwrap();
+    let mut more = bodies.inertial_parameters();
+    more[10..].iter_mut().for_each(|own| *own *= 1.5);
+    let heavy = Mechanical::conservative(bodies.clone().with_inertial_parameters(&more).unwrap());
+    let (arm, reference) = (Mechanical::conservative(bodies), loops(16.0));
+    let learns = || {
+        let family = RigidConfig {
+            robot: Some(known.clone()),
+            ..RigidConfig::default()
+        };
+        let config = OnlineConfig {
+            family: Box::new(family),
+            ..OnlineConfig::default()
+        };
+        let learner = OnlineLearner::new(Coordinates::angles(2), config).unwrap();
+        FeedForwardSource::LockStep {
+            learner: Box::new(learner),
+            steps: 100.0,
+            hand_overs: 20.0,
+        }
+    };
+    let changed = TrackingConfig {
+        change: Some(RobotChange {
+            at: 10.0,
+            robot: &heavy,
+        }),
+        gains: Gains::uniform(2, 60.0, 12.0),
+        ..config(&arm)
+    };
+    let learned = track(&changed, &reference, learns()).unwrap();
+    let alone = track(&changed, &reference, FeedForwardSource::None).unwrap();
+    let events = &learned.record.as_ref().unwrap().events;
+    let mut discards = events
+        .iter()
+        .filter(|own| own.kind == EventKind::DiscardedSamples);
+    assert!(
+        discards.any(|own| (10.0..10.3).contains(&own.t)),
+        "{events:?}"
+    );
+    for span in [(5.0, 10.0), (11.0, 16.0)] {
+        let [learned, alone] = [&learned, &alone].map(|own| error(own, &reference, span));
+        assert!(
+            learned < 0.02 * alone,
+            "{span:?}: {learned} against {alone}"
+        );
+    }
 }
