@@ -162,7 +162,7 @@ fn inertia_between_sites_is_found_and_kept_by_a_rollout() {
     }
     let fit = of(0.0);
     let q: Vec<f64> = (0..12).map(|i| 0.4 * f64::from(i).cos()).collect();
-    let span = times(40.0, 0.1).unwrap();
+    let span = times(10.0, 0.1).unwrap();
     let options = RolloutOptions::truth();
     let away = rollout(&fit.model, &q, &[0.0; 12], &span, &free, &options).unwrap();
     let energies: Vec<f64> = away
