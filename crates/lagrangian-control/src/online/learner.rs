@@ -1,6 +1,6 @@
 //! A model that learns from rows as they arrive.
 
-use super::regression::{Regression, WINDOW};
+use super::regression::{Regression, WINDOW, nothing};
 use super::{Differentiator, EventKind, Guard, OnlineConfig, Record, Replay, Sample};
 use lagrangian::trajectory::Samples;
 use lagrangian::{Coordinates, Dataset, Learned, Result};
@@ -67,10 +67,7 @@ impl OnlineLearner {
         Ok(Self {
             differentiator: Differentiator::new(n, window)?,
             replay: Replay::new(n, config.replay, config.seed)?,
-            first: Samples {
-                n,
-                ..Samples::default()
-            },
+            first: nothing(n),
             regression: sums.map(|sums| Regression::new(sums, n)),
             coordinates,
             config,
@@ -145,11 +142,7 @@ impl OnlineLearner {
             q.step_by(every).flatten().copied().collect(),
             qd.step_by(every).flatten().copied().collect(),
         );
-        let nothing = Samples {
-            n,
-            ..Samples::default()
-        };
-        let data = Dataset::from_samples(self.coordinates.clone(), first, nothing)?;
+        let data = Dataset::from_samples(self.coordinates.clone(), first, nothing(n))?;
         let stepper = Stepper::new(&data, &self.config.fit())?;
         self.training = Some(Training {
             good: stepper.parameters().to_vec(),

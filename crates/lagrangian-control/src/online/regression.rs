@@ -33,7 +33,8 @@ pub(super) struct Regression {
     fresh: bool,
 }
 
-fn nothing(n: usize) -> Samples {
+/// No samples of `n` coordinates.
+pub(super) fn nothing(n: usize) -> Samples {
     Samples {
         n,
         ..Samples::default()
@@ -131,10 +132,7 @@ impl Regression {
         let model = self.model.clone()?;
         let Samples { n, signals, .. } = &self.newest;
         let probes = Guard::new(*n, signals.q.clone(), signals.qd.clone());
-        Some(match probes.objection(&model) {
-            Some(reason) => Err(reason),
-            None => Ok(model),
-        })
+        Some(probes.objection(&model).map_or(Ok(model), Err))
     }
 }
 
