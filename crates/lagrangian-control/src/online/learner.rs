@@ -3,7 +3,7 @@
 use super::regression::{Regression, WINDOW, nothing};
 use super::{Differentiator, EventKind, Guard, OnlineConfig, Record, Replay, Sample};
 use lagrangian::trajectory::Samples;
-use lagrangian::{Coordinates, Dataset, Learned, Result};
+use lagrangian::{Coordinates, Dataset, Error, Learned, Result};
 use lagrangian::{
     fit::Stepper,
     train::{Batch, StepSize},
@@ -58,11 +58,16 @@ impl OnlineLearner {
     /// A learner without a model: random weights are drawn when the warm-up is over.
     ///
     /// # Errors
-    /// As [`OnlineConfig::validate`], [`Differentiator::new`] and [`Replay::new`].
+    /// As [`OnlineConfig::validate`], [`Differentiator::new`] and [`Replay::new`]; [`Error::Setting`] for a family that is solved for at once.
     pub fn new(coordinates: Coordinates, config: OnlineConfig) -> Result<Self> {
         config.validate()?;
         let n = coordinates.dof();
         let sums = config.family.recursive(&coordinates)?;
+        if sums.is_none() && config.family.abilities().solved {
+            let finding = format!("{} learns nothing online", config.family.name());
+            let remedy = "take a network, or rigid bodies with the description of the robot";
+            return Err(Error::setting(finding, remedy));
+        }
         let window = sums.as_ref().map_or(config.window, |_| WINDOW);
         Ok(Self {
             differentiator: Differentiator::new(n, window)?,
