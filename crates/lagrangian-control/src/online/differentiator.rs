@@ -6,6 +6,7 @@
 
 use std::collections::VecDeque;
 
+use lagrangian::trajectory::Samples;
 use lagrangian::{Error, Result};
 
 /// One sample of a motion, `[n]` each.
@@ -21,6 +22,16 @@ pub struct Sample {
     pub qdd: Vec<f64>,
     /// Force τ.
     pub tau: Vec<f64>,
+}
+
+impl Sample {
+    /// Appends its signals.
+    pub(super) fn append_to(&self, samples: &mut Samples) {
+        samples.q.extend(&self.q);
+        samples.qd.extend(&self.qd);
+        samples.qdd.extend(&self.qdd);
+        samples.tau.extend(&self.tau);
+    }
 }
 
 /// Estimates samples from the rows (t, q, q̇, τ) of the ticks.

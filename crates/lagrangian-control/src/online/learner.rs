@@ -1,6 +1,7 @@
 //! A model that learns from rows as they arrive.
 
 use super::regression::{Regression, WINDOW, nothing};
+use super::watch::Watch;
 use super::{Differentiator, EventKind, Guard, OnlineConfig, Record, Replay, Sample};
 use lagrangian::trajectory::Samples;
 use lagrangian::{Coordinates, Dataset, Error, Learned, Result};
@@ -33,12 +34,9 @@ struct Training {
     damping: f64,
     rate: f64,
     first_loss: Option<f64>,
-    /// Usual loss of new samples, once known.
-    usual: Option<f64>,
+    watch: Watch,
     /// Loss of the newest samples before they were learned from, once known.
     newest: Option<f64>,
-    /// Number of successive comparisons that discarded old samples.
-    discarded: usize,
     /// Number of new samples since the last comparison.
     fresh: usize,
     indices: Vec<usize>,
@@ -48,11 +46,6 @@ struct Training {
 const PROBES: usize = 32;
 /// Factor of the loss of a batch over that of random weights, or over 1, above which training has diverged.
 const DIVERGED: f64 = 1e4;
-/// Weight of a new loss in the logarithm of the usual loss.
-const FOLLOW: f64 = 0.05;
-/// Maximum number of successive comparisons that discard samples: the first still contains samples from before the
-/// change.
-pub(super) const MOST_DISCARDS: usize = 2;
 
 impl OnlineLearner {
     /// A learner without a model: random weights are drawn when the warm-up is over.
@@ -131,10 +124,7 @@ impl OnlineLearner {
     }
 
     fn warm_up(&mut self, sample: &Sample) -> Result<()> {
-        self.first.q.extend(&sample.q);
-        self.first.qd.extend(&sample.qd);
-        self.first.qdd.extend(&sample.qdd);
-        self.first.tau.extend(&sample.tau);
+        sample.append_to(&mut self.first);
         if self.first.len() < self.config.warm_up {
             return Ok(());
         }
@@ -156,9 +146,8 @@ impl OnlineLearner {
             damping: self.config.damping.first,
             rate: self.config.rate.first,
             first_loss: None,
-            usual: None,
+            watch: Watch::default(),
             newest: None,
-            discarded: 0,
             fresh: 0,
             indices: Vec::new(),
         });
@@ -309,21 +298,6 @@ impl Training {
             indices: &self.indices,
         })?;
         self.newest = Some(found);
-        let Some(usual) = self.usual else {
-            self.usual = Some(found);
-            return Ok(false);
-        };
-        let contradicted = found > (config.change.factor * usual).max(config.change.threshold);
-        if contradicted && self.discarded < MOST_DISCARDS {
-            self.discarded += 1;
-            return Ok(true);
-        }
-        // In the logarithm, so that one large loss has little influence.
-        let follow = (found.max(f64::MIN_POSITIVE) / usual).powf(FOLLOW);
-        self.usual = Some(usual * follow);
-        if !contradicted {
-            self.discarded = 0;
-        }
-        Ok(false)
+        Ok(self.watch.contradicted(&config.change, found))
     }
 }

@@ -18,6 +18,7 @@ mod replay;
 mod rows;
 mod thread;
 mod tracking;
+mod watch;
 
 pub use config::{ChangeConfig, Falling, OnlineConfig};
 pub use differentiator::{Differentiator, Sample};

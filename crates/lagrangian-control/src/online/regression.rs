@@ -1,6 +1,6 @@
 //! A robot of known kinematics that is learned while it moves: a recursive regression in place of training steps.
 
-use super::learner::MOST_DISCARDS;
+use super::watch::Watch;
 use super::{ChangeConfig, Guard, Sample};
 use lagrangian::models::Recursive;
 use lagrangian::trajectory::Samples;
@@ -12,8 +12,6 @@ pub(super) const WINDOW: usize = 10;
 const EVERY: usize = 5;
 /// Samples between two solutions.
 const BLOCK: usize = 25;
-/// The weight of a new loss in the logarithm of the usual one.
-const FOLLOW: f64 = 0.05;
 
 /// The sums, and the samples since the last solution.
 pub(super) struct Regression {
@@ -23,12 +21,10 @@ pub(super) struct Regression {
     model: Option<Learned>,
     /// The mean square of the torques of each joint in the first block.
     scale: Option<Vec<f64>>,
-    /// The samples of the last solution, their loss before they were learned from, and the usual one.
+    /// The samples of the last solution, and their loss before they were learned from.
     newest: Samples,
     found: Option<f64>,
-    usual: Option<f64>,
-    /// Number of successive blocks that contradicted the model.
-    discarded: usize,
+    watch: Watch,
     /// Whether the model was not handed over yet.
     fresh: bool,
 }
@@ -51,8 +47,7 @@ impl Regression {
             scale: None,
             newest: nothing(n),
             found: None,
-            usual: None,
-            discarded: 0,
+            watch: Watch::default(),
             fresh: false,
         }
     }
@@ -60,10 +55,7 @@ impl Regression {
     pub(super) fn push(&mut self, sample: &Sample) {
         self.seen += 1;
         if self.seen.is_multiple_of(EVERY) {
-            self.block.q.extend(&sample.q);
-            self.block.qd.extend(&sample.qd);
-            self.block.qdd.extend(&sample.qdd);
-            self.block.tau.extend(&sample.tau);
+            sample.append_to(&mut self.block);
         }
     }
 
@@ -74,19 +66,13 @@ impl Regression {
         }
         std::mem::swap(&mut self.block, &mut self.newest);
         self.block = nothing(self.newest.n);
-        let found = self.loss().filter(|own| own.is_finite());
-        let usual = self.usual.unwrap_or(f64::INFINITY);
-        let contradicted =
-            found.is_some_and(|own| own > (change.factor * usual).max(change.threshold));
-        let discards = contradicted && self.discarded < MOST_DISCARDS;
-        self.discarded = if contradicted { self.discarded + 1 } else { 0 };
+        self.found = self.loss().filter(|own| own.is_finite());
+        let discards = self
+            .found
+            .is_some_and(|own| self.watch.contradicted(change, own));
         if discards {
             self.sums.forget();
-        } else if let Some(own) = found.map(|own| own.max(f64::MIN_POSITIVE)) {
-            let usual = self.usual.unwrap_or(own);
-            self.usual = Some(usual * (own / usual).powf(FOLLOW));
         }
-        self.found = found;
         self.sums.add(&self.newest);
         if let Some(model) = self.sums.solve() {
             (self.model, self.fresh) = (Some(model), true);

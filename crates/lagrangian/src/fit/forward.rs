@@ -20,6 +20,7 @@ const SAMPLES: usize = 1000;
 const POWERS: [i32; 2] = [-8, 4];
 /// The largest number of sweeps over all joints.
 const SWEEPS: usize = 10;
+
 /// The inertia to add to each drive, kg·m² or kg, `[n]`; `None` where no addition helps, or the model has no mass matrix.
 pub(crate) fn added_inertia(model: &dyn Model, samples: &Samples, weight: f64) -> Option<Vec<f64>> {
     let problem = Problem::new(model, samples)?;
@@ -145,24 +146,28 @@ mod tests {
     use lagrangian_mechanics::{Dissipation, Mechanical, Quantities};
     use lagrangian_motion::Signals;
 
+    /// Samples of a swing of a pendulum, whose torque has an unknown part.
+    fn swings(model: &dyn Model, unknown: impl Fn(u32) -> f64) -> Samples {
+        let mut signals: Signals = Signals::default();
+        for k in 0..400 {
+            let t = 0.05 * f64::from(k);
+            let (q, qd, qdd) = (t.sin(), t.cos(), -t.sin());
+            signals.q.push(q);
+            signals.qd.push(qd);
+            signals.qdd.push(qdd);
+            let tau = model.inverse_dynamics(&[q], &[qd], &[qdd]).unwrap()[0];
+            signals.tau.push(tau + unknown(k));
+        }
+        Samples::new(1, signals)
+    }
+
     #[test]
     fn a_joint_whose_torque_is_friction_gets_inertia_for_a_part_of_its_torque_error() {
         // An unknown torque of 1 N·m beside an inertia of 10⁻⁴ kg·m².
         let light = by_name("pendulum", &[("mass", 1e-4)]).unwrap();
         let model = Mechanical::dissipative(light.lagrangian(), Dissipation::viscous(vec![0.1]));
         let model = model.unwrap();
-        let mut signals: Signals = Signals::default();
-        for k in 0..400 {
-            let t = 0.05 * f64::from(k);
-            let (q, qd, qdd) = (t.sin(), t.cos(), -t.sin());
-            let unknown = if k % 2 == 0 { 1.0 } else { -1.0 };
-            signals.q.push(q);
-            signals.qd.push(qd);
-            signals.qdd.push(qdd);
-            let tau = model.inverse_dynamics(&[q], &[qd], &[qdd]).unwrap()[0];
-            signals.tau.push(tau + unknown);
-        }
-        let samples = Samples::new(1, signals);
+        let samples = swings(&model, |k| if k % 2 == 0 { 1.0 } else { -1.0 });
         let problem = Problem::new(&model, &samples).unwrap();
         let added = added_inertia(&model, &samples, 1e-3).unwrap();
         let errors = [
@@ -179,18 +184,7 @@ mod tests {
     fn a_joint_whose_inertia_is_right_keeps_it_where_its_friction_jumps_at_times() {
         let pendulum = by_name("pendulum", &[]).unwrap();
         let model = Mechanical::conservative(pendulum.lagrangian());
-        let mut signals: Signals = Signals::default();
-        for k in 0..400 {
-            let t = 0.05 * f64::from(k);
-            let (q, qd, qdd) = (t.sin(), t.cos(), -t.sin());
-            let jump = if k % 50 == 0 { 2.0 } else { 0.0 };
-            signals.q.push(q);
-            signals.qd.push(qd);
-            signals.qdd.push(qdd);
-            let tau = model.inverse_dynamics(&[q], &[qd], &[qdd]).unwrap()[0];
-            signals.tau.push(tau + jump);
-        }
-        let samples = Samples::new(1, signals);
+        let samples = swings(&model, |k| if k % 50 == 0 { 2.0 } else { 0.0 });
         assert_eq!(added_inertia(&model, &samples, FORWARD), None);
     }
 }

@@ -1,4 +1,4 @@
-//! Drives that hold a force from one row to the next: the motion of a robot is then half a row after its forces (theory.md, 60a).
+//! Drives that hold a force from one row to the next: the motion of a robot is then half a row after its forces (theory.md, 62a).
 //!
 //! With its joints known, a robot's torques are linear in all else. What a regression leaves of them is quadratic in a small shift of the
 //! forces, and three shifts tell where it is least. Where a joint turns back, dry friction changes its sign a little before or after the
@@ -12,6 +12,7 @@ use lagrangian_mechanics::rigid::{MAX_JOINTS, RigidBodies, RobotConfig};
 use lagrangian_motion::Samples;
 use lagrangian_motion::statistics::{column, jackknife, mean, root_mean_square};
 use lagrangian_recordings::Recording;
+use lagrangian_recordings::local_polynomial::median_step;
 
 /// The shifts of the forces, rows; a mean of neighbours would have less noise than a row.
 const SHIFTS: [i32; 3] = [-1, 0, 1];
@@ -33,13 +34,12 @@ const CERTAIN: f64 = 0.1;
 /// The part of the joints that must agree with it: a light one may be told wrongly, where its acceleration is smoothed.
 const AGREE: f64 = 0.75;
 
-/// Half a row, s, where the motion of nearly every joint that tells its delay follows its force so much later, and the request names no
-/// delay.
+/// Half a row, s, where the motion of nearly every joint that tells its delay follows its force so much later.
 pub(super) fn half_a_row(dataset: &Dataset, spec: &FitSpec) -> Option<AutoSetting> {
     let n = dataset.coordinates.dof();
     let jointed = n <= MAX_JOINTS && dataset.coordinates.parameters().next().is_none();
     let whole = dataset.train.steps.is_empty() && !dataset.train.qdd.is_empty();
-    if !(dataset.forced && jointed && whole && spec.prepare.delay.is_empty()) {
+    if !(dataset.forced && jointed && whole) {
         return None;
     }
     let rows = Rows::new(dataset)?;
@@ -80,7 +80,7 @@ fn robot(dataset: &Dataset, spec: &FitSpec) -> Option<RigidBodies> {
     let given = own.settings.get("robot").filter(|own| !own.is_null());
     let config = match given {
         Some(value) => serde_json::from_value::<RobotConfig>(value.clone()).ok()?,
-        None => joints(dataset, SEARCHES, spec.seed)?,
+        None => joints(dataset, SEARCHES, spec.seed, &mut ()).ok()?,
     };
     config.bodies(&dataset.coordinates).ok()
 }
@@ -101,19 +101,19 @@ impl Rows {
         if t.len() != samples.len() {
             return None;
         }
-        let inside = |k: &usize| !begins.contains(k) && !begins.contains(&(k + 1));
+        let begins = |k: usize| begins.binary_search(&k).is_ok();
+        let inside = |k: &usize| !begins(*k) && !begins(k + 1);
         let mut rows: Vec<usize> = (1..t.len().saturating_sub(1)).filter(inside).collect();
-        let mut steps: Vec<f64> = rows.iter().map(|k| t[k + 1] - t[*k]).collect();
-        steps.sort_by(f64::total_cmp);
-        let step = *steps.get(steps.len() / 2)?;
+        let step = median_step(t);
         let even = |step: f64, usual: f64| (step - usual).abs() < 0.5 * usual;
         rows.retain(|k| even(t[k + 1] - t[*k], step) && even(t[*k] - t[k - 1], step));
         let every = rows.len().div_ceil(ROWS).max(1);
         let rows: Vec<usize> = rows.into_iter().step_by(every).collect();
         let n = samples.n;
+        let mut kept = samples.signals.clone();
+        kept.keep(n, &rows);
         let of = |shift: i32| {
-            let mut own = samples.signals.clone();
-            own.keep(n, &rows);
+            let mut own = kept.clone();
             let earlier = rows.iter().map(|k| k.wrapping_add_signed(-shift as isize));
             own.tau = earlier.flat_map(|k| samples.row(k).tau).copied().collect();
             Samples::new(n, own)

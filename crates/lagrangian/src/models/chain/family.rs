@@ -1,11 +1,11 @@
 //! Chains as a family: their losses and data, and their settings.
 
-use super::{ChainConfig, search};
+use super::{ChainConfig, joints};
 use crate::dataset::Dataset;
 use crate::models::family::{self, Abilities, Candidate, Entry, Family, Plan};
 use crate::models::rigid::robot;
 use crate::train::{Loss, TrainingTask};
-use lagrangian_mechanics::rigid::{MAX_JOINTS, RobotConfig};
+use lagrangian_mechanics::rigid::MAX_JOINTS;
 use lagrangian_motion::settings::{Kind, Setting};
 use lagrangian_motion::{Error, Result};
 
@@ -74,8 +74,7 @@ impl Family for ChainConfig {
     fn prepare(&self, _dataset: &Dataset, task: &TrainingTask) -> Result<Plan> {
         let (own, seed) = (self.clone(), task.seed);
         Ok(Plan::Solve(Box::new(move |dataset, observer| {
-            let screws = search::screws(dataset, own.searches, seed, observer)?;
-            let robot = RobotConfig::of_screws(&screws, &dataset.coordinates);
+            let robot = joints(dataset, own.searches, seed, observer)?;
             let options = robot::IdentifyOptions {
                 smoothing: own.smoothing,
                 ..robot::IdentifyOptions::default()

@@ -16,7 +16,9 @@ mod search;
 use serde::{Deserialize, Serialize};
 
 use crate::dataset::Dataset;
+use crate::train::Observer;
 use lagrangian_mechanics::rigid::RobotConfig;
+use lagrangian_motion::Result;
 
 /// A serial chain of revolute and prismatic joints whose kinematics are learned with its bodies; settings of the search.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -38,8 +40,16 @@ impl Default for ChainConfig {
     }
 }
 
-/// The joints of a machine that is taken for a chain, of so many searches; `None` where none is found.
-pub(crate) fn joints(dataset: &Dataset, searches: usize, seed: u64) -> Option<RobotConfig> {
-    let screws = search::screws(dataset, searches, seed, &mut ()).ok()?;
-    Some(RobotConfig::of_screws(&screws, &dataset.coordinates))
+/// The joints of a machine that is taken for a chain, the best of so many searches.
+///
+/// # Errors
+/// As the search: without forces, or with too few samples, or none that has a solution.
+pub(crate) fn joints(
+    dataset: &Dataset,
+    searches: usize,
+    seed: u64,
+    observer: &mut dyn Observer,
+) -> Result<RobotConfig> {
+    let screws = search::screws(dataset, searches, seed, observer)?;
+    Ok(RobotConfig::of_screws(&screws, &dataset.coordinates))
 }
