@@ -8,17 +8,11 @@ cores, with --family plain a minute.
 import argparse
 
 import numpy as np
+from arms import ARMS, compiled
 
 import lagrangian as lg
 from lagrangian import plant
 
-# Rotors, kg m²; dry friction, N m; viscous friction, N m s/rad.
-ARMS = {
-    "two_link_arm": ([0.02, 0.01], [0.2, 0.1], [0.1, 0.05]),
-    "ur5": ([0.6, 0.6, 0.4, 0.1, 0.1, 0.1], [1.5, 1.5, 1.0, 0.4, 0.4, 0.3], [2.0, 2.0, 1.5, 0.5, 0.5, 0.4]),
-    "panda": ([0.4, 0.4, 0.3, 0.3, 0.1, 0.1, 0.05], [0.8, 0.8, 0.6, 0.6, 0.3, 0.3, 0.2], [0.5] * 7),
-    "iiwa7": ([0.3, 0.3, 0.2, 0.2, 0.1, 0.1, 0.05], [1.2, 1.2, 0.8, 0.8, 0.4, 0.4, 0.2], [1.0] * 7),
-}
 SENSORS = {
     "exact": {},
     "noise of velocities 1e-3": {"velocity_noise": 1e-3},
@@ -41,9 +35,7 @@ seeds = [int(seed) for seed in asked.seeds.split(",")]
 
 print(f"error over the true model's at {', '.join(f'{own:g}' for own in SPEEDS)} ×; a column for each seed", flush=True)
 for name in asked.arms or ["two_link_arm", "ur5", "panda"]:
-    machine = plant.compiled(name)
-    machine.dof_armature[:], machine.dof_frictionloss[:], machine.dof_damping[:] = ARMS[name]
-    arm = plant.load(machine)
+    arm = plant.load(compiled(name))
     for sensors, given in SENSORS.items():
         cells = []
         for seed in seeds:

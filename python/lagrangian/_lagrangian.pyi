@@ -194,7 +194,7 @@ def follow(
 def follow_reference(
     model: Model | None,
     learner: Online | None,
-    robot: Model,
+    robots: tuple[Model, tuple[float, Model] | None],
     reference: Any,
     law: tuple[str, float, Sequence[float], Sequence[float]],
     control: dict[str, Any],

@@ -43,6 +43,7 @@ class Followed(NamedTuple):
         diverged: When the robot was lost, s; ``None`` where it was not.
         latency: The median, the 99th percentile and the longest time of a tick of the controller, s.
         real_time: Seconds of motion that were simulated in a second.
+        record: What an online learner did: samples, steps, models that were handed over or refused, and events; else ``None``.
     """
 
     driver: str
@@ -56,6 +57,7 @@ class Followed(NamedTuple):
     diverged: float | None
     latency: tuple[float, float, float]
     real_time: float
+    record: dict[str, Any] | None = None
 
     @property
     def overall(self) -> float:
@@ -100,6 +102,7 @@ def track(
     quantisation: float = 0.0,
     drive_noise: float = 0.0,
     delay: int = 0,
+    change: tuple[float, Model] | None = None,
     seed: int = 0,
 ) -> Tracking:
     """Lets a robot follow a motion through a model, by feedback alone, and through its own dynamics.
@@ -120,6 +123,8 @@ def track(
         quantisation: The step of the encoders, rad (m).
         drive_noise: The standard deviation of a drive's torque, relative to its limit.
         delay: Ticks from a decision to its torque.
+        change: A robot that takes the place of the first during the motion, such as one with a load in its hand, and when, s from the start
+            of the motion at each speed. The driver ``truth`` moves that robot from the start, by its own dynamics.
         seed: Of the noise.
 
     >>> import lagrangian as lg
@@ -144,13 +149,16 @@ def track(
         rate, limits, (noise, velocity_noise), quantisation, drive_noise=drive_noise, delay=delay, seed=_whole(seed, "seed")
     )
     stiff, damped = ([_real(x, "kp and kd") for x in np.atleast_1d(given)] for given in (kp, kd))
+    other = None if change is None else (_real(change[0], "change"), _model_of(change[1], "change"))
     found = Tracking()
     for speed in np.atleast_1d(speeds):
         for driver, own in zip(DRIVERS, (known, None, robot)):
             law = (controller, _real(speed, "speeds"), stiff, damped)
             learner = model._core if isinstance(model, OnlineLearner) and driver == "model" else None
             clock = time.perf_counter()
-            parts = _lagrangian.follow_reference(own, learner, robot, reference, law, control)
+            loaded = driver == "truth" and other is not None
+            moves, own, then = (other[1], other[1], None) if loaded else (robot, own, other)
+            parts = _lagrangian.follow_reference(own, learner, (moves, then), reference, law, control)
             found.append(_followed(driver, law, parts, clock))
     return found
 
@@ -176,4 +184,5 @@ def _followed(driver: str, law: Any, found: dict[str, Any], clock: float) -> Fol
         diverged=found["diverged"],
         latency=found["latency"],
         real_time=float(motion.t[-1] - motion.t[0]) / (time.perf_counter() - clock),
+        record=found["record"],
     )

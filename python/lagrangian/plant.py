@@ -331,7 +331,7 @@ def record(
             gains = _gains(robot, limits, reference)
             # Where every joint has a drive the robot knows what the motion takes, and feedback has little to do.
             own = robot if (limits > 0.0).all() else None
-            found = _lagrangian.follow_reference(own, None, robot, reference, ("feed-forward", 1.0, *gains), control)
+            found = _lagrangian.follow_reference(own, None, (robot, None), reference, ("feed-forward", 1.0, *gains), control)
         else:
             state = (reference.q[0], np.zeros(robot.n)) if start is None else start
             rows = [[_real(x, "start") for x in np.atleast_1d(own)] for own in state]

@@ -226,6 +226,28 @@ def test_a_robot_of_known_kinematics_is_learned_while_it_moves() -> None:
     assert errors["model"] < 1.2 * errors["truth"] and errors["model"] < 0.05 * errors["feedback"]
 
 
+def test_a_load_is_taken_by_a_robot_that_is_learned_while_it_moves() -> None:
+    machine = plant.compiled("ur5")
+    machine.dof_armature[:], machine.dof_frictionloss[:], machine.dof_damping[:] = 0.2, 0.8, 1.0
+    arm = plant.load(machine)
+    machine.body_mass[-1] += 2.0
+    heavier = plant.load(machine)
+    letter = plant.excitation(arm, duration=20.0, seed=4)
+    learner = lg.OnlineLearner(lg.Rigid(urdf="ur5"), n=6, angles="all")
+    followed = lg.track(learner, arm, letter, speeds=0.6, velocity_noise=1e-3, change=(25.0, heavier))
+    for first in (24.0, 25.0, 26.0, 30.0):
+        span = slice(int(500 * first), int(500 * (first + 1.0)))
+        errors = {own.driver: np.sqrt((own.error[span] ** 2).mean()) for own in followed}
+        assert errors["model"] < 0.05 * errors["feedback"], (first, errors)
+    record = followed.of("model", 0.6).record
+    assert record is not None
+    noticed = [event["t"] for event in record["events"] if event["kind"] == "discarded-body"]
+    assert any(25.0 < t < 25.3 for t in noticed), noticed
+    assert followed.of("feedback", 0.6).record is None
+    with pytest.raises(lg.errors.InvalidType, match="change is a float"):
+        lg.track(learner, arm, letter, change=(25.0, 2.0))  # type: ignore[arg-type]
+
+
 def test_a_model_is_learned_while_a_plant_moves() -> None:
     arm = plant.load("two_link_arm")
     letter = plant.excitation(arm, duration=12.0, seed=2)

@@ -103,7 +103,7 @@ impl ModelArgs {
 }
 
 /// The families of the library by their names.
-fn families() -> PossibleValuesParser {
+pub(crate) fn families() -> PossibleValuesParser {
     let family = |entry: &Entry| named(entry.name, entry.about);
     one_of(&FAMILIES.iter().map(family).collect::<Vec<_>>())
 }

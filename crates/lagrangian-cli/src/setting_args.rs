@@ -111,6 +111,31 @@ impl<const TABLE: usize> FromArgMatches for SettingArgs<TABLE> {
     }
 }
 
+/// Flags that another command explains.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Hidden<A>(pub(crate) A);
+
+impl<A: Args> Args for Hidden<A> {
+    fn augment_args(command: Command) -> Command {
+        let flags = A::augment_args(Command::new("hidden"));
+        command.args(flags.get_arguments().map(|flag| flag.clone().hide(true)))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl<A: FromArgMatches> FromArgMatches for Hidden<A> {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        A::from_arg_matches(matches).map(Self)
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        self.0.update_from_arg_matches(matches)
+    }
+}
+
 /// The flag of a setting; `None` for a robot, which is read from a file of its own.
 fn argument(offered: &Offered, names: &[&str]) -> Option<Arg> {
     let Offered { setting, families } = offered;

@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::cli::{EstimateArgs, FileArgs};
+use crate::fit_args::families;
 use crate::out_args::PlotArgs;
+use crate::setting_args::{Hidden, OF_FAMILIES, SettingArgs};
 use crate::values::{assignment, name, non_negative, positive, seed};
 
 #[derive(Debug, Args)]
@@ -16,6 +18,8 @@ Examples:
   lagrangian track run/model.safetensors --reference letter.csv --robot two-link-arm
   lagrangian track run/model.safetensors --reference letter.csv --robot robot.urdf --payload 0.5 --limit 30
   lagrangian track run/model.safetensors --reference letter.csv --plant robot.xml --speeds 1,1.5,2.5
+  lagrangian track --online rigid --urdf robot.urdf --reference letter.csv --plant robot.xml
+  lagrangian track --online delan --dissipation --reference letter.csv --robot two-link-arm --payload 0.5 --payload-at 20
   lagrangian track run/model.safetensors --reference letter.csv --robot iiwa7 --kp 40 --kd 4 --noise 1e-5,2e-3 \\
       --delay 2 --out motion.csv --plot track.html --json")]
 #[command(mut_arg("out", |arg| arg.help("File for the motion and its torques, .csv, .npz or .parquet; a .toml that declares the angles is put beside it")))]
@@ -23,7 +27,8 @@ Examples:
 #[command(mut_arg("p", |arg| arg.hide(true)), mut_arg("tau", |arg| arg.hide(true)))]
 pub(crate) struct TrackArgs {
     /// A saved model, which the controller uses
-    pub(crate) model: PathBuf,
+    #[arg(required_unless_present = "online", conflicts_with = "online")]
+    pub(crate) model: Option<PathBuf>,
 
     /// File with the motion to follow: .csv, .npz, .parquet, .db3, .mcap; of several trajectories the first
     #[arg(long, value_name = "FILE")]
@@ -31,6 +36,9 @@ pub(crate) struct TrackArgs {
 
     #[command(flatten)]
     pub(crate) output: PlotArgs,
+
+    #[command(flatten)]
+    pub(crate) learning: LearningArgs,
 
     #[command(flatten)]
     pub(crate) truth: TruthArgs,
@@ -43,6 +51,23 @@ pub(crate) struct TrackArgs {
 
     #[command(flatten)]
     pub(crate) columns: FileArgs,
+}
+
+/// A model that is learned during the motion.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Online learning")]
+pub(crate) struct LearningArgs {
+    /// Learn a model of this family from nothing during the motion, in place of a saved one: a network, or `rigid` with --urdf; its
+    /// settings are those of `lagrangian fit`, such as --width 24 --dissipation
+    #[arg(long, value_name = "FAMILY", value_parser = families())]
+    pub(crate) online: Option<String>,
+
+    /// URDF of the robot whose bodies are learned (--online rigid): nothing of its masses is used
+    #[arg(long, value_name = "FILE", requires = "online")]
+    pub(crate) urdf: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub(crate) settings: Hidden<SettingArgs<OF_FAMILIES>>,
 }
 
 /// The robot that is driven.
@@ -70,6 +95,10 @@ pub(crate) struct TruthArgs {
     /// Mass in the robot's hand, kg, which the true model includes and the saved one does not
     #[arg(long, value_name = "KG", value_parser = non_negative, requires = "robot")]
     pub(crate) payload: Option<f64>,
+
+    /// When the robot takes the payload, s from the start of the motion
+    #[arg(long, value_name = "SECONDS", value_parser = non_negative, default_value_t = 0.0, requires = "payload")]
+    pub(crate) payload_at: f64,
 }
 
 /// The loop between sensors, controller and drives.

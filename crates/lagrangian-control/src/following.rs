@@ -1,12 +1,19 @@
 //! A robot that follows a whole reference, and its errors.
 
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
+use super::online::{
+    FeedForwardSource, OnlineConfig, OnlineLearner, PayloadSource, Record, Tracked, TrackingConfig,
+    track,
+};
+use super::payload::PayloadConfig;
 use super::{
     ComputedTorque, Controller, Desired, Driven, FeedForward, Gains, LoopConfig, Pd, Reference,
-    Simulation,
+    RobotChange, Simulation,
 };
-use lagrangian::{Error, Model, Result, State};
+use lagrangian::{Coordinates, Error, Model, Result};
 
 /// The control law, with the gains of [`Pd`], [`FeedForward`] or [`ComputedTorque`].
 #[derive(Clone, Copy)]
@@ -17,7 +24,13 @@ pub enum ControlLaw<'a> {
     FeedForward(&'a dyn Model, &'a Gains),
     /// Feedback linearised by a model, [`ComputedTorque`].
     ComputedTorque(&'a dyn Model, &'a Gains),
+    /// [`FeedForward`] through a model of these coordinates that learns from nothing during the motion, in lock step with it.
+    Online(&'a Coordinates, &'a OnlineConfig, &'a Gains),
 }
+
+/// Training steps and hand-overs in a second of motion, of a model that learns in lock step with it.
+const STEPS: f64 = 100.0;
+const HAND_OVERS: f64 = 20.0;
 
 /// Errors of a robot that followed a reference, `[n]` each.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -41,6 +54,8 @@ pub struct Followed {
     pub following: Following,
     /// Number of ticks at which the feed-forward was not finite, so that only feedback acted.
     pub without_model: u64,
+    /// Record of the model that was learned during the motion, if one was.
+    pub record: Option<Record>,
 }
 
 /// Minimum number of ticks of a reference: a shorter one contains too little motion to follow.
@@ -50,14 +65,15 @@ const MOST_TICKS: f64 = 5e6;
 /// Maximum delay, as a fraction of the reference.
 const LONGEST_DELAY: f64 = 0.5;
 
-/// Lets `robot` follow `reference` from its first sample, where it begins without error, to its last.
+/// Lets `robot`, or the one that takes its place, follow `reference` from its first sample, where it begins without error, to its last.
 ///
 /// # Errors
-/// As [`Simulation::new`] and the controllers' own; [`Error::Shape`] for a robot of other degrees of freedom,
+/// As [`Simulation::new`] and the controllers' and learners' own; [`Error::Shape`] for a robot of other degrees of freedom,
 /// [`Error::Argument`] for one without forward dynamics, for a reference of too few or too many ticks, and for delays of
 /// more than half of it.
 pub fn follow(
     robot: &dyn Model,
+    change: Option<RobotChange>,
     reference: &Reference,
     law: ControlLaw,
     control: &LoopConfig,
@@ -65,7 +81,12 @@ pub fn follow(
     control.validate(reference.dof())?;
     refuse_robot(robot, reference)?;
     refuse_length(reference, control)?;
-    let drive = |controller: &mut dyn Controller| run(robot, reference, controller, control);
+    let drive = |controller: &mut dyn Controller| {
+        let start = reference.first_state();
+        let simulation = Simulation::new(robot, &start, control.clone())?.with_change(change);
+        Ok::<_, Error>(run(simulation, reference, controller))
+    };
+    let mut record = None;
     let (driven, without_model) = match law {
         ControlLaw::Feedback(gains) => (drive(&mut Pd::new(gains.clone(), reference)?)?, 0),
         ControlLaw::FeedForward(model, gains) => {
@@ -76,26 +97,64 @@ pub fn follow(
             let mut controller = ComputedTorque::new(model, gains.clone(), reference)?;
             (drive(&mut controller)?, 0)
         }
+        ControlLaw::Online(coordinates, online, gains) => {
+            let learner = OnlineLearner::new(coordinates.clone(), online.clone())?;
+            let tracked = learn(learner, (robot, change), reference, (gains, control))?;
+            record = tracked.record;
+            (tracked.driven, tracked.without_model)
+        }
     };
-    Ok(Followed::of(
+    let driven = driven.begun_at(reference.start());
+    let error = errors(&driven, reference);
+    let all = 0..driven.trajectory.len();
+    Ok(Followed {
+        following: Following::of(&driven, &error, &control.limit, all),
         driven,
-        reference,
-        &control.limit,
+        error,
         without_model,
-    ))
+        record,
+    })
+}
+
+/// Lets a robot follow a reference through a model that learns during the motion; beside one of known kinematics, an estimate of the load acts.
+fn learn(
+    learner: OnlineLearner,
+    (robot, change): (&dyn Model, Option<RobotChange>),
+    reference: &Reference,
+    (gains, control): (&Gains, &LoopConfig),
+) -> Result<Tracked> {
+    let kinematics = learner.kinematics().cloned();
+    let payload = kinematics.as_ref().map(|bodies| PayloadSource {
+        bodies,
+        config: PayloadConfig::default(),
+        link: bodies.tip(),
+        from: 0.0,
+        absorbed: true,
+    });
+    let config = TrackingConfig {
+        robot,
+        change,
+        gains: gains.clone(),
+        control: control.clone(),
+        payload,
+    };
+    let source = FeedForwardSource::LockStep {
+        learner: Box::new(learner),
+        steps: STEPS,
+        hand_overs: HAND_OVERS,
+    };
+    track(&config, reference, source)
 }
 
 impl Followed {
-    /// The errors of a motion along its reference, at whose times it begins, under these torque limits.
+    /// The errors of one of `parts` equal parts of the motion, counted from 0, under these torque limits; the last, where `part` is beyond
+    /// it.
     #[must_use]
-    pub fn of(driven: Driven, reference: &Reference, limit: &[f64], without_model: u64) -> Self {
-        let error = errors(&driven, reference);
-        Self {
-            following: Following::of(&driven, &error, limit),
-            driven,
-            error,
-            without_model,
-        }
+    pub fn part(&self, part: usize, parts: usize, limit: &[f64]) -> Following {
+        let (ticks, parts) = (self.driven.trajectory.len(), parts.max(1));
+        let part = part.min(parts - 1);
+        let range = part * ticks / parts..(part + 1) * ticks / parts;
+        Following::of(&self.driven, &self.error, limit, range)
     }
 }
 
@@ -139,23 +198,16 @@ fn refuse_length(reference: &Reference, control: &LoopConfig) -> Result<()> {
 }
 
 fn run(
-    robot: &dyn Model,
+    mut simulation: Simulation,
     reference: &Reference,
     controller: &mut dyn Controller,
-    control: &LoopConfig,
-) -> Result<Driven> {
-    let (n, begin, samples) = (reference.dof(), reference.start(), reference.samples());
-    let start = State::new(samples.q[..n].to_vec(), samples.qd[..n].to_vec());
-    let mut simulation = Simulation::new(robot, &start, control.clone())?;
+) -> Driven {
+    let begin = reference.start();
     let mut shifted = |t: f64, q: &[f64], qd: &[f64], tau: &mut [f64]| {
         controller.torque(t + begin, q, qd, tau);
     };
     simulation.run(&mut shifted, reference.end() - begin);
-    let mut driven = simulation.finish();
-    for trajectory in [&mut driven.trajectory, &mut driven.measured] {
-        trajectory.t.iter_mut().for_each(|t| *t += begin);
-    }
-    Ok(driven)
+    simulation.finish()
 }
 
 fn errors(driven: &Driven, reference: &Reference) -> Vec<f64> {
@@ -175,9 +227,12 @@ fn errors(driven: &Driven, reference: &Reference) -> Vec<f64> {
 }
 
 impl Following {
-    fn of(driven: &Driven, error: &[f64], limit: &[f64]) -> Self {
-        let (n, ticks) = (driven.trajectory.dof(), driven.trajectory.len() as f64);
-        let tau = driven.trajectory.tau.as_slice();
+    /// The errors of these ticks.
+    fn of(driven: &Driven, error: &[f64], limit: &[f64], ticks: Range<usize>) -> Self {
+        let n = driven.trajectory.dof();
+        let rows = n * ticks.start..n * ticks.end;
+        let (tau, error) = (&driven.trajectory.tau[rows.clone()], &error[rows]);
+        let ticks = ticks.len() as f64;
         let column = |x: &'_ [f64], i: usize| x.iter().skip(i).step_by(n).copied().collect();
         let each = |figure: &dyn Fn(usize) -> f64| (0..n).map(figure).collect();
         let rmse = |i| {

@@ -45,8 +45,8 @@
 //!
 //! let gains = Gains::uniform(2, 20.0, 2.0);
 //! let config = LoopConfig::default();
-//! let feedback = follow(&*arm, &reference, ControlLaw::Feedback(&gains), &config)?;
-//! let model = follow(&*arm, &reference, ControlLaw::FeedForward(&*arm, &gains), &config)?;
+//! let feedback = follow(&*arm, None, &reference, ControlLaw::Feedback(&gains), &config)?;
+//! let model = follow(&*arm, None, &reference, ControlLaw::FeedForward(&*arm, &gains), &config)?;
 //! for (with, without) in model.following.rmse.iter().zip(&feedback.following.rmse) {
 //!     assert!(with < &(0.1 * without));
 //! }
@@ -79,7 +79,7 @@ pub use pd::Pd;
 pub use reference::{Desired, Reference};
 pub use sensors::{Sensors, VelocitySource};
 pub use simulated::{Driven, LoopOutcome};
-pub use simulation::Simulation;
+pub use simulation::{RobotChange, Simulation};
 
 /// Computes the torques of a robot from the measured state.
 pub trait Controller {

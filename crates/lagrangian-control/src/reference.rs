@@ -1,6 +1,6 @@
 //! The desired motion: a trajectory that is interpolated between its samples.
 
-use lagrangian::{Error, Result, Trajectory};
+use lagrangian::{Error, Result, State, Trajectory};
 
 /// The desired position, velocity and acceleration at one instant, `[n]` each.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -76,6 +76,12 @@ impl Reference {
     #[must_use]
     pub fn end(&self) -> f64 {
         self.trajectory.t[self.trajectory.len() - 1]
+    }
+
+    /// State at the first sample.
+    pub(crate) fn first_state(&self) -> State {
+        let (n, samples) = (self.dof(), &self.trajectory);
+        State::new(samples.q[..n].to_vec(), samples.qd[..n].to_vec())
     }
 
     /// Samples that the reference passes through.

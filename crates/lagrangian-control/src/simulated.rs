@@ -70,6 +70,15 @@ impl Driven {
         }
     }
 
+    /// The same motion, begun at time `begin`, s, in place of 0.
+    #[must_use]
+    pub(crate) fn begun_at(mut self, begin: f64) -> Self {
+        for trajectory in [&mut self.trajectory, &mut self.measured] {
+            trajectory.t.iter_mut().for_each(|t| *t += begin);
+        }
+        self
+    }
+
     /// Adds one tick.
     pub(crate) fn record(&mut self, tick: &Tick) {
         let (q, qd) = tick.state.split_at(tick.demanded.len());

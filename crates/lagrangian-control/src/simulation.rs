@@ -15,6 +15,7 @@ pub struct Simulation<'a> {
     robot: Box<dyn Evaluator + 'a>,
     /// The robot, where it integrates itself.
     plant: Option<&'a dyn Plant>,
+    change: Option<RobotChange<'a>>,
     integrator: Rk4,
     sensing: Sensing,
     drives: Drives,
@@ -26,6 +27,15 @@ pub struct Simulation<'a> {
     state: Vec<f64>,
     /// Motion so far.
     driven: Driven,
+}
+
+/// A robot that takes the place of another during a motion, for example one with a payload.
+#[derive(Clone, Copy)]
+pub struct RobotChange<'a> {
+    /// Time of the change, s from the start of the motion.
+    pub at: f64,
+    /// New robot, in the state of the old one; it must have the same coordinates.
+    pub robot: &'a dyn Model,
 }
 
 /// Sensors and their delay.
@@ -78,15 +88,25 @@ impl<'a> Simulation<'a> {
             tick: 0,
             driven: Driven::new(),
             state,
+            change: None,
             config,
         })
     }
 
-    /// Replaces the robot by another in the same state, for example by one that has picked up a payload. It must have the
-    /// same coordinates.
-    pub fn change_robot(&mut self, model: &'a dyn Model) {
-        self.robot = model.evaluator();
-        self.plant = model.integration().plant();
+    /// Has another robot take the place of this one, in its state, if given.
+    #[must_use]
+    pub fn with_change(mut self, change: Option<RobotChange<'a>>) -> Self {
+        self.change = change;
+        self
+    }
+
+    /// Replaces the robot once it is time.
+    fn change_robot(&mut self) {
+        let now = self.time();
+        if let Some(RobotChange { robot, .. }) = self.change.take_if(|change| now >= change.at) {
+            self.robot = robot.evaluator();
+            self.plant = robot.integration().plant();
+        }
     }
 
     /// Time of the next tick, s.
@@ -132,6 +152,7 @@ impl<'a> Simulation<'a> {
             return self.driven.outcome;
         }
         let t = self.time();
+        self.change_robot();
         self.measure();
         let slot = self.tick % (self.config.actuation_delay + 1) * self.n;
         let decision = &mut self.drives.delayed[slot..slot + self.n];

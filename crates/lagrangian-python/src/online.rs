@@ -2,7 +2,6 @@
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use lagrangian::train::DataFacts;
 use lagrangian::{Coordinates, Provenance};
 use lagrangian_control::online::{OnlineConfig, OnlineLearner, OnlineThread, spawn};
 use pyo3::prelude::*;
@@ -24,8 +23,8 @@ pub(crate) struct Online {
 
 impl Online {
     /// What a new learner of the same kind is made of.
-    pub(crate) fn config(&self) -> (Coordinates, OnlineConfig) {
-        (self.coordinates.clone(), self.config.clone())
+    pub(crate) fn config(&self) -> (&Coordinates, &OnlineConfig) {
+        (&self.coordinates, &self.config)
     }
 
     fn thread(&self) -> MutexGuard<'_, Option<OnlineThread>> {
@@ -42,13 +41,7 @@ impl Online {
         request: &str,
         seed: u64,
     ) -> PyResult<Self> {
-        let chosen = spec(request)?.choose(&DataFacts::default()).or_raise(py)?;
-        let config = OnlineConfig {
-            family: chosen.config.family,
-            forces: chosen.config.training.forces,
-            seed,
-            ..OnlineConfig::default()
-        };
+        let config = OnlineConfig::chosen(&spec(request)?, seed).or_raise(py)?;
         let coordinates = coordinates(py, named)?;
         // Whatever is wrong with the settings is said here, not on a thread.
         OnlineLearner::new(coordinates.clone(), config.clone()).or_raise(py)?;

@@ -1,9 +1,8 @@
 //! Control loops: a robot that follows a reference through a model, or a function of Python.
 
 use lagrangian::{Error, State};
-use lagrangian_control::online::{FeedForwardSource, OnlineLearner, TrackingConfig, track};
 use lagrangian_control::{
-    ControlLaw, Driven, Followed, Gains, LoopConfig, LoopOutcome, Quantiles, Reference, Sensors,
+    ControlLaw, Driven, Gains, LoopConfig, LoopOutcome, Quantiles, Reference, RobotChange, Sensors,
     Simulation, follow, inertia_along,
 };
 use pyo3::prelude::*;
@@ -15,10 +14,6 @@ use crate::files::value;
 use crate::model::Model;
 use crate::online::Online;
 use crate::recording::{parts, recording};
-
-/// Training steps and hand-overs in a second of motion, of a model that is learned in lock step.
-const STEPS: f64 = 100.0;
-const HAND_OVERS: f64 = 20.0;
 
 /// The loop between sensors, controller and drives.
 #[derive(Debug, FromPyObject)]
@@ -96,47 +91,13 @@ fn gains(
     Gains::usual(&inertia).replaced(&kp, &kd)
 }
 
-/// Lets a robot follow a reference through a model that is learned in lock step with the motion.
-fn learned(
-    robot: &dyn lagrangian::Model,
-    reference: &Reference,
-    learner: Box<OnlineLearner>,
-    gains: Gains,
-    control: LoopConfig,
-) -> lagrangian::Result<Followed> {
-    let config = TrackingConfig {
-        robot,
-        change: None,
-        gains,
-        control,
-        payload: None,
-    };
-    let source = FeedForwardSource::LockStep {
-        learner,
-        steps: STEPS,
-        hand_overs: HAND_OVERS,
-    };
-    let tracked = track(&config, reference, source)?;
-    let mut driven = tracked.driven;
-    for motion in [&mut driven.trajectory, &mut driven.measured] {
-        motion.t.iter_mut().for_each(|t| *t += reference.start());
-    }
-    let limit = &config.control.limit;
-    Ok(Followed::of(
-        driven,
-        reference,
-        limit,
-        tracked.without_model,
-    ))
-}
-
-/// Lets a robot follow a trajectory, `speed` times as fast, through a model or a learner, or by feedback alone.
+/// Lets a robot, until another takes its place, follow a trajectory, `speed` times as fast, through a model or a learner, or by feedback alone.
 #[pyfunction]
 pub(crate) fn follow_reference<'py>(
     py: Python<'py>,
     model: Option<&Bound<'py, Model>>,
     learner: Option<&Bound<'py, Online>>,
-    robot: &Bound<'py, Model>,
+    robots: (Bound<'py, Model>, Option<(f64, Bound<'py, Model>)>),
     reference: &Bound<'py, PyAny>,
     law: (String, f64, Vec<f64>, Vec<f64>),
     control: Loop,
@@ -148,11 +109,16 @@ pub(crate) fn follow_reference<'py>(
             "the reference has no velocities: give qd, or take those of lagrangian.prepare";
         return Err(invalid(py, message));
     }
-    let robot = robot.get();
+    let (robot, change) = (robots.0.get(), &robots.1);
     let machine = robot.body().model();
     let with = model.map(|model| model.get().body().model());
     let linear = controller == "computed-torque";
     let learns = learner.map(|learner| learner.get().config());
+    let other = change.as_ref().map(|(_, other)| other.get());
+    let change = change.as_ref().map(|(at, other)| RobotChange {
+        at: *at,
+        robot: other.get().body().model(),
+    });
     let run = || -> lagrangian::Result<_> {
         let trajectory = lagrangian::Trajectory::new(desired.name, desired.t, desired.signals);
         let reference = Reference::new(trajectory)?.faster(speed)?;
@@ -163,19 +129,18 @@ pub(crate) fn follow_reference<'py>(
             "give a column of q for each joint of the robot",
         )?;
         let gains = gains(machine, &reference, [kp, kd], linear && with.is_some())?;
-        if let Some((coordinates, online)) = learns {
-            let learner = Box::new(OnlineLearner::new(coordinates, online)?);
-            return learned(machine, &reference, learner, gains, control.config());
-        }
-        let law = match with {
-            None => ControlLaw::Feedback(&gains),
-            Some(model) if linear => ControlLaw::ComputedTorque(model, &gains),
-            Some(model) => ControlLaw::FeedForward(model, &gains),
+        let law = match (with, learns) {
+            (_, Some((coordinates, online))) => ControlLaw::Online(coordinates, online, &gains),
+            (None, _) => ControlLaw::Feedback(&gains),
+            (Some(model), _) if linear => ControlLaw::ComputedTorque(model, &gains),
+            (Some(model), _) => ControlLaw::FeedForward(model, &gains),
         };
-        follow(machine, &reference, law, &control.config())
+        follow(machine, change, &reference, law, &control.config())
     };
     let followed = py.detach(run);
-    robot.body().raised()?;
+    for robot in [robot].into_iter().chain(other) {
+        robot.body().raised()?;
+    }
     let followed = followed.or_raise(py)?;
     let (rows, n) = (
         followed.driven.trajectory.len(),
@@ -185,6 +150,7 @@ pub(crate) fn follow_reference<'py>(
     found.set_item("error", array(py, followed.error, &[rows, n])?)?;
     found.set_item("following", value(py, &followed.following)?)?;
     found.set_item("without_model", followed.without_model)?;
+    found.set_item("record", value(py, &followed.record)?)?;
     Ok(found)
 }
 

@@ -13,11 +13,12 @@ use lagrangian::{
 };
 use lagrangian_control::online::{
     ChangeConfig, Differentiator, FeedForwardSource, OnlineConfig, OnlineLearner, PayloadSource,
-    Record, RobotChange, TrackingConfig, track,
+    Record, TrackingConfig, track,
 };
 use lagrangian_control::payload::PayloadConfig;
 use lagrangian_control::{
-    Desired, Gains, LatencyBin, LoopConfig, Quantiles, Reference, Sensors, VelocitySource,
+    Desired, Gains, LatencyBin, LoopConfig, Quantiles, Reference, RobotChange, Sensors,
+    VelocitySource,
 };
 
 /// Samples of a reference in a second, Hz.
@@ -485,6 +486,7 @@ impl Run {
             link,
             from,
             config: PayloadConfig::default(),
+            absorbed: false,
         };
         match self.condition {
             Condition::Estimated | Condition::Identified => Some(of(&arm.bodies, arm.hand, 0.0)),

@@ -17,6 +17,11 @@ fn with_arm() -> Workbench {
 
 /// Sines of `n` joints over 4 s, with their derivatives.
 fn waves(n: usize) -> String {
+    waves_of(n, 200)
+}
+
+/// Sines of `n` joints for so many steps of 0.02 s.
+fn waves_of(n: usize, steps: u32) -> String {
     let wave = |t: f64, i: usize| {
         let w = 1.5 + 0.6 * i as f64;
         let (s, c) = (w * t).sin_cos();
@@ -28,7 +33,7 @@ fn waves(n: usize) -> String {
         format!("{t}{}\n", signals.collect::<String>())
     };
     let names = ["q", "qd", "qdd"].map(|x| (1..=n).map(|i| format!(",{x}{i}")).collect::<String>());
-    let rows: String = (0..=200).map(row).collect();
+    let rows: String = (0..=steps).map(row).collect();
     format!("t{}\n{rows}", names.concat())
 }
 
@@ -73,6 +78,45 @@ fn a_learned_model_tracks_better_than_feedback_alone_and_the_true_one_best() {
         ))
         .json();
     assert!(pd["tracking"]["model"].is_null() && rmse(&pd, "feedback") > rmse(&pd, "perfect"));
+}
+
+#[test]
+fn a_model_is_learned_while_the_robot_moves_and_takes_a_payload() {
+    let bench = Workbench::new();
+    bench.write("slow.csv", &waves_of(2, 1000));
+    let learn = "track --reference slow.csv --angle all --robot two_link_arm --online";
+    let page = "--payload 0.5 --payload-at 12 --plot page.html --json";
+    let outcome = bench.succeed(&format!("{learn} rigid --urdf two_link_arm {page}"));
+    assert!(outcome.stderr.contains("the learned model drives from"));
+    let found = outcome.json();
+    let part = |whose: &str, k: usize| found["tracking"][whose]["parts"][k].as_f64().unwrap();
+    // The robot takes its payload after three of five parts.
+    for k in 2..5 {
+        let [model, alone] = ["model", "feedback"].map(|whose| part(whose, k));
+        assert!(model < 0.02 * alone, "{k}: {model} against {alone}");
+    }
+    let events = found["tracking"]["model"]["online"]["events"].to_string();
+    assert!(events.contains("first-model") && events.contains("discarded-body"));
+    assert_eq!(found["judgements"][0]["grade"], "good", "{found}");
+    let page = String::from_utf8(bench.read("page.html")).unwrap();
+    assert!(page.contains("in each fifth of the motion"));
+    // A network has other settings, those of its fit.
+    let network = bench.succeed(&format!("{learn} delan --width 8 --json"));
+    assert!(network.json()["tracking"]["model"]["online"]["steps"].as_u64() > Some(1000));
+    for (flags, words) in [
+        ("rigid", "with the URDF of the robot"),
+        ("chain", "learns nothing online"),
+        ("hnn", "learns nothing online"),
+        ("rigid --urdf iiwa7", "7 joints"),
+        ("delan --masses 1,2", "not a setting of delan"),
+        ("delan --controller pd", "omit --controller"),
+        ("delan --payload-at 3", "--payload <KG>"),
+    ] {
+        let message = bench.refuse(&format!("{learn} {flags}"));
+        assert!(message.contains(words), "{flags}: {message}");
+    }
+    let message = bench.refuse("track --online delan --reference slow.csv --angle all");
+    assert!(message.contains("name the robot that moves"), "{message}");
 }
 
 #[test]
@@ -186,6 +230,12 @@ fn loops_that_make_no_sense_are_refused_with_a_hint() {
         ("--robot double-pendulum --payload 1".into(), "payload"),
         ("--robot nowhere.urdf".into(), "nowhere.urdf"),
         ("--payload 1".into(), "--robot"),
+        (
+            format!("{arm} --width 24"),
+            "a setting of a model that is learned",
+        ),
+        (format!("{arm} --urdf two_link_arm"), "add --online rigid"),
+        (format!("{arm} --online delan"), "cannot be used with"),
     ] {
         let message = bench.refuse(&format!("{TRACK} {flags}"));
         assert!(message.contains(words), "{flags}: {message}");

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::ReplayConfig;
 use lagrangian::models::Family;
-use lagrangian::train::{ForceTerms, NaturalConfig};
-use lagrangian::{DelanConfig, Error, FitConfig, Loss, Optimizer, Result, TrainingTask};
+use lagrangian::train::{DataFacts, ForceTerms, NaturalConfig};
+use lagrangian::{DelanConfig, Error, FitConfig, FitSpec, Loss, Optimizer, Result, TrainingTask};
 
 /// Settings of an online learner.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -27,7 +27,7 @@ pub struct OnlineConfig {
     pub window: usize,
     /// Memory of samples.
     pub replay: ReplayConfig,
-    /// The changes of the robot after which old samples are discarded.
+    /// The changes of the robot after which old samples of a network are discarded.
     pub change: ChangeConfig,
     /// The first model is handed over once its loss on new samples is below this, in units of the mean square of the
     /// first torques: a wrong feed-forward is worse than no feed-forward. After that, every model that passes the guard is handed over.
@@ -102,6 +102,20 @@ impl Default for OnlineConfig {
 }
 
 impl OnlineConfig {
+    /// The usual settings for the family of a request, and its friction.
+    ///
+    /// # Errors
+    /// As [`FitSpec::choose`].
+    pub fn chosen(request: &FitSpec, seed: u64) -> Result<Self> {
+        let chosen = request.choose(&DataFacts::default())?.config;
+        Ok(Self {
+            forces: chosen.training.forces,
+            family: chosen.family,
+            seed,
+            ..Self::default()
+        })
+    }
+
     /// Checks the settings that [`Differentiator::new`](super::Differentiator::new), [`Replay::new`](super::Replay::new)
     /// and [`Stepper::new`](lagrangian::fit::Stepper::new) do not check.
     ///

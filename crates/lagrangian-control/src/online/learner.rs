@@ -1,10 +1,11 @@
 //! A model that learns from rows as they arrive.
 
-use super::regression::{Regression, WINDOW, nothing};
+use super::regression::{Discarded, Regression, WINDOW, nothing};
 use super::watch::Watch;
 use super::{Differentiator, EventKind, Guard, OnlineConfig, Record, Replay, Sample};
+use lagrangian::rigid::RigidBodies;
 use lagrangian::trajectory::Samples;
-use lagrangian::{Coordinates, Dataset, Error, Learned, Result};
+use lagrangian::{Coordinates, Dataset, Error, Learned, Loss, Result};
 use lagrangian::{
     fit::Stepper,
     train::{Batch, StepSize},
@@ -51,14 +52,17 @@ impl OnlineLearner {
     /// A learner without a model: random weights are drawn when the warm-up is over.
     ///
     /// # Errors
-    /// As [`OnlineConfig::validate`], [`Differentiator::new`] and [`Replay::new`]; [`Error::Setting`] for a family that is solved for at once.
+    /// As [`OnlineConfig::validate`], [`Differentiator::new`] and [`Replay::new`]; [`Error::Setting`] for a family that is solved for at once, or has no
+    /// loss of torques.
     pub fn new(coordinates: Coordinates, config: OnlineConfig) -> Result<Self> {
         config.validate()?;
         let n = coordinates.dof();
         let sums = config.family.recursive(&coordinates)?;
-        if sums.is_none() && config.family.abilities().solved {
+        let abilities = config.family.abilities();
+        let learns = !abilities.solved && abilities.losses.contains(&Loss::TORQUE);
+        if sums.is_none() && !learns {
             let finding = format!("{} learns nothing online", config.family.name());
-            let remedy = "take a network, or rigid bodies with the description of the robot";
+            let remedy = "take a network that is fitted to torques (lnn, delan, mlp), or rigid with the URDF of the robot";
             return Err(Error::setting(finding, remedy));
         }
         let window = sums.as_ref().map_or(config.window, |_| WINDOW);
@@ -79,6 +83,12 @@ impl OnlineLearner {
     #[must_use]
     pub fn dof(&self) -> usize {
         self.coordinates.dof()
+    }
+
+    /// The kinematics of the robot, where they are known.
+    #[must_use]
+    pub fn kinematics(&self) -> Option<&RigidBodies> {
+        self.regression.as_ref().map(Regression::robot)
     }
 
     /// Settings of the learner.
@@ -161,10 +171,14 @@ impl OnlineLearner {
     /// None that input can cause: the learner chooses the sample indices.
     pub fn train(&mut self, steps: usize) -> Result<()> {
         if let Some(regression) = &mut self.regression {
-            let solved = regression.solve(&self.config.change);
-            self.record.steps += usize::from(solved.is_some());
-            if solved == Some(true) {
-                self.record.note(self.now, EventKind::DiscardedSamples);
+            let (solved, discarded) = regression.solve();
+            self.record.steps += usize::from(solved);
+            if let Some(discarded) = discarded {
+                let kind = match discarded {
+                    Discarded::Load => EventKind::DiscardedBody,
+                    Discarded::Robot => EventKind::DiscardedSamples,
+                };
+                self.record.note(self.now, kind);
             }
             return Ok(());
         }

@@ -27,7 +27,7 @@ pub use learner::OnlineLearner;
 pub use record::{Event, EventKind, Record};
 pub use replay::{Replay, ReplayConfig};
 pub use thread::{OnlineThread, spawn};
-pub use tracking::{FeedForwardSource, PayloadSource, RobotChange, Tracked, TrackingConfig, track};
+pub use tracking::{FeedForwardSource, PayloadSource, Tracked, TrackingConfig, track};
 
 #[cfg(test)]
 mod tests;

@@ -28,6 +28,9 @@ pub enum EventKind {
     RolledBack,
     /// New samples contradicted the model, so that older samples were discarded.
     DiscardedSamples,
+    /// New samples contradicted the model of a robot of known kinematics, so that what was known of its last body, which carries the
+    /// load, was discarded.
+    DiscardedBody,
 }
 
 /// Counts and events of a run.

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use super::*;
-use crate::{Desired, Gains, LoopConfig, LoopOutcome, Reference};
+use crate::{Desired, Gains, LoopConfig, LoopOutcome, Reference, RobotChange};
 use lagrangian::analytic::{AnalyticModel, by_name};
 use lagrangian::mechanics::Mechanical;
 use lagrangian::models::RigidConfig;
@@ -354,7 +354,7 @@ fn a_robot_of_known_kinematics_is_learned_within_seconds_and_again_with_a_payloa
     let events = &learned.record.as_ref().unwrap().events;
     let mut discards = events
         .iter()
-        .filter(|own| own.kind == EventKind::DiscardedSamples);
+        .filter(|own| own.kind == EventKind::DiscardedBody);
     assert!(
         discards.any(|own| (10.0..10.3).contains(&own.t)),
         "{events:?}"

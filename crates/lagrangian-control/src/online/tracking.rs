@@ -7,10 +7,11 @@ use std::time::{Duration, Instant};
 use super::{OnlineLearner, Record, spawn};
 use crate::payload::{PayloadConfig, PayloadEstimator, PayloadFeedForward};
 use crate::{
-    Controller, Driven, FeedForward, Gains, LoopConfig, LoopOutcome, Pd, Reference, Simulation,
+    Controller, Driven, FeedForward, Gains, LoopConfig, LoopOutcome, Pd, Reference, RobotChange,
+    Simulation,
 };
 use lagrangian::rigid::{LoadParameters, RigidBodies};
-use lagrangian::{Error, Learned, Model, Result, State};
+use lagrangian::{Error, Learned, Model, Result};
 
 /// Source of the feed-forward torque.
 pub enum FeedForwardSource<'a> {
@@ -57,15 +58,9 @@ pub struct PayloadSource<'a> {
     /// Time of the first estimate, s from the start of the motion: a learned model must first
     /// fit the robot.
     pub from: f64,
-}
-
-/// A robot that replaces the first one during the motion, for example one with a payload.
-#[derive(Clone, Copy)]
-pub struct RobotChange<'a> {
-    /// Time of the change, s from the start of the motion.
-    pub at: f64,
-    /// New robot, in the state of the old one.
-    pub robot: &'a dyn Model,
+    /// Whether the learned model takes the load up itself: it then learns from the torques with those of the load, which its estimate makes
+    /// up for until then.
+    pub absorbed: bool,
 }
 
 /// Motion of a robot that followed a reference, and record of its learner.
@@ -96,17 +91,19 @@ pub fn track<'a>(
         config.robot.coordinates().dof(),
         "give a column of q and qd for each coordinate of the robot",
     )?;
-    let samples = reference.samples();
-    let start = State::new(samples.q[..n].to_vec(), samples.qd[..n].to_vec());
     let estimator = |source: PayloadSource<'a>| {
         PayloadEstimator::new(source.bodies, source.link, source.config)
     };
     let mut run = Run {
         estimator: config.payload.map(estimator).transpose()?,
-        simulation: Simulation::new(config.robot, &start, config.control.clone())?,
+        simulation: Simulation::new(
+            config.robot,
+            &reference.first_state(),
+            config.control.clone(),
+        )?
+        .with_change(config.change),
         config,
         reference,
-        changed: false,
         row: vec![0.0; super::Differentiator::width(n)],
         begin: reference.start(),
         without_model: 0,
@@ -133,7 +130,6 @@ struct Run<'a> {
     simulation: Simulation<'a>,
     config: &'a TrackingConfig<'a>,
     reference: &'a Reference,
-    changed: bool,
     /// Row (t, q, q̇, τ) of the last tick.
     row: Vec<f64>,
     begin: f64,
@@ -147,13 +143,6 @@ impl<'a> Run<'a> {
         let t = self.simulation.time();
         if t > self.reference.end() - self.begin {
             return ControlFlow::Break(());
-        }
-        if let Some(RobotChange { at, robot }) = self.config.change
-            && !self.changed
-            && t >= at
-        {
-            self.simulation.change_robot(robot);
-            self.changed = true;
         }
         let begin = self.begin;
         let mut shifted = |t: f64, q: &[f64], qd: &[f64], tau: &mut [f64]| {
@@ -212,10 +201,13 @@ impl<'a> Run<'a> {
             return Ok(());
         };
         let first = 1 + 2 * self.reference.dof();
+        let absorbed = self.config.payload.is_some_and(|source| source.absorbed);
         let mut controller = PayloadFeedForward::new(forward, &mut estimator)?;
         while self.tick(&mut controller).is_continue() {
             controller.set_acting(self.simulation.torque());
-            controller.unload(&mut self.row[first..]);
+            if !absorbed {
+                controller.unload(&mut self.row[first..]);
+            }
             if after(&self.row) {
                 break;
             }

@@ -2,7 +2,9 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use super::*;
-use crate::{Driven, FeedForward, Gains, LoopConfig, Pd, Reference, Sensors, Simulation};
+use crate::{
+    Driven, FeedForward, Gains, LoopConfig, Pd, Reference, RobotChange, Sensors, Simulation,
+};
 use lagrangian::mechanics::Quantities;
 use lagrangian::rigid::{self, LoadParameters, RigidBodies, is_body};
 use lagrangian::rollout::times;
@@ -66,7 +68,8 @@ fn run(config: LoopConfig, change: f64, end: f64) -> (Driven, Option<LoadParamet
     let mut controller = PayloadFeedForward::new(forward, &mut estimator).unwrap();
     let mut simulation = Simulation::new(&arm, &start(&reference), config).unwrap();
     simulation.run(&mut controller, change);
-    simulation.change_robot(&loaded);
+    let robot = &loaded;
+    let mut simulation = simulation.with_change(Some(RobotChange { at: 0.0, robot }));
     simulation.run(&mut controller, end);
     let driven = simulation.finish();
     (driven, estimator.load().copied(), estimator.changes())
@@ -199,7 +202,8 @@ fn a_load_that_is_put_down_is_noticed_too() {
     let mut controller = PayloadFeedForward::new(forward, &mut estimator).unwrap();
     let mut simulation = Simulation::new(&loaded, &start(&reference), config).unwrap();
     simulation.run(&mut controller, 1.5);
-    simulation.change_robot(&arm);
+    let robot = &arm;
+    let mut simulation = simulation.with_change(Some(RobotChange { at: 0.0, robot }));
     simulation.run(&mut controller, 2.0);
     let left = estimator.load().map_or(0.0, |load| load[0]);
     assert!(left < 0.02 && estimator.changes() > 0, "{left}");

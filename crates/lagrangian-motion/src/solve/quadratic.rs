@@ -83,6 +83,49 @@ impl Quadratic {
         (sum + self.square).max(0.0)
     }
 
+    /// What these sums tell once the unknowns from `first` on have changed by independent amounts of precisions `given` (one over the
+    /// variance, in the units of the sums), which are not known: the old values are eliminated.
+    #[must_use]
+    pub fn loosened(&self, first: usize, given: &[f64]) -> Self {
+        let (size, m) = (self.size(), given.len());
+        let mut old = vec![0.0; m * m];
+        for i in 0..m {
+            old[i * m..][..m].copy_from_slice(&self.row(first + i)[first..first + m]);
+            old[i * m + i] += given[i];
+        }
+        // The coefficients of the unknowns as they are now: those that changed, tied to their old values, and the others.
+        let coupling = |k: usize| match (first..first + m).contains(&k) {
+            true => {
+                let own = |i: usize| if first + i == k { -given[i] } else { 0.0 };
+                (0..m).map(own).collect()
+            }
+            false => self.row(k)[first..first + m].to_vec(),
+        };
+        let couplings: Vec<Vec<f64>> = (0..size).map(coupling).collect();
+        let right = &self.right[first..first + m];
+        let (mut solver, mut solved) = (SymmetricSolver::new(m), vec![0.0; m]);
+        let mut next = self.clone();
+        for k in first..first + m {
+            for i in 0..size {
+                next.gram[k * size + i] = 0.0;
+                next.gram[i * size + k] = 0.0;
+            }
+            next.gram[k * size + k] = given[k - first];
+            next.right[k] = 0.0;
+        }
+        let _ = solver.solve(&old, right, &mut solved);
+        next.square -= dot(&solved, right);
+        let of_right = solved.clone();
+        let rows = next.gram.chunks_exact_mut(size.max(1));
+        for ((row, sum), own) in rows.zip(&mut next.right).zip(&couplings) {
+            *sum -= dot(&of_right, own);
+            let _ = solver.solve(&old, own, &mut solved);
+            let pairs = row.iter_mut().zip(&couplings);
+            pairs.for_each(|(sum, other)| *sum -= dot(&solved, other));
+        }
+        next
+    }
+
     /// The x that minimises ‖Y x − y‖², by the rules of [`SymmetricSolver::solve`].
     #[must_use]
     pub fn solution(&self) -> Vec<f64> {
@@ -118,5 +161,13 @@ mod tests {
             assert!(squares(&moved) > squares(&x));
         }
         assert_eq!((all.size(), halves.rows), (2, 3));
+        // A second unknown that changed by anything leaves the first what it was; one that cannot have changed leaves all as it was.
+        let first = all.loosened(1, &[1e-12]);
+        assert!((first.right[0] / first.gram[0] - x[0]).abs() < 1e-8);
+        assert!((first.loss(&[x[0], 7.0]) - all.loss(&x)).abs() < 1e-8);
+        let same = all.loosened(1, &[1e12]);
+        for moved in [[x[0], x[1]], [x[0] + 0.1, x[1] - 0.3]] {
+            assert!((same.loss(&moved) - all.loss(&moved)).abs() < 1e-3);
+        }
     }
 }

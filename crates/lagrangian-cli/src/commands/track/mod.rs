@@ -1,70 +1,106 @@
 //! `lagrangian track`: a robot follows a motion through a saved model, with a verdict on the model for this task.
 
 mod page;
+mod run;
+mod source;
 mod truth;
 
 use std::time::Instant;
 
 use anyhow::Result;
-use lagrangian::{Model, Trajectory};
+use lagrangian::{Coordinates, Learned, Model, Trajectory};
 use lagrangian_control::{
-    ControlLaw, Driven, Followed, Gains, LoopConfig, LoopOutcome, Reference, Sensors, follow,
-    inertia_along, largest_torques,
+    ControlLaw, Gains, LoopConfig, Reference, RobotChange, Sensors, follow, inertia_along,
+    largest_torques,
 };
 use lagrangian_report::Report;
 use serde_json::json;
 
+use self::run::{PARTS, Run};
+use self::source::Source;
 use super::OutputMode;
 use crate::cli::DataArgs;
 use crate::data;
 use crate::failure::{self, Context, FAILED, SUCCESS, mistake};
 use crate::fitted::{self, Fitted};
-use crate::out_args::PlotArgs;
 use crate::output::Motions;
+use crate::plants::OpenedPlant;
 use crate::task::{Size, Task};
 use crate::text;
 use crate::track_args::{ControlArgs, ControllerName, TrackArgs};
 
 pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<u8> {
-    let PlotArgs { file, plot } = &args.output;
-    let robots = args.truth.robot.iter().cloned();
-    let inputs = [args.model.clone(), args.reference.clone()];
-    let inputs: Vec<_> = inputs.into_iter().chain(robots).collect();
+    let file = &args.output.file;
+    let robots = args.truth.robot.iter().chain(&args.learning.urdf);
+    let given = args.model.iter().chain([&args.reference]);
+    let inputs: Vec<_> = given.chain(robots).cloned().collect();
     args.output.check_motions(&inputs)?;
     if let Some(path) = &file.out {
         lagrangian_run::refuse_existing(&path.with_extension("toml"), file.existing())?;
     }
+    let source = Source::of(args)?;
     let task = Task::start("track", mode.quiet, Size::of_files(&inputs))?;
-    let fitted = fitted::fitted(&args.model)?;
-    let reference = reference(args, &fitted)?;
-    let model = fitted.model;
-    let plant = truth::read(&args.truth, &model, reference.samples())?;
-    let truth = plant.model.as_deref();
-    let robot: &dyn Model = truth.unwrap_or(&model);
-    let control = loop_config(&args.control, reference.dof(), plant.limits.clone())?;
-    let gains = all_gains(&args.control, robot, &reference)?;
+    let saved = source.saved();
+    let desired = desired(args, saved)?;
+    let model = saved.map(|fitted| &fitted.model);
+    let machine = Machine::open(args, model, &desired)?;
+    let own = model.map(|model| model as &dyn Model);
+    let whole = machine.loaded.model.as_deref().or(own).ok_or_else(|| {
+        let finding = "there is no robot from whose motion a model could learn";
+        mistake(finding, truth::REMEDY)
+    })?;
+    let coordinates = model.map_or(whole.coordinates(), Model::coordinates);
+    source.check(coordinates)?;
+    let truth = machine.loaded.model.as_deref();
+    let robot = Robot {
+        first: machine.unloaded.as_deref().unwrap_or(whole),
+        loaded: whole,
+        change: machine.unloaded.is_some().then_some(RobotChange {
+            at: args.truth.payload_at,
+            robot: whole,
+        }),
+    };
+    let control = loop_config(
+        &args.control,
+        coordinates.dof(),
+        machine.loaded.limits.clone(),
+    )?;
+    let gains = all_gains(&args.control, whole, &desired.motion)?;
     if truth.is_none() {
         note!("note: the model itself is the robot, and right about it; --robot names another");
     }
-    let laws = laws(&model, truth, args.control.controller, &gains);
-    let at_speed = |&speed: &f64| runs(args, robot, &reference, speed, &laws, &control);
+    let laws = laws(&source, whole, truth, args.control.controller, &gains);
+    let at_speed = |&speed: &f64| runs(args, &robot, &desired.motion, speed, &laws, &control);
     let factors = args.control.speeds.iter();
     let speeds: Vec<AtSpeed> = factors.map(at_speed).collect::<Result<_>>()?;
     drop(task);
     let runs = speeds.first().map_or(&[][..], |first| &first.runs[..]);
-    let reference = speeds.first().map_or(&reference, |first| &first.reference);
+    let reference = speeds
+        .first()
+        .map_or(&desired.motion, |first| &first.reference);
     if let (Some(path), Some(first)) = (&file.out, runs.first()) {
         let motion = std::slice::from_ref(&first.followed.driven.trajectory);
-        Motions::new(motion, model.coordinates()).write(path, file.existing())?;
+        Motions::new(motion, coordinates).write(path, file.existing())?;
     }
     let report = page::TrackingReport {
         plant: truth::shown(&args.truth),
-        coordinates: model.coordinates(),
+        coordinates,
         reference,
         rate: control.rate,
         runs,
         speeds: &speeds,
     };
+    print(args, &report, &gains, mode)?;
+    Ok(ended(speeds.iter().find_map(|at| at.lost(whole))))
+}
+
+/// Draws and prints the results.
+fn print(
+    args: &TrackArgs,
+    report: &page::TrackingReport,
+    gains: &AllGains,
+    mode: OutputMode,
+) -> Result<()> {
     let facts = report.facts();
     args.output.draw(|| Report {
         figures: report.figures(),
@@ -74,23 +110,57 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<u8> {
         "command": "track",
         "answer": facts.answer,
         "model": args.model,
+        "online": args.learning.online,
         "reference": args.reference,
         "robot": args.truth.robot,
         "plant_source": args.truth.plant,
         "plant": report.plant,
         "payload": args.truth.payload,
+        "payload_at": args.truth.payload_at,
         "control": args.control,
         "gains": gains.own,
         "feedback_gains": gains.forces,
-        "coordinates": model.coordinates(),
-        "out": file.out,
-        "plot": plot,
-        "tracking": tracking(runs),
-        "speeds": speeds.iter().map(AtSpeed::as_json).collect::<Vec<_>>(),
+        "coordinates": report.coordinates,
+        "out": args.output.file.out,
+        "plot": args.output.plot,
+        "tracking": tracking(report.runs),
+        "speeds": report.speeds.iter().map(AtSpeed::as_json).collect::<Vec<_>>(),
         "judgements": report.judgements(),
     });
-    mode.print(&figures, || text::of(&facts))?;
-    Ok(ended(speeds.iter().find_map(|at| at.lost(robot))))
+    mode.print(&figures, || text::of(&facts))
+}
+
+/// The motion to follow, and its coordinates.
+struct Desired {
+    motion: Reference,
+    coordinates: Coordinates,
+}
+
+/// The robot of the flags, with its payload, and without it where it takes it on the way.
+struct Machine {
+    loaded: OpenedPlant,
+    unloaded: Option<Box<dyn Model>>,
+}
+
+impl Machine {
+    fn open(args: &TrackArgs, model: Option<&Learned>, desired: &Desired) -> Result<Self> {
+        let opened = |payload| truth::read(&args.truth, model, desired, payload);
+        Ok(Self {
+            loaded: opened(args.truth.payload)?,
+            unloaded: match args.truth.payload_at {
+                0.0 => None,
+                _ => opened(None)?.model,
+            },
+        })
+    }
+}
+
+/// The robot that moves, and what it becomes.
+struct Robot<'a> {
+    first: &'a dyn Model,
+    change: Option<RobotChange<'a>>,
+    /// The robot after the change, or where there is none the same.
+    loaded: &'a dyn Model,
 }
 
 /// The exit code; the reason why the robot was lost, where it was.
@@ -133,16 +203,22 @@ fn beside_speed(speed: f64) -> String {
 /// The motions along the reference by these controllers, at this speed.
 fn runs(
     args: &TrackArgs,
-    robot: &dyn Model,
+    robot: &Robot,
     reference: &Reference,
     speed: f64,
     laws: &[(&'static str, &'static str, ControlLaw)],
     control: &LoopConfig,
 ) -> Result<AtSpeed> {
     let reference = reference.faster(speed).map_err(failure::of_data)?;
+    let learned = args.learning.online.is_some();
     let run = |&(key, name, law): &(&'static str, &'static str, ControlLaw)| {
         let clock = Instant::now();
-        let followed = follow(robot, &reference, law, control).context(
+        // The true model has the payload from the start: what a model can reach once the robot has it.
+        let (first, change) = match key {
+            "perfect" => (robot.loaded, None),
+            _ => (robot.first, robot.change),
+        };
+        let followed = follow(first, change, &reference, law, control).context(
             format!(
                 "cannot follow '{}'{}",
                 args.reference.display(),
@@ -151,9 +227,14 @@ fn runs(
             "`lagrangian track --help` says what --robot, --rate, --delay and the gains may be",
         )?;
         let simulated = followed.driven.trajectory.len() as f64 / control.rate;
+        let judged = match learned {
+            true => followed.part(PARTS - 1, PARTS, &control.limit),
+            false => followed.following.clone(),
+        };
         let run = Run {
             key,
             name,
+            judged,
             followed,
             real_time: simulated / clock.elapsed().as_secs_f64(),
         };
@@ -173,20 +254,30 @@ fn tracking(runs: &[Run]) -> serde_json::Map<String, serde_json::Value> {
     runs.iter().map(entry).collect()
 }
 
-fn reference(args: &TrackArgs, fitted: &Fitted) -> Result<Reference> {
+fn desired(args: &TrackArgs, saved: Option<&Fitted>) -> Result<Desired> {
     let files = std::slice::from_ref(&args.reference);
     let columns = DataArgs {
         file: args.columns.clone(),
         ..DataArgs::default()
     };
-    let recordings = data::read(files, &fitted.completed(&columns)?)?;
-    fitted::require_dof(&recordings, fitted.model.coordinates())?;
+    let columns = saved.map_or(Ok(columns.clone()), |fitted| fitted.completed(&columns))?;
+    let recordings = data::read(files, &columns)?;
+    let coordinates = match (saved, recordings.first()) {
+        (Some(fitted), _) => fitted.model.coordinates().clone(),
+        (None, Some(first)) => first.coordinates.clone(),
+        (None, None) => Coordinates::lines(0),
+    };
+    fitted::require_dof(&recordings, &coordinates)?;
     let others = recordings.len() - 1;
     if others > 0 {
         note!("note: the first trajectory is followed; {others} others are omitted");
     }
     let first = recordings.into_iter().take(1).collect();
-    let (trajectories, _) = data::trajectories(first, &fitted.estimates(&args.estimate))?;
+    let estimates = match saved {
+        Some(fitted) => fitted.estimates(&args.estimate),
+        None => args.estimate.options(),
+    };
+    let (trajectories, _) = data::trajectories(first, &estimates)?;
     let unusable = || {
         mistake(
             "there is no motion in the reference",
@@ -194,10 +285,14 @@ fn reference(args: &TrackArgs, fitted: &Fitted) -> Result<Reference> {
         )
     };
     let trajectory = trajectories.into_iter().next().ok_or_else(unusable)?;
-    Ok(Reference::new(without_gaps(trajectory)).context(
+    let motion = Reference::new(without_gaps(trajectory)).context(
         format!("cannot follow '{}'", args.reference.display()),
         "`lagrangian check` shows what is wrong with the data",
-    )?)
+    )?;
+    Ok(Desired {
+        motion,
+        coordinates,
+    })
 }
 
 /// The longest piece of a reference that has gaps: its motion across them is unknown.
@@ -282,18 +377,24 @@ fn all_gains(args: &ControlArgs, robot: &dyn Model, reference: &Reference) -> Re
 
 /// The controllers that follow the reference, the selected one first: a key, a name, and the controller.
 fn laws<'a>(
-    model: &'a dyn Model,
+    source: &'a Source,
+    robot: &'a dyn Model,
     truth: Option<&'a dyn Model>,
     controller: ControllerName,
     gains: &'a AllGains,
 ) -> Vec<(&'static str, &'static str, ControlLaw<'a>)> {
-    let through = |model| match controller {
+    let through = |model: &'a dyn Model| match controller {
         ControllerName::ComputedTorque => ControlLaw::ComputedTorque(model, &gains.own),
         _ => ControlLaw::FeedForward(model, &gains.forces),
     };
     let mut all = Vec::new();
-    if controller != ControllerName::Pd {
-        all.push(("model", "this model", through(model)));
+    match source {
+        Source::Saved(_) if controller == ControllerName::Pd => {}
+        Source::Saved(fitted) => all.push(("model", "this model", through(&fitted.model))),
+        Source::Online(online) => {
+            let law = ControlLaw::Online(robot.coordinates(), online, &gains.forces);
+            all.push(("model", "the learned model", law));
+        }
     }
     all.push((
         "feedback",
@@ -302,80 +403,4 @@ fn laws<'a>(
     ));
     all.extend(truth.map(|truth| ("perfect", "the true model", through(truth))));
     all
-}
-
-/// One motion along the reference.
-struct Run {
-    key: &'static str,
-    name: &'static str,
-    followed: Followed,
-    /// Seconds of motion that were simulated in a second.
-    real_time: f64,
-}
-
-/// A drive cannot give more than this multiple of the largest torque that a motion needs.
-const BEYOND: f64 = 20.0;
-
-impl Run {
-    /// The reason why a robot that needs these torques did not follow the motion at all.
-    fn lost(&self, needed: &[f64]) -> Option<String> {
-        let Driven {
-            trajectory,
-            outcome,
-            ..
-        } = &self.followed.driven;
-        let largest = |torques: &[f64]| torques.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        let (asked, needed) = (largest(&trajectory.tau), largest(needed));
-        let name = self.name;
-        match outcome {
-            LoopOutcome::Diverged { t } => {
-                Some(format!("with {name} the robot diverged after {t} s"))
-            }
-            LoopOutcome::Finished if asked > BEYOND * needed => Some(format!(
-                "with {name} the drives would give up to {asked:.3e} N·m (N), where the motion needs {needed:.3e}"
-            )),
-            LoopOutcome::Finished => None,
-        }
-    }
-
-    /// Reports failures and limits.
-    fn warn(&self) {
-        let driven = &self.followed.driven;
-        if let LoopOutcome::Diverged { t } = driven.outcome {
-            let name = self.name;
-            note!(
-                "note: with {name} the robot diverged after {t} s; lower the gains, or raise --rate"
-            );
-        }
-        let lost = self.followed.without_model + driven.not_finite;
-        if lost > 0 {
-            let name = self.name;
-            note!("note: with {name}, {lost} torques were not finite and are omitted");
-        }
-    }
-
-    /// The root mean square of the error over all joints; infinite for a robot that was lost.
-    fn overall(&self) -> f64 {
-        let rmse = &self.followed.following.rmse;
-        match self.followed.driven.outcome {
-            LoopOutcome::Diverged { .. } => f64::INFINITY,
-            LoopOutcome::Finished => {
-                (lagrangian::mechanics::dot(rmse, rmse) / rmse.len() as f64).sqrt()
-            }
-        }
-    }
-
-    fn as_json(&self) -> serde_json::Value {
-        let driven = &self.followed.driven;
-        json!({
-            "rmse": self.followed.following.rmse,
-            "largest": self.followed.following.largest,
-            "at_limit": self.followed.following.at_limit,
-            "latency": driven.latency.quantiles(),
-            "real_time": self.real_time,
-            "ending": driven.outcome,
-            "without_model": self.followed.without_model,
-            "not_finite": driven.not_finite,
-        })
-    }
 }

@@ -9,7 +9,8 @@ use lagrangian_report::{
     Figure, Headline, Motion, Report, Role, Table, followed_motion, tracking_error,
 };
 
-use super::{AtSpeed, Run};
+use super::AtSpeed;
+use super::run::Run;
 
 /// The results of tracking.
 pub(super) struct TrackingReport<'a> {
@@ -67,13 +68,13 @@ impl TrackingReport<'_> {
         let judgement = |i: usize| {
             let rmse = |run: &Run| match run.followed.driven.outcome {
                 LoopOutcome::Diverged { .. } => f64::NAN,
-                _ => run.followed.following.rmse[i],
+                _ => run.judged.rmse[i],
             };
             let errors = TrackingErrors {
                 model: rmse(model),
                 feedback: rmse(feedback),
                 truth: rmse(truth),
-                at_limit: model.followed.following.at_limit[i],
+                at_limit: model.judged.at_limit[i],
             };
             errors.judgement()
         };
@@ -87,7 +88,7 @@ impl TrackingReport<'_> {
         let worst = (0..self.coordinates.dof()).max_by_key(cost).unwrap_or(0);
         let Coordinate { name, unit, .. } = &self.coordinates.0[worst];
         let error = |run: &Run| {
-            let rmse = short(run.followed.following.rmse[worst]);
+            let rmse = short(run.judged.rmse[worst]);
             format!(
                 "{} with {}",
                 [rmse.as_str(), unit].join(" ").trim_end(),
@@ -95,7 +96,12 @@ impl TrackingReport<'_> {
             )
         };
         let errors = self.runs.iter().map(error).collect::<Vec<_>>().join(", ");
-        let errors = format!("the RMSE of {name} is {errors}");
+        let when = if self.is_learned() {
+            ", in the last fifth of the motion"
+        } else {
+            ""
+        };
+        let errors = format!("the RMSE of {name} is {errors}{when}");
         match &judgements {
             Some(all) => {
                 let Judgement { grade, why } = &all[worst];
@@ -111,13 +117,17 @@ impl TrackingReport<'_> {
             return Vec::new();
         };
         let judgements = self.judgements();
+        let with = match self.is_learned() {
+            true => format!("with {}, in the last fifth", model.name),
+            false => format!("with {}", model.name),
+        };
         let headline = |i: usize| {
             let Coordinate { name, unit, .. } = &self.coordinates.0[i];
-            let value = short(model.followed.following.rmse[i]);
+            let value = short(model.judged.rmse[i]);
             Headline {
                 role: Some(Role::Lnn),
                 judgement: judgements.as_ref().map(|all| all[i].clone()),
-                ..Headline::new(&format!("RMSE of {name}"), value, unit, "with this model")
+                ..Headline::new(&format!("RMSE of {name}"), value, unit, &with)
             }
         };
         (0..self.coordinates.dof()).map(headline).collect()
@@ -153,6 +163,25 @@ impl TrackingReport<'_> {
             "Tracking errors in the units of the coordinates, and the part of the ticks at the torque limit.",
             &header,
             rows.collect(),
+        )
+    }
+
+    /// Whether a model was learned during the motion.
+    fn is_learned(&self) -> bool {
+        self.run("model")
+            .is_some_and(|run| run.followed.record.is_some())
+    }
+
+    /// The errors over all joints in each part of the motion.
+    fn over_time(&self) -> Table {
+        let row = |run: &Run| {
+            let cells = run.parts().into_iter().map(short);
+            std::iter::once(run.name.to_string()).chain(cells).collect()
+        };
+        Table::new(
+            "Root mean square of the error over all joints in each fifth of the motion.",
+            &["with", "1", "2", "3", "4", "5"],
+            self.runs.iter().map(row).collect(),
         )
     }
 
@@ -195,6 +224,9 @@ impl TrackingReport<'_> {
 
     /// The answer, the verdicts on the joints, the errors and the times.
     pub(super) fn facts(&self) -> Report {
+        let over_time = self.is_learned().then(|| self.over_time());
+        let tables = [self.errors(), self.by_speed(), self.times()];
+        let tables = over_time.into_iter().chain(tables).collect();
         Report {
             title: "Tracking of a reference".into(),
             subtitle: format!(
@@ -206,7 +238,7 @@ impl TrackingReport<'_> {
             ),
             answer: self.answer(),
             headlines: self.headlines(),
-            tables: vec![self.errors(), self.by_speed(), self.times()],
+            tables,
             ..Report::default()
         }
     }

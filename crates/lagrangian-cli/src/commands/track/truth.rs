@@ -6,8 +6,10 @@ use anyhow::Result;
 use lagrangian::analytic::{by_name, systems};
 use lagrangian::rigid::RigidBodies;
 use lagrangian::text::counted;
-use lagrangian::{Learned, Model, Trajectory};
+use lagrangian::{Coordinates, Learned, Model};
+use lagrangian_control::Reference;
 
+use super::Desired;
 use crate::failure::{Context, mistake};
 use crate::plants::OpenedPlant;
 use crate::robot;
@@ -22,15 +24,20 @@ pub(super) fn shown(args: &TruthArgs) -> String {
     }
 }
 
-/// The robot of the flags; without a model where the saved one itself moves.
+/// What to do where there is no robot.
+pub(super) const REMEDY: &str =
+    "name the robot that moves: --robot two-link-arm, or a URDF file, or a --plant";
+
+/// The robot of the flags with this payload; without a model where the saved one itself moves.
 pub(super) fn read(
     args: &TruthArgs,
-    model: &Learned,
-    reference: &Trajectory,
+    saved: Option<&Learned>,
+    reference: &Desired,
+    payload: Option<f64>,
 ) -> Result<OpenedPlant> {
     if let Some(source) = &args.plant {
         let plant = crate::plants::open(source, &args.joints)?;
-        require_dof(source, plant.model.as_deref(), reference)?;
+        require_dof(source, plant.model.as_deref(), &reference.motion)?;
         return Ok(plant);
     }
     let Some(path) = &args.robot else {
@@ -40,26 +47,26 @@ pub(super) fn read(
                 "name the robot that moves as --robot or --plant, or omit --joints",
             ));
         }
-        if !model.moves() {
+        if saved.is_some_and(|model| !model.moves()) {
             return Err(mistake(
                 "the model gives torques and no motion, so that it cannot be the robot",
-                "name the robot that moves: --robot two-link-arm, or a URDF file",
+                REMEDY,
             ));
         }
         return Ok(OpenedPlant::default());
     };
     let robot: Box<dyn Model> = match system(path) {
-        Some(name) => analytic(name, args)?,
-        None => Box::new(bodies(path, args, model)?),
+        Some(name) => analytic(name, args, payload)?,
+        None => Box::new(bodies(path, args, &reference.coordinates, payload)?),
     };
-    require_dof(&path.to_string_lossy(), Some(&*robot), reference)?;
+    require_dof(&path.to_string_lossy(), Some(&*robot), &reference.motion)?;
     Ok(OpenedPlant {
         model: Some(robot),
         limits: Vec::new(),
     })
 }
 
-fn require_dof(name: &str, robot: Option<&dyn Model>, reference: &Trajectory) -> Result<()> {
+fn require_dof(name: &str, robot: Option<&dyn Model>, reference: &Reference) -> Result<()> {
     let expected = reference.dof();
     let found = robot.map_or(expected, |robot| robot.coordinates().dof());
     if found == expected {
@@ -81,7 +88,7 @@ fn system(path: &Path) -> Option<&'static str> {
     known.find(|known| *known == name)
 }
 
-fn analytic(name: &str, args: &TruthArgs) -> Result<Box<dyn Model>> {
+fn analytic(name: &str, args: &TruthArgs, payload: Option<f64>) -> Result<Box<dyn Model>> {
     if !args.joints.is_empty() {
         return Err(mistake(
             format!("--joints chooses joints of a URDF, and '{name}' is a system"),
@@ -89,7 +96,7 @@ fn analytic(name: &str, args: &TruthArgs) -> Result<Box<dyn Model>> {
         ));
     }
     let given = args.parameters.iter().map(|(name, x)| (name.as_str(), *x));
-    let load = args.payload.map(|kg| ("payload", kg));
+    let load = payload.map(|kg| ("payload", kg));
     let all: Vec<(&str, f64)> = given.chain(load).collect();
     let system = by_name(name, &all).context(
         format!("cannot take '{name}' as the robot"),
@@ -98,7 +105,12 @@ fn analytic(name: &str, args: &TruthArgs) -> Result<Box<dyn Model>> {
     Ok(system)
 }
 
-fn bodies(path: &Path, args: &TruthArgs, model: &Learned) -> Result<RigidBodies> {
+fn bodies(
+    path: &Path,
+    args: &TruthArgs,
+    coordinates: &Coordinates,
+    payload: Option<f64>,
+) -> Result<RigidBodies> {
     let shown = path.display();
     if !args.parameters.is_empty() {
         return Err(mistake(
@@ -113,9 +125,9 @@ fn bodies(path: &Path, args: &TruthArgs, model: &Learned) -> Result<RigidBodies>
     );
     let config = robot::read(path, &args.joints)?;
     let bodies = config
-        .bodies(model.coordinates())
+        .bodies(coordinates)
         .context(format!("cannot take '{shown}' as the robot"), hint)?;
-    let Some(kg) = args.payload else {
+    let Some(kg) = payload else {
         return Ok(bodies);
     };
     let tip = bodies.tip().to_string();

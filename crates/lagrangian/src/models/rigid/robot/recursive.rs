@@ -11,7 +11,9 @@ use lagrangian_mechanics::rigid::RigidBodies;
 use lagrangian_mechanics::rigid::changes::Certainty;
 use lagrangian_mechanics::rigid::consistent::{Prior, minimise};
 use lagrangian_mechanics::rigid::joint_sums::{Friction, JointSums, TorqueScale, Weighting};
+use lagrangian_mechanics::rigid::regressor::PER_BODY;
 use lagrangian_motion::Samples;
+use lagrangian_motion::solve::quadratic::Quadratic;
 
 /// A sample k of N weighs (k / N) to this power.
 const GROWTH: f64 = 2.0;
@@ -23,8 +25,10 @@ const STILL: f64 = 0.1;
 const STRENGTHS: [f64; 5] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5];
 /// The lower bound of a mean square error in a weight, in parts of the square of its scale.
 const SMALLEST: f64 = 1e-8;
-/// What a changed robot keeps of the sums of before.
-const KEPT: f64 = 1e-3;
+/// Usual sizes of the mass, kg, the first moments, kg·m, and the second moments, kg·m², of a load.
+const LOAD: [f64; PER_BODY] = [2.0, 0.3, 0.3, 0.3, 0.05, 0.05, 0.05, 0.05, 0.05, 0.05];
+/// Samples since a change of the load from which on the weights of the joints follow them.
+const ENOUGH: usize = 250;
 
 /// The sums of a robot of which the kinematics are known and the bodies, rotors and friction are not.
 pub struct Recursive {
@@ -34,6 +38,15 @@ pub struct Recursive {
     squares: Vec<f64>,
     samples: usize,
     weights: Option<Weighting>,
+    before: Option<Before>,
+}
+
+/// What was known before the load changed.
+struct Before {
+    /// Means of all bodies but the last, of rotors and of friction.
+    data: Quadratic,
+    /// Root mean squares of the torques, `[n]`.
+    torques: Vec<f64>,
 }
 
 impl Recursive {
@@ -46,8 +59,15 @@ impl Recursive {
             squares: vec![0.0; n],
             samples: 0,
             weights: None,
+            before: None,
             robot,
         }
+    }
+
+    /// The kinematics; its bodies are those of the description.
+    #[must_use]
+    pub fn robot(&self) -> &RigidBodies {
+        &self.robot
     }
 
     /// Takes new samples.
@@ -66,42 +86,104 @@ impl Recursive {
         self.sums = std::mem::replace(&mut self.sums, JointSums::zero(n, 1))
             .scaled(kept)
             .plus(&new);
+        if let Some(before) = &mut self.before {
+            before.data.rows = (kept * before.data.rows as f64).round() as usize;
+        }
     }
 
-    /// Forgets nearly all samples, after which the robot has changed.
-    pub fn forget(&mut self) {
-        let zero = JointSums::zero(self.robot.dof(), 1);
-        self.sums = std::mem::replace(&mut self.sums, zero).scaled(KEPT);
-        self.samples = (KEPT * self.samples as f64) as usize;
-        self.squares.iter_mut().for_each(|sum| *sum *= KEPT);
+    /// Friction that changes its sign over one speed.
+    fn friction(&self) -> Friction {
+        Friction::Coulomb(vec![0; self.robot.dof()])
+    }
+
+    /// The means over the samples, and over those of before where these are given.
+    fn data(&self, weights: &Weighting, before: Option<&Before>) -> Quadratic {
+        let new = weights.quadratic(&self.sums, &self.friction());
+        let Some(Before { data, .. }) = before else {
+            return new;
+        };
+        let rows = (data.rows + new.rows).max(1) as f64;
+        let mut all = Quadratic::zero(data.size());
+        all.add(data, data.rows as f64 / rows);
+        all.add(&new, new.rows as f64 / rows);
+        all
+    }
+
+    fn torques(&self) -> Vec<f64> {
+        let before = self.before.as_ref();
+        before.map_or_else(
+            || force_scale(&self.sums.forces()),
+            |own| own.torques.clone(),
+        )
+    }
+
+    /// Forgets the last body, after which the hand has taken or left a load; what is known of the others and of friction stays.
+    pub fn forget_load(&mut self) {
+        let Some(weights) = &self.weights else {
+            return;
+        };
+        let n = self.robot.dof();
+        self.before = Some(Before {
+            data: {
+                let data = self.data(weights, self.before.as_ref());
+                let rows = data.rows.max(1) as f64;
+                data.loosened(PER_BODY * (n - 1), &LOAD.map(|x| 1.0 / (x * x * rows)))
+            },
+            torques: self.torques(),
+        });
+        self.sums = JointSums::zero(n, 1);
+    }
+
+    /// Samples since the load changed, where it has.
+    #[must_use]
+    pub fn since_load(&self) -> Option<usize> {
+        self.before.as_ref().map(|_| self.sums.samples)
+    }
+
+    /// Forgets all that was known before the load changed: more than the load did.
+    pub fn forget_before(&mut self) {
+        self.before = None;
     }
 
     /// The robot of these samples; `None` where it cannot be solved for.
     pub fn solve(&mut self) -> Option<Learned> {
-        let n = self.robot.dof();
-        let friction = Friction::Coulomb(vec![0; n]);
+        let (model, weights) = self.solved(self.before.as_ref())?;
+        // The residuals of few samples are smaller than those to come.
+        if self.since_load().is_none_or(|since| since >= ENOUGH) {
+            self.weights = Some(weights);
+        }
+        Some(model)
+    }
+
+    /// The robot of the samples since the load changed alone; `None` where it has not, or where it cannot be solved for.
+    #[must_use]
+    pub fn solve_anew(&self) -> Option<Learned> {
+        self.before.as_ref()?;
+        self.solved(None).map(|(model, _)| model)
+    }
+
+    /// The robot, and the weights of the joints after it.
+    fn solved(&self, before: Option<&Before>) -> Option<(Learned, Weighting)> {
+        let (n, friction) = (self.robot.dof(), self.friction());
         let scale = TorqueScale {
-            torques: force_scale(&self.sums.forces()),
+            torques: self.torques(),
             accelerations: vec![1.0; n],
             driven: vec![true; n],
         };
         let prior = Prior::generic(&scale.torques, self.sums.of_joint(&friction));
-        let weights = self.weights.take().unwrap_or_else(|| scale.first());
-        let data = weights.quadratic(&self.sums, &friction);
+        let weights = self.weights.clone().unwrap_or_else(|| scale.first());
+        let data = self.data(&weights, before);
         let mut values = prior.values();
         for strength in STRENGTHS {
             values = minimise(&data, &prior, strength, &values)?.values;
         }
-        let next = scale.weighting_at(&self.sums, (&values, &friction), SMALLEST);
-        self.weights = Some(next);
+        let at = (&values[..], &friction);
+        let weights = scale.weighting_at(&self.sums, at, SMALLEST);
         let motion = motion(&self.robot, &values, &friction, &[SMOOTHING]).ok()?;
-        let torques = (self.sums.samples * n).max(1) as f64;
+        let torques = data.rows.max(1) as f64;
         let strength = STRENGTHS[STRENGTHS.len() - 1];
         let certainty = Certainty::after(&data, torques, &prior, strength, &values);
-        Some(
-            IdentifiedRobot::new(motion, certainty.errors())
-                .ok()?
-                .into(),
-        )
+        let robot = IdentifiedRobot::new(motion, certainty.errors()).ok()?;
+        Some((robot.into(), weights))
     }
 }
