@@ -47,7 +47,7 @@ pub use job::{
 pub use metrics::{Metric, Metrics, Tensorboard};
 pub use page::{
     Evaluation, Frontend, Links, MOST_LINKS, Page, Scored, as_chain, coverage_table, energies,
-    score_tables,
+    robot_in_motion, score_tables,
 };
 pub use partial_files::remove_unfinished;
 pub use record::{DataFile, RunRecord};

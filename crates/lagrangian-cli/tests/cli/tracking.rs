@@ -100,6 +100,7 @@ fn a_model_is_learned_while_the_robot_moves_and_takes_a_payload() {
     assert_eq!(found["judgements"][0]["grade"], "good", "{found}");
     let page = String::from_utf8(bench.read("page.html")).unwrap();
     assert!(page.contains("in each fifth of the motion"));
+    assert!(page.contains("Drawn are the joints of the robot"));
     // A network has other settings, those of its fit.
     let network = bench.succeed(&format!("{learn} delan --width 8 --json"));
     assert!(network.json()["tracking"]["model"]["online"]["steps"].as_u64() > Some(1000));

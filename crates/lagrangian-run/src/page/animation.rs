@@ -16,16 +16,20 @@ use super::{Page, learned, linkage};
 pub const MOST_LINKS: usize = 8;
 /// The largest number of frames from which the view of a robot is chosen.
 const FRAMES: usize = 500;
+/// Frames of a film in a second, and the largest number of them.
+const RATE: f64 = 30.0;
+const MOST_FRAMES: usize = 3000;
 /// The radius of the stage over that of the motion.
 const MARGIN: f64 = 1.08;
 
 /// An animation of both motions, where they can be drawn: as a chain where `links` are given.
 pub(super) fn of(page: &Page, followed: &Followed, links: Option<Links>) -> Option<Animation> {
-    let robot = || robot(page).and_then(|robot| drawn_robot(page, followed, &robot));
+    let motions = followed.motions(page.role());
+    let robot = || robot(page).and_then(|robot| drawn_robot(&motions, &robot));
     let drawn = match links {
         Some(links) => drawn_chain(page, followed, links),
         None => robot()
-            .or_else(|| drawn_linkage(page, followed))
+            .or_else(|| drawn_linkage(page, &motions))
             .or_else(|| drawn_chain(page, followed, self::links(page))),
     };
     let Drawn { panels, what } = drawn?;
@@ -40,6 +44,20 @@ pub(super) fn of(page: &Page, followed: &Followed, links: Option<Links>) -> Opti
     })
 }
 
+/// A film of a robot in these motions, the first of which is drawn pale behind the others; `None` where its joints all coincide.
+#[must_use]
+pub fn robot_in_motion(robot: &RigidBodies, title: &str, motions: &[Motion]) -> Option<Animation> {
+    let Drawn { panels, what } = drawn_robot(motions, robot)?;
+    let film = Animation {
+        id: "motion".into(),
+        title: title.into(),
+        caption: format!("The pale one is the {}. {what}", motions.first()?.name),
+        panels,
+        ..Animation::default()
+    };
+    Some(film.resampled(RATE, MOST_FRAMES))
+}
+
 /// The panels, and their description in a sentence.
 struct Drawn {
     panels: Vec<Panel>,
@@ -52,8 +70,8 @@ fn robot(page: &Page) -> Option<RigidBodies> {
     own.or_else(|| learned::simulated_robot(page.record, page.model))
 }
 
-/// Both motions by the joints of a robot; `None` where these all coincide.
-fn drawn_robot(page: &Page, followed: &Followed, robot: &RigidBodies) -> Option<Drawn> {
+/// Motions by the joints of a robot; `None` where these all coincide.
+fn drawn_robot(motions: &[Motion], robot: &RigidBodies) -> Option<Drawn> {
     let skeleton = robot.skeleton();
     let scene = Scene {
         place: &|q| skeleton.points(q).ok(),
@@ -66,11 +84,11 @@ fn drawn_robot(page: &Page, followed: &Followed, robot: &RigidBodies) -> Option<
             robot.name(),
         )
     };
-    drawn_points(page, followed, &scene, what)
+    drawn_points(motions, &scene, what)
 }
 
-/// Both motions by points that constraints join.
-fn drawn_linkage(page: &Page, followed: &Followed) -> Option<Drawn> {
+/// Motions by points that constraints join.
+fn drawn_linkage(page: &Page, motions: &[Motion]) -> Option<Drawn> {
     let linkage = page.model.linkage()?;
     let marks = linkage::marks(linkage);
     let scene = Scene {
@@ -86,7 +104,7 @@ fn drawn_linkage(page: &Page, followed: &Followed) -> Option<Drawn> {
         false => " and the rods that join them",
     };
     let what = |seen: &str| format!("Drawn are the points{rods}, {seen}.");
-    drawn_points(page, followed, &scene, what)
+    drawn_points(motions, &scene, what)
 }
 
 /// The places of points by the coordinates.
@@ -102,10 +120,9 @@ struct Scene<'a> {
     gravity: [f64; 3],
 }
 
-/// Both motions by points in space; `None` where these all coincide.
+/// Motions by points in space, seen as the first of them asks for; `None` where these all coincide.
 fn drawn_points(
-    page: &Page,
-    followed: &Followed,
+    motions: &[Motion],
     scene: &Scene<'_>,
     what: impl Fn(&str) -> String,
 ) -> Option<Drawn> {
@@ -113,7 +130,7 @@ fn drawn_points(
         let rows = motion.q.chunks_exact(motion.dof());
         rows.map(scene.place).collect()
     };
-    let recorded = places(followed.truth)?;
+    let recorded = places(motions.first()?.trajectory)?;
     let some = recorded
         .iter()
         .step_by(recorded.len().div_ceil(FRAMES).max(1));
@@ -137,7 +154,6 @@ fn drawn_points(
             energy_error: None,
         })
     };
-    let motions = followed.motions(page.role());
     let panels: Option<Vec<Panel>> = motions.iter().map(panel).collect();
     Some(Drawn {
         panels: panels?,

@@ -9,7 +9,7 @@ mod tables;
 
 use std::path::Path;
 
-pub use animation::{Links, MOST_LINKS, as_chain};
+pub use animation::{Links, MOST_LINKS, as_chain, robot_in_motion};
 pub use bands::coverage_table;
 use figures::Followed;
 pub use figures::energies;

@@ -89,6 +89,7 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<u8> {
         rate: control.rate,
         runs,
         speeds: &speeds,
+        robot: truth::kinematics(args, model, coordinates),
     };
     print(args, &report, &gains, mode)?;
     Ok(ended(speeds.iter().find_map(|at| at.lost(whole))))
@@ -104,6 +105,7 @@ fn print(
     let facts = report.facts();
     args.output.draw(|| Report {
         figures: report.figures(),
+        animations: report.film().into_iter().collect(),
         ..facts.clone()
     })?;
     let figures = json!({

@@ -1,13 +1,16 @@
 //! The results of tracking as text and as a page.
 
 use lagrangian::Coordinates;
+use lagrangian::rigid::RigidBodies;
 use lagrangian::score::{Judgement, TrackingErrors};
 use lagrangian::trajectory::Coordinate;
 use lagrangian_control::{LoopOutcome, Quantiles, Reference};
 use lagrangian_report::draw::short;
 use lagrangian_report::{
-    Figure, Headline, Motion, Report, Role, Table, followed_motion, tracking_error,
+    Animation, Figure, Headline, Motion, Report, Role, Table, followed_motion, tracking_error,
 };
+
+use lagrangian_run::robot_in_motion;
 
 use super::AtSpeed;
 use super::run::Run;
@@ -22,6 +25,8 @@ pub(super) struct TrackingReport<'a> {
     pub(super) runs: &'a [Run],
     /// The runs at all speeds, the first of which are `runs`.
     pub(super) speeds: &'a [AtSpeed],
+    /// What is drawn in motion, where it is known.
+    pub(super) robot: Option<RigidBodies>,
 }
 
 /// A figure of each joint: its name, and its values in a run.
@@ -145,6 +150,14 @@ impl TrackingReport<'_> {
             ]
         };
         (0..self.coordinates.dof()).flat_map(both).collect()
+    }
+
+    /// The robot along the reference, and as each driver moves it.
+    pub(super) fn film(&self) -> Option<Animation> {
+        let reference = Motion::new("reference", Role::Truth, self.reference.samples());
+        let driven = self.runs.iter().map(|run| follower(run).0);
+        let motions: Vec<Motion> = std::iter::once(reference).chain(driven).collect();
+        robot_in_motion(self.robot.as_ref()?, "The robot", &motions)
     }
 
     fn errors(&self) -> Table {

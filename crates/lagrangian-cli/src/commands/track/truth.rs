@@ -1,6 +1,6 @@
 //! The robot that moves: a known system, or rigid bodies.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use lagrangian::analytic::{by_name, systems};
@@ -13,7 +13,7 @@ use super::Desired;
 use crate::failure::{Context, mistake};
 use crate::plants::OpenedPlant;
 use crate::robot;
-use crate::track_args::TruthArgs;
+use crate::track_args::{TrackArgs, TruthArgs};
 
 /// The robot of the flags, as a report names it.
 pub(super) fn shown(args: &TruthArgs) -> String {
@@ -79,6 +79,25 @@ fn require_dof(name: &str, robot: Option<&dyn Model>, reference: &Reference) -> 
         ),
         "give the robot of the model, and the joints that move as --joints where it comes from a file",
     ))
+}
+
+/// The kinematics of the robot that moves, of the one that is learned, or of the model, where they are known: what is drawn in motion.
+pub(super) fn kinematics(
+    args: &TrackArgs,
+    saved: Option<&Learned>,
+    coordinates: &Coordinates,
+) -> Option<RigidBodies> {
+    let described = |path: &PathBuf| {
+        let config = robot::read(path, &args.truth.joints).ok()?;
+        config.bodies(coordinates).ok()
+    };
+    let moving = args
+        .truth
+        .robot
+        .as_ref()
+        .filter(|path| system(path).is_none());
+    let of_file = moving.or(args.learning.urdf.as_ref()).and_then(described);
+    of_file.or_else(|| saved?.robot().cloned())
 }
 
 /// The system of a name that is not a file.
