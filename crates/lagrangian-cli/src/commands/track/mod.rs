@@ -52,14 +52,7 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<u8> {
     let coordinates = model.map_or(whole.coordinates(), Model::coordinates);
     source.check(coordinates)?;
     let truth = machine.loaded.model.as_deref();
-    let robot = Robot {
-        first: machine.unloaded.as_deref().unwrap_or(whole),
-        loaded: whole,
-        change: machine.unloaded.is_some().then_some(RobotChange {
-            at: args.truth.payload_at,
-            robot: whole,
-        }),
-    };
+    let robot = machine.robot(whole, args.truth.payload_at);
     let control = loop_config(
         &args.control,
         coordinates.dof(),
@@ -154,6 +147,16 @@ impl Machine {
                 _ => opened(None)?.model,
             },
         })
+    }
+
+    /// The robot that moves, and becomes this one.
+    fn robot<'a>(&'a self, loaded: &'a dyn Model, at: f64) -> Robot<'a> {
+        let change = RobotChange { at, robot: loaded };
+        Robot {
+            first: self.unloaded.as_deref().unwrap_or(loaded),
+            change: self.unloaded.is_some().then_some(change),
+            loaded,
+        }
     }
 }
 
