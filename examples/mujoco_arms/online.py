@@ -1,8 +1,9 @@
-"""A robot of known kinematics that is learned from nothing while it moves, and that changes after 40 s: it takes a load, its friction grows by
-half, or a link in its middle does. Arms with friction and rotors in MuJoCo; the error is that over the true model's, which has the change from the start
-(in brackets that of feedback alone).
+"""A robot that is learned from nothing while it moves, its kinematics known or (--model chain) not, and that changes after 40 s: it takes a
+load, its friction grows by half, or a link in its middle does. Arms with friction and rotors in MuJoCo; the error is that over the true model's,
+which has the change from the start (in brackets that of feedback alone).
 
-python online.py [--change load|friction|link|none] [--seeds 11,12] [ARM …]: pip install 'lagrangian[mujoco]'. Fifteen seconds a line.
+python online.py [--model rigid|chain] [--change load|friction|link|none] [--seeds 11,12] [ARM …]: pip install 'lagrangian[mujoco]'. Fifteen
+seconds a line, a chain 30.
 """
 
 import argparse
@@ -16,7 +17,7 @@ from lagrangian import plant
 
 AT, RATE = 40.0, 500.0
 LOADS = {"two_link_arm": 0.3}  # kg; 2 kg for the others
-SPANS = [(-5.0, 0.0), (0.0, 0.5), (0.5, 1.5), (1.5, 5.0), (5.0, 10.0), (10.0, 20.0)]  # s from the change on
+SPANS = [(-20.0, -10.0), (-5.0, 0.0), (0.0, 0.5), (0.5, 1.5), (1.5, 5.0), (5.0, 10.0), (10.0, 20.0)]  # s from the change on
 
 
 def changed(name, change):
@@ -38,18 +39,20 @@ def changed(name, change):
 
 parser = argparse.ArgumentParser(description=__doc__)
 parser.add_argument("arms", nargs="*", metavar="ARM", help=", ".join(ARMS))
+parser.add_argument("--model", default="rigid", choices=["rigid", "chain"])
 parser.add_argument("--change", default="load", choices=["load", "friction", "link", "none"])
 parser.add_argument("--seeds", default="11,12")
 asked = parser.parse_args()
 if unknown := [name for name in asked.arms if name not in ARMS]:
     parser.error(f"there is no arm '{unknown[0]}': give {', '.join(ARMS)}")
 
-print(f"change: {asked.change}; seconds from it: {', '.join(f'{a:g} … {b:g}' for a, b in SPANS)}", flush=True)
+print(f"{asked.model}, change: {asked.change}; seconds from it: {', '.join(f'{a:g} … {b:g}' for a, b in SPANS)}", flush=True)
 for name in asked.arms or ARMS:
     arm, other = plant.load(compiled(name)), changed(name, asked.change)
     for seed in (int(seed) for seed in asked.seeds.split(",")):
         letter = plant.excitation(arm, duration=37.5, seed=seed)
-        learner = lg.OnlineLearner(lg.Rigid(urdf=name), n=arm.n, angles="all")
+        family = lg.Chain() if asked.model == "chain" else lg.Rigid(urdf=name)
+        learner = lg.OnlineLearner(family, n=arm.n, angles="all")
         followed = lg.track(
             learner, arm, letter, speeds=37.5 / 60.0, rate=RATE, velocity_noise=1e-3, noise=1e-5, change=(AT, other)
         )

@@ -274,5 +274,7 @@ def test_a_model_is_learned_while_a_plant_moves() -> None:
         lg.OnlineLearner("delan", n=2)  # type: ignore[arg-type]
     with pytest.raises(lg.errors.InvalidInput, match="not a family"):
         lg.OnlineLearner(lg.Best(), n=2)
-    with pytest.raises(lg.errors.InvalidInput, match="chain learns nothing online"):
-        lg.OnlineLearner(lg.Chain(), n=2)
+    with pytest.raises(lg.errors.InvalidInput, match="formula learns nothing online"):
+        lg.OnlineLearner(lg.Formula(), n=2)
+    with pytest.raises(lg.errors.InvalidInput, match="at most 12 joints"):
+        lg.OnlineLearner(lg.Chain(), n=13)

@@ -57,7 +57,7 @@ pub(crate) struct TrackArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Online learning")]
 pub(crate) struct LearningArgs {
-    /// Learn a model of this family from nothing during the motion, in place of a saved one: a network, or `rigid` with --urdf; its
+    /// Learn a model of this family from nothing during the motion, in place of a saved one: a network, `rigid` with --urdf, or `chain`; its
     /// settings are those of `lagrangian fit`, such as --width 24 --dissipation
     #[arg(long, value_name = "FAMILY", value_parser = families())]
     pub(crate) online: Option<String>,

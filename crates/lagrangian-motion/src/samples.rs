@@ -1,6 +1,6 @@
 //! Samples: states with their accelerations and forces, without time.
 
-use std::ops::{Deref, DerefMut};
+use std::ops::{Deref, DerefMut, Range};
 
 use crate::Signals;
 
@@ -66,16 +66,27 @@ impl Samples {
         self.q.is_empty()
     }
 
+    /// Appends some of other samples: states, accelerations and forces, as far as they have them.
+    pub fn append(&mut self, other: &Self, rows: Range<usize>) {
+        let rows = rows.start * other.n..rows.end * other.n;
+        let pairs = [
+            (&mut self.signals.q, &other.q),
+            (&mut self.signals.qd, &other.qd),
+            (&mut self.signals.qdd, &other.qdd),
+            (&mut self.signals.tau, &other.tau),
+        ];
+        for (own, other) in pairs {
+            own.extend_from_slice(other.get(rows.clone()).unwrap_or_default());
+        }
+    }
+
     /// At most `count` of the samples, evenly spread: states, accelerations and forces.
     pub fn spread(&self, count: usize) -> Self {
         let every = self.len().div_ceil(count).max(1);
-        let mut signals: Signals = Signals::default();
-        for row in (0..self.len()).step_by(every).map(|s| self.row(s)) {
-            signals.q.extend(row.q);
-            signals.qd.extend(row.qd);
-            signals.qdd.extend(row.qdd);
-            signals.tau.extend(row.tau);
+        let mut spread = Self::new(self.n, Signals::default());
+        for s in (0..self.len()).step_by(every) {
+            spread.append(self, s..s + 1);
         }
-        Self::new(self.n, signals)
+        spread
     }
 }

@@ -104,9 +104,15 @@ fn a_model_is_learned_while_the_robot_moves_and_takes_a_payload() {
     // A network has other settings, those of its fit.
     let network = bench.succeed(&format!("{learn} delan --width 8 --json"));
     assert!(network.json()["tracking"]["model"]["online"]["steps"].as_u64() > Some(1000));
+    // A chain is told nothing of the robot.
+    bench.succeed("excite two_link_arm --duration 25 --seconds 1 --out rich.csv");
+    let line = "track --reference rich.csv --robot two_link_arm --online chain --json";
+    let chain = bench.succeed(line).json();
+    let last = |whose: &str| chain["tracking"][whose]["parts"][4].as_f64().unwrap();
+    assert!(last("model") < 0.05 * last("feedback"), "{chain}");
     for (flags, words) in [
         ("rigid", "with the URDF of the robot"),
-        ("chain", "learns nothing online"),
+        ("formula", "learns nothing online"),
         ("hnn", "learns nothing online"),
         ("rigid --urdf iiwa7", "7 joints"),
         ("delan --masses 1,2", "not a setting of delan"),

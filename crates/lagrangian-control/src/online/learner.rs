@@ -62,7 +62,7 @@ impl OnlineLearner {
         let learns = !abilities.solved && abilities.losses.contains(&Loss::TORQUE);
         if sums.is_none() && !learns {
             let finding = format!("{} learns nothing online", config.family.name());
-            let remedy = "take a network that is fitted to torques (lnn, delan, mlp), or rigid with the URDF of the robot";
+            let remedy = "take a network that is fitted to torques (lnn, delan, mlp), chain, or rigid with the URDF of the robot";
             return Err(Error::setting(finding, remedy));
         }
         let window = sums.as_ref().map_or(config.window, |_| WINDOW);
@@ -88,7 +88,7 @@ impl OnlineLearner {
     /// The kinematics of the robot, where they are known.
     #[must_use]
     pub fn kinematics(&self) -> Option<&RigidBodies> {
-        self.regression.as_ref().map(Regression::robot)
+        self.regression.as_ref().and_then(Regression::robot)
     }
 
     /// Settings of the learner.

@@ -16,6 +16,8 @@ const BLOCK: usize = 25;
 
 /// Samples of a look at what the model leaves of their torques, and of a solution just after a change of the load.
 const LOOK: usize = 5;
+/// Samples in turn that the model does not explain where the robot has changed; where a joint turns back, friction leaves one look so.
+const STRANGE: usize = 15;
 /// Samples after a change of the load until solutions are as rare as before it.
 const SOON: usize = 100;
 /// Samples after it until which another change says that it was more than the load.
@@ -72,18 +74,13 @@ pub(super) fn nothing(n: usize) -> Samples {
 /// The samples from this one on, which are taken from the others.
 fn split_off(samples: &mut Samples, first: usize) -> Samples {
     let mut rest = nothing(samples.n);
+    rest.append(samples, first..samples.len());
     let row = samples.n * first;
     let Signals {
         q, qd, qdd, tau, ..
     } = &mut samples.signals;
-    let pairs = [
-        (q, &mut rest.signals.q),
-        (qd, &mut rest.signals.qd),
-        (qdd, &mut rest.signals.qdd),
-        (tau, &mut rest.signals.tau),
-    ];
-    for (all, rest) in pairs {
-        *rest = all.split_off(row.min(all.len()));
+    for signal in [q, qd, qdd, tau] {
+        signal.truncate(row);
     }
     rest
 }
@@ -127,7 +124,7 @@ impl Regression {
         }
     }
 
-    pub(super) fn robot(&self) -> &RigidBodies {
+    pub(super) fn robot(&self) -> Option<&RigidBodies> {
         self.sums.robot()
     }
 
@@ -174,7 +171,7 @@ impl Regression {
         self.sums.since_load().unwrap_or(usize::MAX)
     }
 
-    /// Looks at the newest samples; what they discard, which must show in two looks: what was known of the last body, or soon after that all
+    /// Looks at the newest samples; what they discard, which must show in three looks in turn: what was known of the last body, or soon after that all
     /// that was known of the others.
     fn look(&mut self) -> Option<Discarded> {
         if self.block.len() < self.looked + LOOK {
@@ -192,10 +189,10 @@ impl Regression {
         if since < SOON {
             return None;
         }
-        let Some(begin) = self.strange else {
-            self.strange = Some(first);
+        let begin = *self.strange.get_or_insert(first);
+        if self.block.len() < begin + STRANGE {
             return None;
-        };
+        }
         if since < AGAIN {
             self.strange = None;
             self.sums.forget_before();

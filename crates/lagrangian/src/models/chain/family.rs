@@ -1,13 +1,15 @@
 //! Chains as a family: their losses and data, and their settings.
 
+use super::search::screws;
 use super::{ChainConfig, joints};
 use crate::dataset::Dataset;
 use crate::models::family::{self, Abilities, Candidate, Entry, Family, Plan};
-use crate::models::rigid::robot;
+use crate::models::rigid::robot::{self, Recursive};
 use crate::train::{Loss, TrainingTask};
-use lagrangian_mechanics::rigid::MAX_JOINTS;
+use lagrangian_mechanics::rigid::screws::Screw;
+use lagrangian_mechanics::rigid::{MAX_JOINTS, RigidBodies};
 use lagrangian_motion::settings::{Kind, Setting};
-use lagrangian_motion::{Error, Result};
+use lagrangian_motion::{Coordinates, Error, Result};
 
 /// The row of the table of families.
 pub(crate) const ENTRY: Entry = Entry {
@@ -63,12 +65,22 @@ impl Family for ChainConfig {
     }
 
     fn check(&self, dataset: &Dataset, _task: &TrainingTask) -> Result<()> {
-        let n = dataset.coordinates.dof();
-        if n > MAX_JOINTS {
-            let must = "at most 12 joints: choose the columns of one arm";
-            return Err(Error::argument("q", n, must));
-        }
-        Ok(())
+        refuse_many(dataset.coordinates.dof())
+    }
+
+    fn recursive(&self, coordinates: &Coordinates) -> Result<Option<Recursive>> {
+        refuse_many(coordinates.dof())?;
+        let (searches, mut seed) = (self.searches, 0);
+        let mut known: Option<Vec<Screw>> = None;
+        let search = move |dataset: &Dataset| {
+            // Each time from other random directions, and from what was found before.
+            let found = screws(dataset, (searches, seed), known.as_deref(), &mut ()).ok()?;
+            seed += 1;
+            let robot = RigidBodies::of_screws(&found, &dataset.coordinates).ok();
+            known = Some(found);
+            robot
+        };
+        Ok(Some(Recursive::searching(coordinates, Box::new(search))))
     }
 
     fn prepare(&self, _dataset: &Dataset, task: &TrainingTask) -> Result<Plan> {
@@ -81,5 +93,16 @@ impl Family for ChainConfig {
             };
             Ok(robot::identify(dataset, &robot, &options)?.into())
         })))
+    }
+}
+
+fn refuse_many(n: usize) -> Result<()> {
+    match n {
+        0..=MAX_JOINTS => Ok(()),
+        _ => Err(Error::argument(
+            "q",
+            n,
+            "at most 12 joints: choose the columns of one arm",
+        )),
     }
 }

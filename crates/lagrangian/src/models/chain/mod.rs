@@ -50,6 +50,6 @@ pub(crate) fn joints(
     seed: u64,
     observer: &mut dyn Observer,
 ) -> Result<RobotConfig> {
-    let screws = search::screws(dataset, searches, seed, observer)?;
+    let screws = search::screws(dataset, (searches, seed), None, observer)?;
     Ok(RobotConfig::of_screws(&screws, &dataset.coordinates))
 }

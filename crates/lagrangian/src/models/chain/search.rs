@@ -52,15 +52,15 @@ const DIRECTIONS: [[f64; 3]; 6] = [
     [0.0, 0.0, -1.0],
 ];
 
-/// The screws of the best of `searches` searches, or of those that were done when the observer ended it.
+/// The screws of the best of `searches` searches and of those that are known, or of those that were done when the observer ended it.
 ///
 /// # Errors
 /// [`Error::Argument`] where the data hold no forces or fewer samples than blocks; [`Error::NotFinite`] where no
 /// regression has a solution.
 pub(super) fn screws(
     dataset: &Dataset,
-    searches: usize,
-    seed: u64,
+    (searches, seed): (usize, u64),
+    known: Option<&[Screw]>,
     observer: &mut dyn Observer,
 ) -> Result<Vec<Screw>> {
     if !dataset.forced {
@@ -94,8 +94,9 @@ pub(super) fn screws(
         samples: &samples,
         scale: &search.scale,
     };
-    let refined = found.into_par_iter().take(BEST).filter_map(|(_, joints)| {
-        let screws = screws_of(&joints);
+    let best = found.iter().take(BEST).map(|(_, joints)| screws_of(joints));
+    let starts: Vec<Vec<Screw>> = best.chain(known.map(<[Screw]>::to_vec)).collect();
+    let refined = starts.into_par_iter().filter_map(|screws| {
         let refined = match stages.ended() {
             true => screws,
             false => refinement.refine(screws)?,

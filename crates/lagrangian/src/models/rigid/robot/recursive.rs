@@ -5,15 +5,15 @@
 
 use super::IdentifiedRobot;
 use super::identify::motion;
-use crate::dataset::force_scale;
+use crate::dataset::{Dataset, force_scale};
 use crate::models::Learned;
 use lagrangian_mechanics::rigid::RigidBodies;
 use lagrangian_mechanics::rigid::changes::Certainty;
 use lagrangian_mechanics::rigid::consistent::{Prior, minimise};
 use lagrangian_mechanics::rigid::joint_sums::{Friction, JointSums, TorqueScale, Weighting};
 use lagrangian_mechanics::rigid::regressor::PER_BODY;
-use lagrangian_motion::Samples;
 use lagrangian_motion::solve::quadratic::Quadratic;
+use lagrangian_motion::{Coordinates, Samples, Signals};
 
 /// A sample k of N weighs (k / N) to this power.
 const GROWTH: f64 = 2.0;
@@ -25,20 +25,35 @@ const STILL: f64 = 0.1;
 const STRENGTHS: [f64; 5] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5];
 /// The lower bound of a mean square error in a weight, in parts of the square of its scale.
 const SMALLEST: f64 = 1e-8;
+/// Samples of the first search for joints, and of one after which there is no other.
+const FIRST_SEARCH: usize = 1000;
+const LAST_SEARCH: usize = 16_000;
+/// Samples that are added at a time after a search.
+const BLOCK: usize = 25;
 /// Usual sizes of the mass, kg, the first moments, kg·m, and the second moments, kg·m², of a load.
 const LOAD: [f64; PER_BODY] = [2.0, 0.3, 0.3, 0.3, 0.05, 0.05, 0.05, 0.05, 0.05, 0.05];
 /// Samples since a change of the load from which on the weights of the joints follow them.
 const ENOUGH: usize = 250;
 
-/// The sums of a robot of which the kinematics are known and the bodies, rotors and friction are not.
+/// Finds the joints of a robot in samples of its motion.
+pub(crate) type Search = Box<dyn FnMut(&Dataset) -> Option<RigidBodies> + Send>;
+
+/// The sums of a robot of which the bodies, rotors and friction are not known; its joints are, or are searched for.
 pub struct Recursive {
-    robot: RigidBodies,
+    n: usize,
+    robot: Option<RigidBodies>,
+    joints: Option<Joints>,
     sums: JointSums,
     /// Sums of the squares of the velocities, `[n]`.
     squares: Vec<f64>,
     samples: usize,
     weights: Option<Weighting>,
     before: Option<Before>,
+}
+
+/// No samples of `n` coordinates.
+fn nothing(n: usize) -> Samples {
+    Samples::new(n, Signals::default())
 }
 
 /// What was known before the load changed.
@@ -49,30 +64,97 @@ struct Before {
     torques: Vec<f64>,
 }
 
+/// The search for the joints of a robot.
+struct Joints {
+    search: Search,
+    coordinates: Coordinates,
+    /// All samples since the last change.
+    kept: Samples,
+    /// The number of samples of the next search.
+    due: usize,
+}
+
 impl Recursive {
-    /// Sums without samples.
+    /// Sums without samples, of a robot with these joints.
     #[must_use]
     pub fn new(robot: RigidBodies) -> Self {
-        let n = robot.dof();
         Self {
+            robot: Some(robot.clone()),
+            ..Self::empty(robot.dof())
+        }
+    }
+
+    /// Sums without samples, of a robot whose joints are searched for again and again, each time in half as many samples again.
+    pub(crate) fn searching(coordinates: &Coordinates, search: Search) -> Self {
+        let n = coordinates.dof();
+        let joints = Joints {
+            search,
+            coordinates: coordinates.clone(),
+            kept: nothing(n),
+            due: FIRST_SEARCH,
+        };
+        Self {
+            joints: Some(joints),
+            ..Self::empty(n)
+        }
+    }
+
+    fn empty(n: usize) -> Self {
+        Self {
+            n,
+            robot: None,
+            joints: None,
             sums: JointSums::zero(n, 1),
             squares: vec![0.0; n],
             samples: 0,
             weights: None,
             before: None,
-            robot,
         }
     }
 
-    /// The kinematics; its bodies are those of the description.
+    /// The kinematics, where they are known; the bodies are those of the description.
     #[must_use]
-    pub fn robot(&self) -> &RigidBodies {
-        &self.robot
+    pub fn robot(&self) -> Option<&RigidBodies> {
+        self.robot.as_ref()
     }
 
     /// Takes new samples.
     pub fn add(&mut self, samples: &Samples) {
-        let n = self.robot.dof();
+        if let Some(joints) = &mut self.joints {
+            joints.kept.append(samples, 0..samples.len());
+        }
+        self.sum(samples);
+    }
+
+    /// Searches for the joints where it is time.
+    fn search(&mut self) -> Option<()> {
+        let joints = self.joints.as_mut()?;
+        if joints.kept.len() < joints.due {
+            return None;
+        }
+        joints.due += joints.due / 2;
+        let kept = joints.kept.clone();
+        let coordinates = joints.coordinates.clone();
+        let dataset = Dataset::from_samples(coordinates, kept.clone(), nothing(self.n)).ok()?;
+        let robot = (joints.search)(&dataset)?;
+        let joints = self.joints.take().filter(|own| own.due <= LAST_SEARCH);
+        *self = Self {
+            joints,
+            ..Self::new(robot)
+        };
+        for first in (0..kept.len()).step_by(BLOCK) {
+            let mut block = nothing(self.n);
+            block.append(&kept, first..kept.len().min(first + BLOCK));
+            self.sum(&block);
+        }
+        Some(())
+    }
+
+    /// Adds samples to the sums, once the joints are known.
+    fn sum(&mut self, samples: &Samples) {
+        let (n, Some(robot)) = (self.n, &self.robot) else {
+            return;
+        };
         for (k, v) in samples.qd.iter().enumerate() {
             self.squares[k % n] += v * v;
         }
@@ -81,7 +163,7 @@ impl Recursive {
         let slowest = self.squares.iter().map(|sum| STILL * (sum / count).sqrt());
         let slowest: Vec<f64> = slowest.collect();
         let (all, speeds) = (0..samples.len(), &[SMOOTHING]);
-        let new = JointSums::over_moving(samples, all, &self.robot, speeds, &slowest);
+        let new = JointSums::over_moving(samples, all, robot, speeds, &slowest);
         let kept = (1.0 - samples.len() as f64 / count).powf(GROWTH);
         self.sums = std::mem::replace(&mut self.sums, JointSums::zero(n, 1))
             .scaled(kept)
@@ -93,7 +175,7 @@ impl Recursive {
 
     /// Friction that changes its sign over one speed.
     fn friction(&self) -> Friction {
-        Friction::Coulomb(vec![0; self.robot.dof()])
+        Friction::Coulomb(vec![0; self.n])
     }
 
     /// The means over the samples, and over those of before where these are given.
@@ -122,7 +204,7 @@ impl Recursive {
         let Some(weights) = &self.weights else {
             return;
         };
-        let n = self.robot.dof();
+        let n = self.n;
         self.before = Some(Before {
             data: {
                 let data = self.data(weights, self.before.as_ref());
@@ -132,6 +214,14 @@ impl Recursive {
             torques: self.torques(),
         });
         self.sums = JointSums::zero(n, 1);
+        self.forget_kept();
+    }
+
+    /// Searches begin again with the samples to come.
+    fn forget_kept(&mut self) {
+        if let Some(joints) = &mut self.joints {
+            joints.kept = nothing(self.n);
+        }
     }
 
     /// Samples since the load changed, where it has.
@@ -143,10 +233,12 @@ impl Recursive {
     /// Forgets all that was known before the load changed: more than the load did.
     pub fn forget_before(&mut self) {
         self.before = None;
+        self.forget_kept();
     }
 
     /// The robot of these samples; `None` where it cannot be solved for.
     pub fn solve(&mut self) -> Option<Learned> {
+        self.search();
         let (model, weights) = self.solved(self.before.as_ref())?;
         // The residuals of few samples are smaller than those to come.
         if self.since_load().is_none_or(|since| since >= ENOUGH) {
@@ -164,7 +256,8 @@ impl Recursive {
 
     /// The robot, and the weights of the joints after it.
     fn solved(&self, before: Option<&Before>) -> Option<(Learned, Weighting)> {
-        let (n, friction) = (self.robot.dof(), self.friction());
+        let (n, friction) = (self.n, self.friction());
+        let robot = self.robot.as_ref()?;
         let scale = TorqueScale {
             torques: self.torques(),
             accelerations: vec![1.0; n],
@@ -179,7 +272,7 @@ impl Recursive {
         }
         let at = (&values[..], &friction);
         let weights = scale.weighting_at(&self.sums, at, SMALLEST);
-        let motion = motion(&self.robot, &values, &friction, &[SMOOTHING]).ok()?;
+        let motion = motion(robot, &values, &friction, &[SMOOTHING]).ok()?;
         let torques = data.rows.max(1) as f64;
         let strength = STRENGTHS[STRENGTHS.len() - 1];
         let certainty = Certainty::after(&data, torques, &prior, strength, &values);
