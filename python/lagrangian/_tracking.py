@@ -149,7 +149,7 @@ def track(
         rate, limits, (noise, velocity_noise), quantisation, drive_noise=drive_noise, delay=delay, seed=_whole(seed, "seed")
     )
     stiff, damped = ([_real(x, "kp and kd") for x in np.atleast_1d(given)] for given in (kp, kd))
-    other = None if change is None else (_real(change[0], "change"), _model_of(change[1], "change"))
+    other = None if change is None else _change_of(change)
     found = Tracking()
     for speed in np.atleast_1d(speeds):
         for driver, own in zip(DRIVERS, (known, None, robot)):
@@ -168,6 +168,14 @@ def _model_of(given: Model | Estimator, name: str) -> Model:
     if not isinstance(model, Model):
         raise InvalidType(f"{name} is a {type(given).__name__}: give a model, or a plant of lagrangian.plant")
     return model
+
+
+def _change_of(given: Any) -> tuple[float, Model]:
+    if not (isinstance(given, tuple) and len(given) == 2):
+        raise InvalidType(f"change is a {type(given).__name__}: give when, s, and the robot from then on, (20.0, heavier)")
+    if not (at := _real(given[0], "change")) >= 0.0:
+        raise InvalidInput(f"change is at {at} s: give seconds from the start of the motion")
+    return at, _model_of(given[1], "change")
 
 
 def _followed(driver: str, law: Any, found: dict[str, Any], clock: float) -> Followed:

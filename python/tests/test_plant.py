@@ -246,6 +246,12 @@ def test_a_load_is_taken_by_a_robot_that_is_learned_while_it_moves() -> None:
     assert followed.of("feedback", 0.6).record is None
     with pytest.raises(lg.errors.InvalidType, match="change is a float"):
         lg.track(learner, arm, letter, change=(25.0, 2.0))  # type: ignore[arg-type]
+    with pytest.raises(lg.errors.InvalidType, match="give when"):
+        lg.track(learner, arm, letter, change=heavier)  # type: ignore[arg-type]
+    with pytest.raises(lg.errors.InvalidInput, match="change is at -1"):
+        lg.track(learner, arm, letter, change=(-1.0, heavier))
+    with pytest.raises(lg.errors.LagrangianError, match="reference"):
+        lg.track(learner, arm, letter, change=(1.0, plant.load("panda")))
 
 
 def test_a_model_is_learned_while_a_plant_moves() -> None:

@@ -80,6 +80,7 @@ pub fn follow(
 ) -> Result<Followed> {
     control.validate(reference.dof())?;
     refuse_robot(robot, reference)?;
+    change.map_or(Ok(()), |other| refuse_robot(other.robot, reference))?;
     refuse_length(reference, control)?;
     let drive = |controller: &mut dyn Controller| {
         let start = reference.first_state();

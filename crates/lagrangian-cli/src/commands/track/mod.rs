@@ -215,6 +215,10 @@ fn runs(
     control: &LoopConfig,
 ) -> Result<AtSpeed> {
     let reference = reference.faster(speed).map_err(failure::of_data)?;
+    let seconds = reference.end() - reference.start();
+    if robot.change.is_some_and(|change| change.at >= seconds) {
+        note!("note: the motion ends after {seconds} s, before the robot takes its payload");
+    }
     let learned = args.learning.online.is_some();
     let run = |&(key, name, law): &(&'static str, &'static str, ControlLaw)| {
         let clock = Instant::now();

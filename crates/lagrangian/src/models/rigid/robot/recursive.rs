@@ -127,27 +127,23 @@ impl Recursive {
     }
 
     /// Searches for the joints where it is time.
-    fn search(&mut self) -> Option<()> {
-        let joints = self.joints.as_mut()?;
-        if joints.kept.len() < joints.due {
-            return None;
-        }
-        joints.due += joints.due / 2;
-        let kept = joints.kept.clone();
-        let coordinates = joints.coordinates.clone();
-        let dataset = Dataset::from_samples(coordinates, kept.clone(), nothing(self.n)).ok()?;
-        let robot = (joints.search)(&dataset)?;
-        let joints = self.joints.take().filter(|own| own.due <= LAST_SEARCH);
-        *self = Self {
-            joints,
-            ..Self::new(robot)
+    fn search(&mut self) {
+        let Some(mut joints) = self.joints.take_if(|own| own.kept.len() >= own.due) else {
+            return;
         };
-        for first in (0..kept.len()).step_by(BLOCK) {
-            let mut block = nothing(self.n);
-            block.append(&kept, first..kept.len().min(first + BLOCK));
-            self.sum(&block);
+        joints.due += joints.due / 2;
+        let (kept, coordinates) = (joints.kept.clone(), joints.coordinates.clone());
+        let dataset = Dataset::from_samples(coordinates, kept.clone(), nothing(self.n));
+        let robot = dataset.ok().and_then(|dataset| (joints.search)(&dataset));
+        if let Some(robot) = robot {
+            *self = Self::new(robot);
+            for first in (0..kept.len()).step_by(BLOCK) {
+                let mut block = nothing(self.n);
+                block.append(&kept, first..kept.len().min(first + BLOCK));
+                self.sum(&block);
+            }
         }
-        Some(())
+        self.joints = (joints.due <= LAST_SEARCH).then_some(joints);
     }
 
     /// Adds samples to the sums, once the joints are known.
