@@ -109,7 +109,7 @@ def track(
 
     Args:
         model: The model of the controller, or an ``OnlineLearner`` like which a new one learns from nothing during each motion, in lock step
-            with it, by feed-forward.
+            with it, by feed-forward; beside one of known kinematics an estimate of the load in the hand acts.
         robot: The robot that moves: a plant (``lagrangian.plant``), or any other model with forward dynamics.
         reference: The motion, with velocities.
         speeds: How many times as fast it is followed, one or several.
@@ -156,9 +156,10 @@ def track(
             law = (controller, _real(speed, "speeds"), stiff, damped)
             learner = model._core if isinstance(model, OnlineLearner) and driver == "model" else None
             clock = time.perf_counter()
-            loaded = driver == "truth" and other is not None
-            moves, own, then = (other[1], other[1], None) if loaded else (robot, own, other)
-            parts = _lagrangian.follow_reference(own, learner, (moves, then), reference, law, control)
+            robots = (robot, other)
+            if driver == "truth" and other is not None:
+                own, robots = other[1], (other[1], None)
+            parts = _lagrangian.follow_reference(own, learner, robots, reference, law, control)
             found.append(_followed(driver, law, parts, clock))
     return found
 
