@@ -42,12 +42,7 @@ def models(folder: Path) -> dict[str, bytes]:
 def program(*arguments: str, folder: Path) -> subprocess.Popen[str]:
     words = [sys.executable, "-m", "lagrangian.sweep", *arguments]
     own = {**os.environ, "PYTHONPATH": str(Path(lg.__file__).parents[1])}
-    # A shell that starts the tests in the background has them ignore Ctrl-C, which a program inherits.
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        return subprocess.Popen(words, cwd=folder, env=own, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    finally:
-        signal.signal(signal.SIGINT, before)
+    return subprocess.Popen(words, cwd=folder, env=own, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
 def ran(*arguments: str, folder: Path) -> tuple[int, str, str]:

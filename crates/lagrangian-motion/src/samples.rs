@@ -48,6 +48,12 @@ impl Samples {
         }
     }
 
+    /// No samples, of `n` degrees of freedom.
+    #[must_use]
+    pub fn empty(n: usize) -> Self {
+        Self::new(n, Signals::default())
+    }
+
     /// Signals of sample `s`.
     #[must_use]
     pub fn row(&self, s: usize) -> Signals<&[f64]> {
@@ -83,7 +89,7 @@ impl Samples {
     /// At most `count` of the samples, evenly spread: states, accelerations and forces.
     pub fn spread(&self, count: usize) -> Self {
         let every = self.len().div_ceil(count).max(1);
-        let mut spread = Self::new(self.n, Signals::default());
+        let mut spread = Self::empty(self.n);
         for s in (0..self.len()).step_by(every) {
             spread.append(self, s..s + 1);
         }

@@ -12,7 +12,7 @@ use lagrangian_motion::solve::quadratic::Quadratic;
 use lagrangian_motion::statistics::{
     column, deviation, mean, median_size, positive, root_mean_square, size,
 };
-use lagrangian_motion::{Coordinates, Error, Result, Signals, Trajectory};
+use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
 
 pub use momenta::Momenta;
 pub use options::PrepareOptions;
@@ -417,7 +417,7 @@ pub fn shuffle<X>(items: &mut [X], rng: &mut impl rand::Rng) {
 }
 
 fn samples(n: usize, trajectories: &[Trajectory]) -> Result<Samples> {
-    let mut out = Samples::new(n, Signals::default());
+    let mut out = Samples::empty(n);
     for trajectory in trajectories {
         trajectory.validate()?;
         if trajectory.is_empty() {
@@ -524,6 +524,7 @@ fn validate(n: usize, samples: &Samples) -> Result<()> {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
+    use lagrangian_motion::Signals;
 
     fn recording(name: &str, len: usize) -> Trajectory {
         Trajectory::new(

@@ -1,6 +1,6 @@
 //! A model that learns from rows as they arrive.
 
-use super::regression::{Discarded, Regression, WINDOW, nothing};
+use super::regression::{Discarded, Regression, WINDOW};
 use super::watch::Watch;
 use super::{Differentiator, EventKind, Guard, OnlineConfig, Record, Replay, Sample};
 use lagrangian::rigid::RigidBodies;
@@ -69,7 +69,7 @@ impl OnlineLearner {
         Ok(Self {
             differentiator: Differentiator::new(n, window)?,
             replay: Replay::new(n, config.replay, config.seed)?,
-            first: nothing(n),
+            first: Samples::empty(n),
             regression: sums.map(|sums| Regression::new(sums, n)),
             coordinates,
             config,
@@ -147,7 +147,7 @@ impl OnlineLearner {
             q.step_by(every).flatten().copied().collect(),
             qd.step_by(every).flatten().copied().collect(),
         );
-        let data = Dataset::from_samples(self.coordinates.clone(), first, nothing(n))?;
+        let data = Dataset::from_samples(self.coordinates.clone(), first, Samples::empty(n))?;
         let stepper = Stepper::new(&data, &self.config.fit())?;
         self.training = Some(Training {
             good: stepper.parameters().to_vec(),

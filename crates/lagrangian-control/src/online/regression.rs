@@ -63,17 +63,9 @@ struct Rival {
     wins: usize,
 }
 
-/// No samples of `n` coordinates.
-pub(super) fn nothing(n: usize) -> Samples {
-    Samples {
-        n,
-        ..Samples::default()
-    }
-}
-
 /// The samples from this one on, which are taken from the others.
 fn split_off(samples: &mut Samples, first: usize) -> Samples {
-    let mut rest = nothing(samples.n);
+    let mut rest = Samples::empty(samples.n);
     rest.append(samples, first..samples.len());
     let row = samples.n * first;
     let Signals {
@@ -110,14 +102,14 @@ impl Regression {
     pub(super) fn new(sums: Recursive, n: usize) -> Self {
         Self {
             sums,
-            block: nothing(n),
+            block: Samples::empty(n),
             looked: 0,
             strange: None,
             seen: 0,
             model: None,
             scale: Vec::new(),
             usual: Usual::default(),
-            newest: nothing(n),
+            newest: Samples::empty(n),
             found: None,
             rival: Rival::default(),
             fresh: false,
@@ -147,7 +139,7 @@ impl Regression {
             return (false, discarded);
         }
         std::mem::swap(&mut self.block, &mut self.newest);
-        (self.block, self.looked) = (nothing(self.newest.n), 0);
+        (self.block, self.looked) = (Samples::empty(self.newest.n), 0);
         if self.scale.is_empty() {
             let squares = mean_squares(&self.newest.tau, self.newest.n);
             let largest = squares.iter().copied().fold(f64::MIN_POSITIVE, f64::max);

@@ -1,7 +1,7 @@
 //! Triples of neighbouring positions: samples without velocities (theory.md, equation 104).
 
 use lagrangian_motion::Samples;
-use lagrangian_motion::{Coordinates, Error, Result, Signals, Trajectory};
+use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
 use lagrangian_recordings::local_polynomial::median_step;
 
 /// A step longer than this multiple of the median one is a gap: no sample crosses it.
@@ -22,7 +22,7 @@ pub(super) fn all(
         ));
     }
     let n = coordinates.dof();
-    let mut samples = Samples::new(n, Signals::default());
+    let mut samples = Samples::empty(n);
     for trajectory in trajectories {
         trajectory.validate()?;
         if !trajectory.is_empty() {
@@ -85,6 +85,7 @@ fn mean_force(trajectory: &Trajectory, i: usize, range: std::ops::Range<usize>) 
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
+    use lagrangian_motion::Signals;
 
     fn motion(t: Vec<f64>, q: impl Fn(f64) -> f64) -> Trajectory {
         let signals = Signals {

@@ -47,7 +47,7 @@ impl Bags {
 
     /// The data that a member is fitted to.
     pub(super) fn dataset(&self, all: &Dataset, member: usize) -> Dataset {
-        let mut train = Samples::new(all.train.n, Signals::default());
+        let mut train = Samples::empty(all.train.n);
         let mut times = Timeline::default();
         for block in self.drawn[member].iter().map(|&b| self.blocks[b].clone()) {
             if !all.train_times.t.is_empty() {
@@ -114,7 +114,7 @@ fn append(all: &Samples, block: Range<usize>, to: &mut Samples) {
 
 /// A block as a motion; without times where the samples have none.
 pub(super) fn motion(dataset: &Dataset, block: Range<usize>) -> Trajectory {
-    let mut samples = Samples::new(dataset.train.n, Signals::default());
+    let mut samples = Samples::empty(dataset.train.n);
     append(&dataset.train, block.clone(), &mut samples);
     let times = &dataset.train_times.t;
     let t = times.get(block).map(<[f64]>::to_vec).unwrap_or_default();

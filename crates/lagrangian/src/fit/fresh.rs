@@ -34,7 +34,7 @@ fn unit(coordinates: Coordinates) -> Result<Dataset> {
     let samples = Samples::new(n, Signals::default().map(|_, _: ()| both()));
     Ok(Dataset {
         coordinates,
-        validation: Samples::new(n, Signals::default()),
+        validation: Samples::empty(n),
         train: samples,
         forced: true,
         train_times: Default::default(),

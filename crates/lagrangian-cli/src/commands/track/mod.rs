@@ -82,24 +82,27 @@ pub(super) fn run(args: &TrackArgs, mode: OutputMode) -> Result<u8> {
         rate: control.rate,
         runs,
         speeds: &speeds,
-        robot: truth::kinematics(args, model, coordinates),
     };
-    print(args, &report, &gains, mode)?;
+    print((args, model), &report, &gains, mode)?;
     Ok(ended(speeds.iter().find_map(|at| at.lost(whole))))
 }
 
 /// Draws and prints the results.
 fn print(
-    args: &TrackArgs,
+    (args, model): (&TrackArgs, Option<&Learned>),
     report: &page::TrackingReport,
     gains: &AllGains,
     mode: OutputMode,
 ) -> Result<()> {
     let facts = report.facts();
-    args.output.draw(|| Report {
-        figures: report.figures(),
-        animations: report.film().into_iter().collect(),
-        ..facts.clone()
+    args.output.draw(|| {
+        let robot = truth::kinematics(args, model, report.coordinates);
+        let film = robot.and_then(|robot| report.film(&robot));
+        Report {
+            figures: report.figures(),
+            animations: film.into_iter().collect(),
+            ..facts.clone()
+        }
     })?;
     let figures = json!({
         "command": "track",

@@ -25,8 +25,6 @@ pub(super) struct TrackingReport<'a> {
     pub(super) runs: &'a [Run],
     /// The runs at all speeds, the first of which are `runs`.
     pub(super) speeds: &'a [AtSpeed],
-    /// What is drawn in motion, where it is known.
-    pub(super) robot: Option<RigidBodies>,
 }
 
 /// A figure of each joint: its name, and its values in a run.
@@ -152,12 +150,12 @@ impl TrackingReport<'_> {
         (0..self.coordinates.dof()).flat_map(both).collect()
     }
 
-    /// The robot along the reference, and as each driver moves it.
-    pub(super) fn film(&self) -> Option<Animation> {
+    /// This robot along the reference, and as each driver moves it.
+    pub(super) fn film(&self, robot: &RigidBodies) -> Option<Animation> {
         let reference = Motion::new("reference", Role::Truth, self.reference.samples());
         let driven = self.runs.iter().map(|run| follower(run).0);
         let motions: Vec<Motion> = std::iter::once(reference).chain(driven).collect();
-        robot_in_motion(self.robot.as_ref()?, "The robot", &motions)
+        robot_in_motion(robot, "The robot", &motions)
     }
 
     fn errors(&self) -> Table {

@@ -292,13 +292,10 @@ fn ridge(data: &Quadratic, all: &Quadratic) -> Option<Vec<f64>> {
 /// At most `most` samples, evenly spaced.
 fn evenly(samples: &Samples, most: usize) -> Samples {
     let count = samples.len().min(most);
-    let mut signals: lagrangian_motion::Signals = lagrangian_motion::Signals::default();
+    let mut kept = Samples::empty(samples.n);
     for k in 0..count {
-        let row = samples.row(k * samples.len() / count.max(1));
-        signals.q.extend_from_slice(row.q);
-        signals.qd.extend_from_slice(row.qd);
-        signals.qdd.extend_from_slice(row.qdd);
-        signals.tau.extend_from_slice(row.tau);
+        let row = k * samples.len() / count.max(1);
+        kept.append(samples, row..row + 1);
     }
-    Samples::new(samples.n, signals)
+    kept
 }

@@ -13,7 +13,7 @@ use lagrangian_mechanics::rigid::consistent::{Prior, minimise};
 use lagrangian_mechanics::rigid::joint_sums::{Friction, JointSums, TorqueScale, Weighting};
 use lagrangian_mechanics::rigid::regressor::PER_BODY;
 use lagrangian_motion::solve::quadratic::Quadratic;
-use lagrangian_motion::{Coordinates, Samples, Signals};
+use lagrangian_motion::{Coordinates, Samples};
 
 /// A sample k of N weighs (k / N) to this power.
 const GROWTH: f64 = 2.0;
@@ -51,11 +51,6 @@ pub struct Recursive {
     before: Option<Before>,
 }
 
-/// No samples of `n` coordinates.
-fn nothing(n: usize) -> Samples {
-    Samples::new(n, Signals::default())
-}
-
 /// What was known before the load changed.
 struct Before {
     /// Means of all bodies but the last, of rotors and of friction.
@@ -90,7 +85,7 @@ impl Recursive {
         let joints = Joints {
             search,
             coordinates: coordinates.clone(),
-            kept: nothing(n),
+            kept: Samples::empty(n),
             due: FIRST_SEARCH,
         };
         Self {
@@ -132,14 +127,14 @@ impl Recursive {
             return;
         };
         joints.due += joints.due / 2;
-        let (kept, coordinates) = (joints.kept.clone(), joints.coordinates.clone());
-        let dataset = Dataset::from_samples(coordinates, kept.clone(), nothing(self.n));
+        let (kept, coordinates) = (&joints.kept, joints.coordinates.clone());
+        let dataset = Dataset::from_samples(coordinates, kept.clone(), Samples::empty(self.n));
         let robot = dataset.ok().and_then(|dataset| (joints.search)(&dataset));
         if let Some(robot) = robot {
             *self = Self::new(robot);
             for first in (0..kept.len()).step_by(BLOCK) {
-                let mut block = nothing(self.n);
-                block.append(&kept, first..kept.len().min(first + BLOCK));
+                let mut block = Samples::empty(self.n);
+                block.append(kept, first..kept.len().min(first + BLOCK));
                 self.sum(&block);
             }
         }
@@ -216,7 +211,7 @@ impl Recursive {
     /// Searches begin again with the samples to come.
     fn forget_kept(&mut self) {
         if let Some(joints) = &mut self.joints {
-            joints.kept = nothing(self.n);
+            joints.kept = Samples::empty(self.n);
         }
     }
 
