@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use lagrangian::check::CHECKED;
-use lagrangian::trajectory::{Sampling, Signal, thin};
+use lagrangian::trajectory::{Sampling, Signal, stops, thin};
 use lagrangian::{
     CheckOptions, CheckReport, Estimate, EstimateOptions, Layout, PrepareOptions, Recording,
     Trajectory, prepared,
@@ -267,6 +267,9 @@ pub(crate) fn estimated(
     recordings: Vec<Recording>,
     options: &EstimateOptions,
 ) -> Result<(Vec<Trajectory>, Vec<Estimate>)> {
+    for stop in stops(&recordings) {
+        note!("note: {stop}: the samples there are left out");
+    }
     Ok(prepared::estimated(recordings, options).context(
         "cannot use the data",
         "`lagrangian check` shows what is wrong with them",

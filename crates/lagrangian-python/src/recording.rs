@@ -93,6 +93,7 @@ pub(crate) fn recording(motion: &Bound<'_, PyAny>) -> PyResult<Recording> {
         },
         unwrapped: vec![0; n],
         sampled: None,
+        breaks: Vec::new(),
         coordinates,
     })
 }

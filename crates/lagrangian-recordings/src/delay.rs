@@ -68,7 +68,7 @@ impl Recording {
     }
 
     /// Keeps only the samples `rows`.
-    fn keep(&mut self, rows: &[usize]) {
+    pub(super) fn keep(&mut self, rows: &[usize]) {
         let (n, len) = (self.dof(), self.len());
         self.t = rows.iter().map(|&k| self.t[k]).collect();
         self.signals.keep(n, rows);

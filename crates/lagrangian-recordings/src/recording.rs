@@ -27,6 +27,8 @@ pub struct Recording {
     pub unwrapped: Vec<usize>,
     /// Facts about the whole recording, of which only a sample may have been kept.
     pub sampled: Option<Sampled>,
+    /// Times at which a new piece begins, ascending, s: the motion has no derivative just before.
+    pub breaks: Vec<f64>,
 }
 
 impl Deref for Recording {
@@ -77,6 +79,7 @@ impl Recording {
             signals,
             columns: Columns::default(),
             sampled: None,
+            breaks: Vec::new(),
         }
     }
 

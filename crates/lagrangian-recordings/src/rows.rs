@@ -63,6 +63,7 @@ impl Partial {
             columns,
             unwrapped: vec![0; n],
             sampled: Some(Sampled::new()),
+            breaks: Vec::new(),
         };
         Self {
             recording,

@@ -268,8 +268,8 @@ pub fn thin(recordings: &mut Vec<Recording>, sampling: &Sampling) {
 }
 
 impl Recording {
-    /// Like [`Recording::into_trajectory`], but each run of a sample becomes a separate trajectory:
-    /// windows are chosen for all runs together, and half a window is omitted beside each cut.
+    /// Like [`Recording::into_trajectory`], but each run of a sample, and each piece between [`Recording::breaks`], becomes a separate
+    /// trajectory: windows are chosen for all together, and half a window is omitted beside each cut of a sample.
     ///
     /// # Errors
     /// As [`Recording::into_trajectory`].
@@ -277,13 +277,18 @@ impl Recording {
         self,
         options: &EstimateOptions,
     ) -> Result<(Vec<Trajectory>, Vec<Estimate>)> {
-        let kept = self.kept();
+        let (kept, breaks) = (self.kept(), self.breaks.clone());
         let (whole, estimates) = self.into_trajectory(options)?;
-        if kept.is_empty() {
-            return Ok((vec![whole], estimates));
-        }
         let window = estimates.iter().map(|e| e.window).max().unwrap_or(0);
-        Ok((pieces(&whole, &kept, window / 2), estimates))
+        let own = match kept.is_empty() {
+            true => vec![whole],
+            false => pieces(&whole, &kept, window / 2),
+        };
+        let each = own.into_iter();
+        Ok((
+            each.flat_map(|own| between(own, &breaks)).collect(),
+            estimates,
+        ))
     }
 
     /// The runs of rows in time, if only a sample was kept.
@@ -318,6 +323,30 @@ struct Kept {
     end: f64,
     cut_before: bool,
     cut_after: bool,
+}
+
+/// The pieces of a motion between breaks.
+fn between(whole: Trajectory, breaks: &[f64]) -> Vec<Trajectory> {
+    let (Some(&begin), Some(&last)) = (whole.t.first(), whole.t.last()) else {
+        return vec![whole];
+    };
+    let inner: Vec<f64> = breaks
+        .iter()
+        .copied()
+        .filter(|t| *t > begin && *t <= last)
+        .collect();
+    if inner.is_empty() {
+        return vec![whole];
+    }
+    let begins: Vec<f64> = std::iter::once(begin).chain(inner).collect();
+    let ends = begins[1..].iter().copied().chain([f64::INFINITY]);
+    let runs = begins.iter().zip(ends).map(|(&begin, next)| Kept {
+        begin,
+        end: next.next_down(),
+        cut_before: false,
+        cut_after: false,
+    });
+    pieces(&whole, &runs.collect::<Vec<_>>(), 0)
 }
 
 /// The motions of these runs, without `margin` samples beside each cut.

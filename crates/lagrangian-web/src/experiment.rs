@@ -113,5 +113,6 @@ pub(crate) fn recording(motion: Trajectory, coordinates: &Coordinates) -> Record
         },
         unwrapped: vec![0; n],
         sampled: None,
+        breaks: Vec::new(),
     }
 }

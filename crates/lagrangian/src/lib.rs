@@ -98,7 +98,7 @@ pub mod trajectory {
     pub use lagrangian_recordings::{
         Columns, Constant, DriveLayout, Estimate, EstimateOptions, Format, Layout, Links,
         PackageFormat, Polar, Readings, Recording, Renamed, Sampled, Sampling, Simulated, Source,
-        Table, TimeStep, csv, derivatives, longest_piece, thin,
+        Table, TimeStep, csv, derivatives, longest_piece, stops, thin,
     };
 }
 
@@ -131,7 +131,7 @@ pub mod mechanics {
 /// The check of recordings before a fit.
 pub mod check {
     pub use lagrangian_recordings::check::{
-        CHECKED, CheckOptions, CheckReport, Claim, Item, ShownItem, Verdict, check,
+        CHECKED, CheckOptions, CheckReport, Claim, IMPACTS, Item, ShownItem, Verdict, check,
         check_validation,
     };
 }

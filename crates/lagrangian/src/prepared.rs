@@ -13,7 +13,9 @@ use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
 use lagrangian_recordings::check::{
     CONSTRAINTS, CheckOptions, CheckReport, Item, NOISY_FORCES, Verdict, check, check_validation,
 };
-use lagrangian_recordings::{Estimate, EstimateOptions, Recording, Sampling, are_smooth};
+use lagrangian_recordings::{
+    Estimate, EstimateOptions, Recording, Sampling, are_smooth, between_stops,
+};
 
 impl PrepareOptions {
     /// The low-pass that the check of the data suggests, where noise spoils the accelerations and the options name none.
@@ -135,6 +137,9 @@ impl Prepared {
         same_coordinates(&training, &validation)?;
         let mut check = checked(&training, &estimates)?;
         check.items.extend(doubts(&training, &validation)?);
+        let count = training.len();
+        let mut training = between_stops(training.into_iter().chain(validation).collect());
+        let validation = training.split_off(count);
         let ready = |recordings| Ready::new(recordings, spec, (&check, &estimates));
         let may_shift = options.delay.is_empty() && training.iter().any(|r| !r.tau.is_empty());
         let spare = may_shift.then(|| (training.clone(), validation.clone()));
@@ -358,11 +363,13 @@ fn same_coordinates(training: &[Recording], validation: &[Recording]) -> Result<
     }
 }
 
-/// Makes trajectories of recordings, with the methods by which their signals were estimated.
+/// Makes trajectories of recordings, with the methods by which their signals were estimated. What lies between impacts with a stop is
+/// a motion of its own.
 ///
 /// # Errors
 /// As [`Recording::into_trajectories`].
 pub fn estimated(recordings: Vec<Recording>, options: &EstimateOptions) -> Result<Estimated> {
+    let recordings = between_stops(recordings);
     let (mut trajectories, mut estimates) = (Vec::new(), Vec::new());
     let windowed = options.low_pass.is_some() || options.window.is_some();
     let options = EstimateOptions {

@@ -44,7 +44,7 @@ use errors::add_torques;
 use inertia::torque_noise;
 use predictable::predictable_seconds;
 use restarts::Short;
-use valid_time::differences;
+use valid_time::{differences, least_variances};
 
 /// The normalised error at which a prediction is no longer valid.
 pub const THRESHOLD: f64 = 0.5;
@@ -229,12 +229,9 @@ pub fn score_predictions(
     predictions: &Predictions,
     options: &RolloutOptions,
 ) -> Result<Score> {
-    let one_step = one_step(
-        model,
-        trajectories,
-        &predictions.accelerations,
-        options.stop,
-    );
+    let accelerations = &predictions.accelerations;
+    let least = least_variances(trajectories, model.coordinates());
+    let one_step = one_step(model, trajectories, accelerations, &least, options.stop);
     let pairs = trajectories.iter().zip(&predictions.rollouts);
     let rollouts = pairs.map(|(truth, prediction)| followed(model, truth, prediction));
     let rollouts = rollouts.collect::<Result<Vec<RolloutScore>>>()?;
@@ -276,14 +273,15 @@ pub fn score_samples(model: &dyn Model, samples: &[Trajectory]) -> Result<Score>
         let accelerations = moves.then(|| accelerations(model, own, Stop::default()));
         predicted.push(accelerations.flatten());
     }
-    Ok(one_step(model, samples, &predicted, Stop::default()))
+    Ok(one_step(model, samples, &predicted, &[], Stop::default()))
 }
 
-/// The errors of single samples.
+/// The errors of single samples; the variances of the accelerations count as these at least, `[n]` or none.
 fn one_step(
     model: &dyn Model,
     trajectories: &[Trajectory],
     accelerations: &[Option<Accelerations>],
+    least: &[f64],
     stop: Stop,
 ) -> Score {
     let n = model.coordinates().dof();
@@ -298,7 +296,7 @@ fn one_step(
     for trajectory in trajectories {
         add_torques(model, trajectory, stop, &mut torque);
     }
-    let acceleration = acceleration.finish();
+    let acceleration = acceleration.finish_with(least);
     let noise = |error: &SignalError| estimate_noise(trajectories, error);
     Score {
         samples: trajectories.iter().map(Trajectory::len).sum(),

@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 
 use anyhow::Result;
+use lagrangian::check::IMPACTS;
+use lagrangian::mechanics::Quantities as _;
 use lagrangian::models::Parameter;
 use lagrangian::score::Assessment;
 use lagrangian::text::counted;
@@ -138,6 +140,13 @@ fn note_result(folder: &RunFolder, fit: &Fit, assessment: &Assessment) {
         note!("  {:<20} {:>10.3e}{error} {}", p.name, p.value, p.unit);
     }
     note!("{}", verdict::text(assessment).trim_end());
+    let still = vec![0.0; fit.model.coordinates().dof()];
+    if fit.model.energy(&still, &still).is_err() {
+        let family = fit.model.family();
+        note!(
+            "  {family} tells accelerations alone: it has no Lagrangian, and no energy that could be kept (--model lnn has)"
+        );
+    }
     note!("page:  {}", folder.file(REPORT).display());
 }
 
@@ -239,6 +248,10 @@ fn read(args: &FitArgs) -> Result<Data> {
 /// Reports the chosen settings and the estimates; remedies name flags.
 fn note_prepared(prepared: &mut Prepared) {
     data::with_remedies(&mut prepared.check);
+    let items = prepared.check.items.iter();
+    for item in items.filter(|item| item.name == IMPACTS) {
+        note!("note: {}", item.finding);
+    }
     if let Some(delay) = &prepared.delay {
         note!("note: {} (--delay overrides it, 0 for none)", delay.reason);
     }

@@ -33,7 +33,7 @@ pub use repeated::check_validation;
 use serde::Serialize;
 pub use signals::LARGEST;
 
-use crate::Recording;
+use crate::{Recording, Stop, between_stops, stops};
 use lagrangian_motion::counted;
 use lagrangian_motion::{Signal, Topology};
 
@@ -107,6 +107,11 @@ const RESERVATIONS: [&str; 8] = [
     "velocity",
 ];
 
+/// The part of the forces that must be unexplained before a delay is said to be what a model misses, and that before no model without
+/// it is good.
+const MATTERS: f64 = 0.005;
+const DECIDES: f64 = 0.03;
+
 impl Item {
     /// Whether the finding says that values are wrong, and not only few or noisy.
     #[must_use]
@@ -124,7 +129,25 @@ impl Item {
     /// Whether the finding would explain that a model falls short, which may be right all the same.
     #[must_use]
     pub fn explains(&self) -> bool {
-        self.verdict > Verdict::Pass && ["dead zone", "delay"].contains(&self.name)
+        let own = self.verdict > Verdict::Pass && ["dead zone", "delay"].contains(&self.name);
+        own && self
+            .left()
+            .is_none_or(|[with, without]| without > MATTERS && without > 2.0 * with)
+    }
+
+    /// Whether the finding is so large that no model without it can be good.
+    #[must_use]
+    pub fn decides(&self) -> bool {
+        let much = |[with, without]: [f64; 2]| without > DECIDES && without > 3.0 * with;
+        self.explains() && self.left().is_some_and(much)
+    }
+
+    /// The parts of the forces that a delay leaves unexplained, and that no delay does.
+    fn left(&self) -> Option<[f64; 2]> {
+        let left = |name| self.values.get(name).map(|explained: &f64| 1.0 - explained);
+        left("explained")
+            .zip(left("explained_without"))
+            .map(|(a, b)| [a, b])
     }
 
     /// The trajectory that the item is about.
@@ -326,6 +349,9 @@ pub fn check(recordings: &[Recording], options: &CheckOptions) -> CheckReport {
 /// Largest number of trajectories that are checked one by one: each has a dozen findings.
 const MOST_CHECKED: usize = 20_000;
 
+/// Name of the items about stops that are hit.
+pub const IMPACTS: &str = "impacts";
+
 /// Name of the item which reports that not all trajectories were checked.
 pub const CHECKED: &str = "checked";
 
@@ -349,12 +375,19 @@ fn check_all(recorded: &[Recording], options: &CheckOptions) -> CheckReport {
         owned = repaired.into_iter().map(Cow::into_owned).collect();
         recordings = &owned;
     }
+    let stops = stops(recordings);
+    let free: Vec<Recording>;
+    if !stops.is_empty() {
+        free = between_stops(recordings.to_vec());
+        recordings = &free;
+    }
     let swings = swings_of_all(recordings);
     let mut items = vec![
         length(recordings, swings),
         coverage::coverage(recordings, swings),
         same_coordinates(recordings),
     ];
+    items.extend(stops.iter().map(impacts));
     items.extend(signals::excitation(recordings));
     items.extend(repeated::items(recordings));
     items.extend(dependent::items(recordings));
@@ -391,6 +424,17 @@ fn check_all(recorded: &[Recording], options: &CheckOptions) -> CheckReport {
         items.extend(own.into_iter().map(|item| item.of(recording)));
     }
     CheckReport { items }
+}
+
+/// What is left out at a stop.
+fn impacts(stop: &Stop) -> Item {
+    let finding = format!(
+        "{stop}: the samples there are left out, and what lies between is fitted as free motion, without the stop"
+    );
+    let remedy = "predict from one impact to the next; to learn all of it without impacts, record smaller motions";
+    Item::warn(IMPACTS, finding, remedy)
+        .value("at", stop.at)
+        .value("hits", stop.hits as f64)
 }
 
 /// Findings about all recordings together; `errors` scales the number of standard errors that they need.

@@ -173,7 +173,7 @@ pub(super) fn sample(recording: &Recording) -> Option<Item> {
     Some(item.value("kept", rows as f64))
 }
 
-/// Gaps: long steps of time, except where rows were skipped; of skipped rows only the longest step is known.
+/// Gaps: long steps of time, except at breaks and where rows were skipped; of skipped rows only the longest step is known.
 fn gaps(recording: &Recording) -> Item {
     let (t, part) = (&recording.t, recording.part());
     let step = median_step(t);
@@ -181,7 +181,8 @@ fn gaps(recording: &Recording) -> Item {
         let runs = part.runs(t.len());
         runs.iter().map(|run| run.end.saturating_sub(1)).collect()
     });
-    let is_cut = |k: usize| cuts.binary_search(&k).is_ok();
+    let begins = |t: f64| recording.breaks.iter().any(|b| b.total_cmp(&t).is_eq());
+    let is_cut = |k: usize| cuts.binary_search(&k).is_ok() || begins(t[k + 1]);
     let own = t.windows(2).enumerate();
     let own = own.filter(|(k, w)| w[1] - w[0] > GAP * step && !is_cut(*k));
     let mut gaps: Vec<(f64, f64)> = own.map(|(_, w)| (w[0], w[1] - w[0])).collect();

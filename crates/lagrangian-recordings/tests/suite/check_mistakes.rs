@@ -90,6 +90,7 @@ fn recording(name: String, coordinates: Coordinates, t: Vec<f64>, signals: Signa
         columns,
         unwrapped: vec![0; n],
         sampled: None,
+        breaks: Vec::new(),
         coordinates,
     }
 }

@@ -53,6 +53,7 @@ fn recording(t: Vec<f64>, q: Vec<f64>, qd: Option<Vec<f64>>) -> Recording {
         columns,
         unwrapped: vec![0],
         sampled: None,
+        breaks: Vec::new(),
         signals: Signals {
             q,
             qd: qd.unwrap_or_default(),

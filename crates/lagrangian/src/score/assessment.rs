@@ -99,7 +99,7 @@ impl Assessment {
     pub fn of_checked(self, check: &CheckReport) -> Self {
         let mut doubts: Vec<Reason> = Vec::new();
         let short = self.verdict > Grade::Good;
-        let is_said = |item: &&Item| item.doubtful || short && item.explains();
+        let is_said = |item: &&Item| item.doubtful || item.decides() || short && item.explains();
         for item in check.items.iter().filter(is_said) {
             let what = if item.doubtful {
                 "the data look wrong"

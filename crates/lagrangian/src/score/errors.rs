@@ -15,7 +15,8 @@ pub struct SignalError {
     /// Mean squared error, `[n]`, in the square of the signal's unit.
     pub mse: Vec<f64>,
     /// Mean squared error divided by the variance of the signal, `[n]`: 1 is as good as predicting the mean. Not finite for
-    /// a signal that is constant.
+    /// a signal that is constant, but that of an acceleration counts at least as the square of the one with which the velocity crosses its
+    /// deviation within a motion.
     pub nmse: Vec<f64>,
     /// Mean squared error of all coordinates together: the sum of `mse`, as results of `characters` are given.
     pub mse_sum: f64,
@@ -153,12 +154,20 @@ impl Errors {
     }
 
     pub(crate) fn finish(self) -> Option<SignalError> {
+        self.finish_with(&[])
+    }
+
+    /// The errors, where variances count as these at least, `[n]` or none.
+    pub(crate) fn finish_with(self, least: &[f64]) -> Option<SignalError> {
         let n = self.squared.len();
         if self.truth.is_empty() {
             return None;
         }
         let count = (self.truth.len() / n) as f64;
         let mse: Vec<f64> = self.squared.iter().map(|s| s / count).collect();
-        Some(SignalError::new(mse, &variances(&self.truth, n)))
+        let mut variances = variances(&self.truth, n);
+        let pairs = variances.iter_mut().zip(least);
+        pairs.for_each(|(own, least)| *own = own.max(*least));
+        Some(SignalError::new(mse, &variances))
     }
 }

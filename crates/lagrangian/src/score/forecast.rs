@@ -1,12 +1,15 @@
 //! The error of predictions a short time ahead, and what new motions can expect.
 
+use std::f64::consts::TAU;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Serialize;
 
+use super::errors::accelerations_at;
 use super::predictable::natural_period;
 use super::restarts::{RESTARTS, Short, predictions};
-use super::valid_time::{NormalisedError, deviations, differences, without_rest};
+use super::valid_time::{NormalisedError, deviations, differences, widest_angle, without_rest};
 use lagrangian_mechanics::dynamics::Model;
 use lagrangian_mechanics::rollout::{Hold, Rollout, RolloutOptions};
 use lagrangian_motion::statistics::{deviation, mean, median};
@@ -32,6 +35,11 @@ const NOISE_MORE: f64 = 2.0;
 const FEW: usize = 4;
 /// Errors below this part of the deviation are as good as none.
 const SLIGHT: f64 = 1e-3;
+/// States at which it is looked whether a coordinate is an angle, and the parts of the largest acceleration by which those after a turn
+/// and after half a turn differ.
+const STATES: usize = 64;
+const SAME: f64 = 1e-6;
+const OTHER: f64 = 1e-3;
 /// The error of a prediction that ends early, and the largest of all, in deviations.
 const LOST: f64 = 10.0;
 
@@ -96,6 +104,7 @@ impl Forecast {
         };
         let ahead = match self.seconds == AHEAD {
             true => "half a second".into(),
+            false if self.seconds < 0.1 => format!("{:.3} ms", 1e3 * self.seconds),
             false => format!("{:.2} s", self.seconds),
         };
         format!(
@@ -165,9 +174,17 @@ pub(super) fn forecast(
         return Ok(None);
     }
     let q: Vec<f64> = motions.iter().flat_map(|m| &m.q).copied().collect();
+    let mut sigma = deviations(coordinates, &q);
+    for (sigma, turns) in sigma.iter_mut().zip(turning(model, motions)) {
+        *sigma = if turns {
+            sigma.min(widest_angle())
+        } else {
+            *sigma
+        };
+    }
     let spread = Spread {
         coordinates,
-        sigma: without_rest(deviations(coordinates, &q), motions),
+        sigma: without_rest(sigma, motions),
     };
     let (mut hold, mut nominal) = (Hold::Previous, &short.predictions);
     let mut errors = spread.errors(truths, nominal);
@@ -196,6 +213,41 @@ pub(super) fn forecast(
         range: [0.0; 2],
     };
     Ok((!options.stop.is_asked()).then(|| forecast.with_range()))
+}
+
+/// Whether each coordinate is an angle for the model, as the joint of a chain that was not declared as one: a whole turn changes no
+/// acceleration, and half of one does. How far it has turned in all says nothing of an error.
+fn turning(model: &dyn Model, motions: &[Trajectory]) -> Vec<bool> {
+    let n = model.coordinates().dof();
+    let (mut q, mut qd, mut tau) = (Vec::new(), Vec::new(), Vec::new());
+    for motion in motions {
+        let every = (motion.len() * motions.len()).div_ceil(STATES).max(1);
+        for k in (0..motion.len()).step_by(every) {
+            let row = motion.signals.row(n, k);
+            q.extend_from_slice(row.q);
+            qd.extend_from_slice(row.qd);
+            match row.tau.is_empty() {
+                true => tau.resize(q.len(), 0.0),
+                false => tau.extend_from_slice(row.tau),
+            }
+        }
+    }
+    let at = |i: usize, turn: f64| {
+        let mut q = q.clone();
+        q.iter_mut().skip(i).step_by(n).for_each(|q| *q += turn);
+        accelerations_at(model, [&q, &qd, &tau])
+    };
+    let still = accelerations_at(model, [&q, &qd, &tau]);
+    let apart = |a: &[f64], b: &[f64]| {
+        let differences = a.iter().zip(b).map(|(a, b)| (a - b).abs());
+        differences.fold(0.0, f64::max)
+    };
+    let size = still.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let turns = |i: usize| {
+        let [whole, half] = [1.0, 0.5].map(|part| apart(&at(i, part * TAU), &still));
+        whole < SAME * size && half > OTHER * size
+    };
+    (0..n).map(turns).collect()
 }
 
 /// The logarithm of the error in each motion, from the squared errors of its parts.

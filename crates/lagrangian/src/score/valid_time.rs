@@ -1,6 +1,6 @@
 //! The time for which a prediction stayed valid (theory.md, equation 26).
 
-use lagrangian_motion::statistics::root_mean_square;
+use lagrangian_motion::statistics::{mean, positive, root_mean_square};
 use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
 
 /// The time for which a prediction stayed valid.
@@ -19,8 +19,9 @@ pub struct ValidTime {
 ///
 /// exceeds `threshold` (0.5 is usual), with σᵢ the standard deviation of component i of the truth over time
 /// (Vlachas et al., Neural Networks 126, 2020, equation 17). Angles are compared on the circle, and their σ is at
-/// most that of the uniform distribution there, π/√3; a component that does not move has σ = 1, and a coordinate that deviates by less than
-/// twice its known standard error does not count.
+/// most that of the uniform distribution there, π/√3; a component that does not move has σ = 1, a coordinate that deviates by less than
+/// twice its known standard error does not count, and a velocity that hardly changes has that with which its position crosses σ within the
+/// motion.
 ///
 /// A prediction that ends before the truth is invalid from there on.
 ///
@@ -90,13 +91,12 @@ pub(super) struct NormalisedError<'a> {
 
 impl<'a> NormalisedError<'a> {
     pub(super) fn new(truth: &Trajectory, coordinates: &'a Coordinates) -> Self {
-        let n = coordinates.dof();
         let sigma_q = deviations(coordinates, &truth.q);
         Self {
             coordinates,
             moving: without_rest(sigma_q.clone(), std::slice::from_ref(truth)),
             sigma_q,
-            sigma_qd: (0..n).map(|i| deviation(&truth.qd, n, i)).collect(),
+            sigma_qd: of_velocities(truth, coordinates),
         }
     }
 
@@ -113,6 +113,36 @@ impl<'a> NormalisedError<'a> {
         let count = moving.clone().count();
         (moving.map(component).sum::<f64>() / (2 * count) as f64).sqrt()
     }
+}
+
+/// Deviation of each velocity, `[n]`: of one that hardly changes that with which its position crosses its own within the motion.
+fn of_velocities(truth: &Trajectory, coordinates: &Coordinates) -> Vec<f64> {
+    let (n, seconds) = (truth.dof(), duration(truth));
+    let own = |i: usize| {
+        let crosses = spread(&truth.q, n, i).min(widest(coordinates, i)) / seconds;
+        positive(spread(&truth.qd, n, i).max(crosses))
+    };
+    (0..n).map(own).collect()
+}
+
+/// The squares of the accelerations with which velocities, or positions, cross their deviations within motions, mean over these, `[n]`:
+/// where something falls the acceleration is constant, and errors in parts of its variance say nothing.
+pub(super) fn least_variances(motions: &[Trajectory], coordinates: &Coordinates) -> Vec<f64> {
+    let n = coordinates.dof();
+    let square = |motion: &Trajectory, i: usize| {
+        let seconds = duration(motion);
+        let position = spread(&motion.q, n, i).min(widest(coordinates, i));
+        (spread(&motion.qd, n, i).max(position / seconds) / seconds).powi(2)
+    };
+    let own = |i: usize| mean(&mut motions.iter().map(|motion| square(motion, i)));
+    (0..n).map(own).collect()
+}
+
+/// From the first sample to the last, s.
+fn duration(motion: &Trajectory) -> f64 {
+    let ends = motion.t.last().zip(motion.t.first());
+    ends.map_or(0.0, |(last, first)| last - first)
+        .max(f64::MIN_POSITIVE)
 }
 
 /// Deviations with ∞ for each coordinate that rests but for its noise, as the mark of a pivot does: there is nothing to predict.
@@ -151,15 +181,31 @@ pub(super) fn differences(
 /// Deviation of each coordinate of positions `[m, n]`, on the circle at most that of the uniform distribution there, `[n]`.
 pub(super) fn deviations(coordinates: &Coordinates, q: &[f64]) -> Vec<f64> {
     let n = coordinates.dof();
-    let most = |i| match coordinates.is_circle(i) {
-        true => std::f64::consts::PI / 3.0_f64.sqrt(),
+    (0..n)
+        .map(|i| deviation(q, n, i).min(widest(coordinates, i)))
+        .collect()
+}
+
+/// The largest deviation of a coordinate.
+fn widest(coordinates: &Coordinates, i: usize) -> f64 {
+    match coordinates.is_circle(i) {
+        true => widest_angle(),
         false => f64::INFINITY,
-    };
-    (0..n).map(|i| deviation(q, n, i).min(most(i))).collect()
+    }
+}
+
+/// The deviation of an angle that takes all values alike.
+pub(super) fn widest_angle() -> f64 {
+    std::f64::consts::PI / 3.0_f64.sqrt()
 }
 
 /// Standard deviation of component i of `[len, n]` values, 1 where it does not vary.
 pub(super) fn deviation(values: &[f64], n: usize, i: usize) -> f64 {
+    positive(spread(values, n, i))
+}
+
+/// Standard deviation of component i of `[len, n]` values, 0 where it varies by rounding alone.
+fn spread(values: &[f64], n: usize, i: usize) -> f64 {
     let component = || values.iter().skip(i).step_by(n);
     let count = (values.len() / n) as f64;
     let mean = component().sum::<f64>() / count;
@@ -167,6 +213,6 @@ pub(super) fn deviation(values: &[f64], n: usize, i: usize) -> f64 {
     if variance > 1e-24 * (1.0 + mean * mean) {
         variance.sqrt()
     } else {
-        1.0
+        0.0
     }
 }

@@ -6,11 +6,12 @@ use lagrangian::dataset::random_starts;
 use lagrangian::mechanics::Quantities;
 use lagrangian::models::WrittenLaw;
 use lagrangian::rollout::{free, rollout_many, sines, times};
+use lagrangian::score::{Assessment, Grade};
 use lagrangian::train::FitSpec;
 use lagrangian::{
     Budget, Coordinates, Dataset, Distilled, Fit, FitConfig, Learned, LnnConfig, Prepared,
     Provenance, Recording, RolloutOptions, SavedModel, Signals, TrainingTask, Trajectory, distil,
-    fit, split,
+    fit, score, split,
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -61,6 +62,65 @@ fn the_law_of_a_pendulum_is_found_with_its_standard_error() {
         assert!(off < 5.0 * error && error < 0.02, "{off} {error}");
         assert!(written.latex.contains(r"\cos(q_{1})"), "{}", written.latex);
     }
+}
+
+/// The law and the verdict of motions of one coordinate with a known height, `[t, height]` each.
+fn of_heights(motions: Vec<Vec<[f64; 2]>>) -> (WrittenLaw, Grade) {
+    let recording = |motion: Vec<[f64; 2]>| {
+        let [t, q] = [0, 1].map(|at| motion.iter().map(|row| row[at]).collect());
+        let signals = Signals {
+            q,
+            ..Signals::default()
+        };
+        Recording::new("throw", Coordinates::lines(1), t, signals)
+    };
+    let recordings = motions.into_iter().map(recording).collect();
+    let spec = FitSpec::of("formula");
+    let prepared = Prepared::new(recordings, Vec::new(), &spec).unwrap();
+    let candidates = FitConfig::candidates(&prepared.dataset, &prepared.estimates, &spec).unwrap();
+    let fit = fit(&prepared.dataset, &candidates[0].config, None, &mut ()).unwrap();
+    let score = score(&fit.model, &prepared.motions, &RolloutOptions::truth()).unwrap();
+    let assessment = Assessment::new(&fit.model, &prepared.motions, &score);
+    (fit.model.written().unwrap(), assessment.verdict)
+}
+
+#[test]
+fn the_law_of_what_is_thrown_is_found_though_its_acceleration_is_constant() {
+    let throw = |k: u32| -> Vec<[f64; 2]> {
+        let (height, speed) = (0.3 * f64::from(k), 1.0 + 0.8 * f64::from(k));
+        let times = (0..80).map(|s| 0.01 * f64::from(s));
+        times
+            .map(|t| [t, height + speed * t - 0.5 * 9.81 * t * t])
+            .collect()
+    };
+    let (law, verdict) = of_heights((0..6).map(throw).collect());
+    assert!(law.is_law() && law.text.contains("9.81"), "{}", law.text);
+    assert_eq!(verdict, Grade::Good);
+}
+
+#[test]
+fn a_ball_that_bounces_falls_between_its_impacts() {
+    let bouncing = |k: u32| -> Vec<[f64; 2]> {
+        let (mut begin, mut from, mut speed) = (0.0, 0.6 + 0.3 * f64::from(k), 0.0);
+        let mut rows = Vec::new();
+        for s in 0..250 {
+            let t = 0.01 * f64::from(s);
+            let height = |t: f64| from + speed * (t - begin) - 0.5 * 9.81 * (t - begin).powi(2);
+            if height(t) < 0.0 {
+                let down = f64::sqrt(speed * speed + 2.0 * 9.81 * from);
+                begin += (speed + down) / 9.81;
+                (from, speed) = (0.0, 0.85 * down);
+            }
+            rows.push([
+                t,
+                from + speed * (t - begin) - 0.5 * 9.81 * (t - begin).powi(2),
+            ]);
+        }
+        rows
+    };
+    let (law, verdict) = of_heights((0..3).map(bouncing).collect());
+    assert!(law.is_law() && law.text.contains("9.81"), "{}", law.text);
+    assert_eq!(verdict, Grade::Good);
 }
 
 #[test]

@@ -5,7 +5,8 @@ use rand_chacha::ChaCha8Rng;
 
 use super::super::term::Term;
 use crate::dataset::Dataset;
-use lagrangian_motion::statistics::sort_by_number;
+use lagrangian_motion::noise::normal;
+use lagrangian_motion::statistics::{size, sort_by_number};
 use lagrangian_motion::{Coordinates, Samples};
 
 /// The largest number of terms.
@@ -123,7 +124,6 @@ pub(super) fn positions(coordinates: &Coordinates, data: &Samples, depth: i8) ->
 fn independent(all: Vec<Term>, coordinates: &Coordinates, data: &Samples) -> Vec<Term> {
     let (n, mut rng) = (coordinates.dof(), ChaCha8Rng::seed_from_u64(1));
     let states = (4 * MOST).div_ceil(n);
-    // Any accelerations: what the equation of motion of the data relates is no gauge.
     let mut drawn = |signal: &[f64]| -> Vec<f64> {
         let rows = signal.len() / n;
         let value = |i: usize, row: usize| signal[row * n + i];
@@ -131,7 +131,11 @@ fn independent(all: Vec<Term>, coordinates: &Coordinates, data: &Samples) -> Vec
             .map(|at| value(at % n, rng.random_range(0..rows)))
             .collect()
     };
-    let [q, qd, qdd] = [&data.q, &data.qd, &data.qdd].map(|signal| drawn(signal));
+    let [q, qd] = [&data.q, &data.qd].map(|signal| drawn(signal));
+    // Any accelerations, also where those of the data are all alike: what the equation of motion relates is no gauge.
+    let usual = size(&data.qdd, n);
+    let qdd = (0..states * n).map(|at| usual[at % n] * normal(&mut rng));
+    let qdd: Vec<f64> = qdd.collect();
     let mut basis: Vec<Vec<f64>> = Vec::new();
     let mut kept = Vec::new();
     for term in all {

@@ -95,7 +95,7 @@ impl LawVerdict {
                  terms would do as well"
             }
             Self::None => {
-                "no law: a sum of harmonics, powers and friction does not explain these data to their noise"
+                "no law: no sum of harmonics, powers and friction that was tried explains these data to their noise"
             }
         }
     }
@@ -145,6 +145,10 @@ pub(super) fn find(
         }
     }
     let (mut start, refined, complete) = best.ok_or_else(nothing)?;
+    // Coefficients of what explains nothing are numbers without a meaning.
+    if !(refined.misfit < HOPELESS) {
+        return Err(nothing());
+    }
     start.take_friction(&refined, SIGNIFICANT);
     let judged = search.judged((&start, &refined), complete)?;
     refined.solution(dataset, &start, task, judged)
@@ -426,7 +430,7 @@ fn inertia_of(terms: &[Term], dataset: &Dataset, (group, values): (&[usize], usi
 
 fn nothing() -> Error {
     Error::setting(
-        "no formula was found: no sum of harmonics, powers and friction with a definite mass matrix explains these motions",
+        "no formula was found: no sum of harmonics, powers and friction with a definite mass matrix that was tried explains these motions",
         "fit a network (`family` delan or lnn), or record wider motions",
     )
 }
