@@ -134,7 +134,13 @@ def _of_dm_control(name: str) -> Any:
     if (domain, task) not in suite.ALL_TASKS:
         known = ", ".join("-".join(pair) for pair in suite.ALL_TASKS)
         raise InvalidInput(f"dm_control has no '{name}': give one of {known}")
-    return suite.load(domain, task).physics.model.ptr
+    try:
+        return suite.load(domain, task).physics.model.ptr
+    except AttributeError as error:
+        # dm_control names the fields of a model of MuJoCo as its own version has them.
+        raise InvalidInput(
+            f"dm_control does not fit MuJoCo {_mujoco().__version__} ({error}): update it, or install an older one: pip install 'mujoco<4'"
+        ) from error
 
 
 def _of_gymnasium(name: str) -> Any:

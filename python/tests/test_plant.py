@@ -7,6 +7,7 @@ import json
 import subprocess
 import sys
 import time
+import types
 from pathlib import Path
 
 import numpy as np
@@ -284,3 +285,17 @@ def test_a_model_is_learned_while_a_plant_moves() -> None:
         lg.OnlineLearner(lg.Formula(), n=2)
     with pytest.raises(lg.errors.InvalidInput, match="at most 12 joints"):
         lg.OnlineLearner(lg.Chain(), n=13)
+
+
+def test_a_dm_control_that_does_not_fit_mujoco_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    def load(domain: str, task: str) -> None:
+        raise AttributeError("'MjModel' object has no attribute 'flex_vertedge'")
+
+    suite = types.ModuleType("dm_control.suite")
+    suite.ALL_TASKS, suite.load = (("cartpole", "swingup"),), load  # type: ignore[attr-defined]
+    package = types.ModuleType("dm_control")
+    package.suite = suite  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "dm_control", package)
+    monkeypatch.setitem(sys.modules, "dm_control.suite", suite)
+    with pytest.raises(lg.errors.InvalidInput, match="dm_control does not fit MuJoCo"):
+        plant.load("dm_control:cartpole-swingup")

@@ -4,7 +4,6 @@
 //! A stop is where a coordinate has its largest or smallest value. There the polynomials through the samples before and after a
 //! turning point meet in a corner, whether they are quadratic or cubic; of a smooth motion, however fast, they depend on the degree.
 
-use std::borrow::Cow;
 use std::fmt::{Display, Formatter};
 use std::ops::Range;
 
@@ -13,12 +12,14 @@ use lagrangian_motion::parallel::prelude::*;
 use lagrangian_motion::statistics::{deviation, median};
 
 use super::Recording;
-use super::derivatives::GAP;
+use super::derivatives::{GAP, SHORTEST};
 use super::local_polynomial::{Filter, Series, median_step, segments};
 
 /// The last sample before an impact and the first after it, from the turning point: where something soft is hit samples between them
 /// belong to neither flight.
 const BETWEEN: [(usize, usize); 6] = [(0, 1), (1, 0), (1, 1), (2, 2), (3, 3), (5, 5)];
+/// Samples on a side that an impact with something soft takes.
+const SOFT: usize = 3;
 /// Samples through which the polynomials of a flight are laid.
 const FLIGHTS: [usize; 3] = [6, 12, 20];
 /// Samples on both sides that a turning point surpasses.
@@ -34,8 +35,8 @@ const ONE_PLACE: f64 = 0.01;
 const FEWEST: usize = 3;
 const DIFFERENT: f64 = 1.1;
 /// The largest number of turning points that are looked at.
-const MOST: usize = 1000;
-/// Samples that are left out on both sides of those at a stop.
+const MOST: usize = 300;
+/// Samples that are left out on both sides of those at a stop, at least.
 const BESIDE: usize = 2;
 
 /// A place that a coordinate hits.
@@ -53,6 +54,8 @@ pub struct Stop {
     pub hits: usize,
     /// How near to it samples are left out.
     pub margin: f64,
+    /// How many before and after these are.
+    pub beside: usize,
 }
 
 impl Display for Stop {
@@ -66,9 +69,13 @@ impl Display for Stop {
 struct Hit {
     certain: f64,
     at: f64,
+    /// The inner one of the ends of both flights, towards the side.
+    ends: f64,
     /// The standard error of the place.
     error: f64,
     jump: f64,
+    /// The samples of neither flight on one side of the turning point.
+    between: usize,
 }
 
 /// One flight, extrapolated to the time of an impact.
@@ -122,90 +129,131 @@ fn hit(
         let apart = from.state[0] - to.state[0];
         let turns = side * to.state[1] > 0.0 && side * from.state[1] < 0.0;
         let meets = apart.abs() < MEETS * jump.abs() * step + 6.0 * of_place;
+        let meet = to.state[0] - to.state[1] * apart / jump;
+        let ends = (side * series.value(last)).min(side * series.value(first));
         (turns && meets).then(|| Hit {
             certain: jump.abs() / of_jump.hypot(jump - (from.coarse - to.coarse)),
-            at: to.state[0] - to.state[1] * apart / jump,
+            at: meet,
+            ends,
             error: of_place,
             jump: jump.abs(),
+            between: before.max(after),
         })
     };
     let hits = pairs.filter_map(of);
     hits.max_by(|a, b| a.certain.total_cmp(&b.certain))
 }
 
-/// The turning points of a coordinate towards a side within its last part, with how far it moves from sample to sample there.
+/// A turning point near an edge of the range: the most certain impact there, and how far the coordinate moves from sample to sample.
+struct Turn {
+    hit: Option<Hit>,
+    step: f64,
+}
+
+impl Turn {
+    /// The impact, where it is certain.
+    fn certain(&self) -> Option<&Hit> {
+        self.hit.as_ref().filter(|hit| hit.certain > CERTAIN)
+    }
+}
+
+/// The turning points of a segment towards a side, each with its step.
 fn turning_points(
     series: Series<'_>,
     segment: &Range<usize>,
     side: f64,
 ) -> impl Iterator<Item = (usize, f64)> {
     let y = move |k: usize| side * series.value(k);
-    let inner = segment.start + 2..segment.end.saturating_sub(2).max(segment.start + 2);
     let (start, end) = (segment.start, segment.end);
     let turns = move |k: &usize| {
-        let around = k.saturating_sub(AROUND).max(start)..(k + AROUND + 1).min(end);
-        y(*k) > y(k + 1) && around.clone().all(|j| y(*k) >= y(j))
+        let mut around = k.saturating_sub(AROUND).max(start)..(k + AROUND + 1).min(end);
+        y(*k) > y(k + 1) && around.all(|j| y(*k) >= y(j))
     };
     let with_step = move |k: usize| (k, 0.5 * (y(k) - y(k - 2)).max(y(k) - y(k + 2)));
+    let inner = start + 2..end.saturating_sub(2).max(start + 2);
     inner.filter(turns).map(with_step)
 }
 
-/// The stop of a coordinate on one side.
-fn stop(recordings: &[&Recording], coordinate: usize, side: f64) -> Option<Stop> {
+/// The turning points of a coordinate at one edge of its range, one of how many they are, and the range; none where they are few.
+fn turns(
+    recordings: &[&Recording],
+    (coordinate, side): (usize, f64),
+    fewest: usize,
+) -> (Vec<Turn>, usize, f64) {
     let all = recordings.iter().map(|r| Series::of(r, &r.q, coordinate));
-    let series: Vec<(Series<'_>, Vec<Range<usize>>)> =
-        all.map(|own| (own, segments(own.t, GAP))).collect();
-    let values = series
-        .iter()
-        .flat_map(|(own, _)| (0..own.t.len()).map(|k| own.value(k)));
-    let mut values: Vec<f64> = values.collect();
-    values.sort_unstable_by(f64::total_cmp);
-    values.dedup();
-    let (low, high) = (*values.first()?, *values.last()?);
-    let (range, extreme) = (high - low, if side > 0.0 { high } else { -low });
-    let steps: Vec<f64> = values.windows(2).map(|w| w[1] - w[0]).collect();
-    let floor = (0.4 * median(steps)).max(1e-10 * range);
+    let series: Vec<Series<'_>> = all.collect();
+    let values =
+        |own: &Series<'_>| -> Vec<f64> { (0..own.t.len()).map(|k| own.value(k)).collect() };
+    let values: Vec<Vec<f64>> = series.iter().map(values).collect();
+    let ends = values.iter().flatten();
+    let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+        (low.min(*x), high.max(*x))
+    });
+    let (range, edge) = (high - low, if side > 0.0 { high } else { -low });
     let mut points = Vec::new();
-    for (own, pieces) in &series {
-        for piece in pieces {
-            let all = turning_points(*own, piece, side);
-            let near =
-                all.filter(|(k, step)| side * own.value(*k) > extreme - 2.0 * step - NEAR * range);
-            points.extend(near.map(|point| (own, piece, point)));
+    for own in &series {
+        for piece in segments(own.t, GAP) {
+            let is_near =
+                |(k, step): &(usize, f64)| side * own.value(*k) > edge - 2.0 * step - NEAR * range;
+            let near = turning_points(*own, &piece, side).filter(is_near);
+            points.extend(near.map(|point| (own, piece.clone(), point)));
         }
     }
+    if points.len() < fewest {
+        return (Vec::new(), 1, range);
+    }
+    // Rounded values may lie on a parabola by chance.
+    let steps = values
+        .iter()
+        .flat_map(|own| own.windows(2).map(|w| (w[1] - w[0]).abs()));
+    let quantum = steps
+        .filter(|step| *step > 1e-9 * range)
+        .fold(range, f64::min);
+    let floor = (0.4 * quantum).max(1e-10 * range);
     let every = points.len().div_ceil(MOST).max(1);
     let looked = points.par_iter().step_by(every);
-    let looked: Vec<(Option<Hit>, f64)> = looked
-        .map(|(own, piece, (k, step))| (hit(**own, piece, *k, [side, floor]), *step))
-        .collect();
-    let certain = |own: &&(Option<Hit>, f64)| own.0.as_ref().is_some_and(|h| h.certain > CERTAIN);
-    let hits: Vec<&Hit> = looked
-        .iter()
-        .filter(certain)
-        .filter_map(|own| own.0.as_ref())
-        .collect();
-    if hits.len() < FEWEST {
+    let turn = |(own, piece, (k, step)): &(&Series<'_>, Range<usize>, (usize, f64))| Turn {
+        hit: hit(**own, piece, *k, [side, floor]),
+        step: *step,
+    };
+    (looked.map(turn).collect(), every, range)
+}
+
+/// The stop of a coordinate on one side, which is hit so often at least.
+fn stop(recordings: &[&Recording], at: (usize, f64), fewest: usize) -> Option<Stop> {
+    let ((coordinate, side), (turns, every, range)) = (at, turns(recordings, at, fewest));
+    let hits: Vec<&Hit> = turns.iter().filter_map(Turn::certain).collect();
+    if hits.len() < fewest {
         return None;
     }
-    let of = |f: fn(&&&Hit) -> f64| hits.iter().map(|h| f(&h)).collect::<Vec<f64>>();
-    let (places, jumps) = (of(|h| h.at), of(|h| h.jump));
-    let at = median(places.clone());
-    let least = jumps.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = jumps.iter().copied().fold(0.0, f64::max);
+    let of = |f: fn(&Hit) -> f64| hits.iter().map(|hit| f(hit)).collect::<Vec<f64>>();
+    let least = |values: Vec<f64>| values.into_iter().fold(f64::INFINITY, f64::min);
     // What turns as fast without an impact has no stop there; slow ones may not be told.
-    let slowest = looked.iter().filter(certain).map(|own| own.1);
-    let slowest = slowest.fold(f64::INFINITY, f64::min);
-    let smooth = looked.iter().filter(|own| !certain(own) && own.1 > slowest);
-    let is_one = deviation(&mut places.into_iter()) < ONE_PLACE * range;
-    let is_stop = is_one && 2 * smooth.count() <= hits.len() && most > DIFFERENT * least;
+    let (sharp, smooth): (Vec<&Turn>, Vec<&Turn>) =
+        turns.iter().partition(|turn| turn.certain().is_some());
+    let slowest = least(sharp.iter().map(|turn| turn.step).collect());
+    let smooth = smooth.iter().filter(|turn| turn.step > slowest).count();
+    let places = of(|hit| hit.at);
+    let is_one = deviation(&mut places.iter().copied()) < ONE_PLACE * range;
+    let jumps = of(|hit| hit.jump);
+    let differ = -least(jumps.iter().map(|jump| -jump).collect()) > DIFFERENT * least(jumps);
+    let is_stop = is_one && 2 * smooth <= hits.len() && (differ || fewest < FEWEST);
+    // What is soft gives way, and acts from where flights end.
+    let between = median(of(|hit| hit.between as f64)) as usize;
+    let at = median(places.clone());
+    let inner = match between < SOFT {
+        true => least(places.iter().map(|at| side * at).collect()),
+        false => least(of(|hit| hit.ends)),
+    };
+    let margin = (3.0 * median(of(|hit| hit.error))).max(0.5 * ONE_PLACE * range);
     is_stop.then(|| Stop {
         coordinate,
         name: recordings[0].coordinates.0[coordinate].name.clone(),
         at,
         side,
         hits: hits.len() * every,
-        margin: (3.0 * median(of(|h| h.error))).max(0.5 * ONE_PLACE * range),
+        beside: BESIDE.max(between),
+        margin: margin.max(side * at - inner),
     })
 }
 
@@ -222,40 +270,43 @@ pub fn stops(recordings: &[Recording]) -> Vec<Stop> {
     }
     let parameters: Vec<usize> = coordinates.parameters().collect();
     let moving = (0..coordinates.dof()).filter(|c| !parameters.contains(c));
-    let sides = moving.flat_map(|c| [1.0, -1.0].map(|side| (c, side)));
-    sides
-        .filter_map(|(c, side)| stop(&usable, c, side))
-        .collect()
+    let both = |c: usize| {
+        let [upper, lower] = [(c, 1.0), (c, -1.0)];
+        // Of what has a stop on one side few impacts tell that on the other.
+        match [upper, lower].map(|side| stop(&usable, side, FEWEST)) {
+            [Some(own), None] => [Some(own), stop(&usable, lower, 1)],
+            [None, Some(own)] => [stop(&usable, upper, 1), Some(own)],
+            found => found,
+        }
+    };
+    moving.flat_map(both).flatten().collect()
 }
 
 /// The recordings without the rows at the stops that they hit: what is left between two impacts is a piece of its own.
 #[must_use]
 pub fn between_stops(recordings: Vec<Recording>) -> Vec<Recording> {
-    let stops = stops(&recordings);
-    let cut = recordings.iter().map(|r| match stops.is_empty() {
-        true => Cow::Borrowed(r),
-        false => without(r, &stops),
-    });
-    cut.map(Cow::into_owned).collect()
+    match &stops(&recordings)[..] {
+        [] => recordings,
+        stops => recordings.into_iter().map(|r| without(r, stops)).collect(),
+    }
 }
 
 /// A recording without the rows at stops, and so many beside them that a gap is left.
-fn without<'a>(recording: &'a Recording, stops: &[Stop]) -> Cow<'a, Recording> {
+fn without(mut recording: Recording, stops: &[Stop]) -> Recording {
     let len = recording.len();
-    let at_stop = |k: usize| {
-        let own = |s: &Stop| {
-            let series = Series::of(recording, &recording.q, s.coordinate);
-            let y = |k: usize| series.value(k);
-            // A sample at a stop is one step from it at most.
-            let step = (y(k) - y(k.saturating_sub(1))).abs();
-            let step = step.max((y((k + 1).min(len - 1)) - y(k)).abs());
-            s.side * (y(k) - s.at) > -s.margin - step
-        };
-        stops.iter().any(own)
+    let at_stop = |s: &Stop, k: usize| {
+        let series = Series::of(&recording, &recording.q, s.coordinate);
+        let y = |k: usize| series.value(k);
+        // A sample at a stop is one step from it at most.
+        let step = (y(k) - y(k.saturating_sub(1))).abs();
+        let step = step.max((y((k + 1).min(len - 1)) - y(k)).abs());
+        s.side * (y(k) - s.at) > -s.margin - step
     };
     let mut kept = vec![true; len];
-    for k in (0..len).filter(|k| at_stop(*k)) {
-        kept[k.saturating_sub(BESIDE)..(k + BESIDE + 1).min(len)].fill(false);
+    for stop in stops {
+        for k in (0..len).filter(|k| at_stop(stop, *k)) {
+            kept[k.saturating_sub(stop.beside)..(k + stop.beside + 1).min(len)].fill(false);
+        }
     }
     // A gap is longer than some steps, wherever the stop lies between its samples.
     let longest = GAP * median_step(&recording.t);
@@ -269,15 +320,17 @@ fn without<'a>(recording: &'a Recording, stops: &[Stop]) -> Cow<'a, Recording> {
         start = end;
     }
     let rows: Vec<usize> = (0..len).filter(|k| kept[*k]).collect();
-    if rows.len() == len {
-        return Cow::Borrowed(recording);
+    // A log of nothing but short hops stays as it is: nothing can be estimated between them.
+    let longest = rows.chunk_by(|a, b| *b == a + 1).map(<[usize]>::len).max();
+    if longest.is_none_or(|longest| longest < SHORTEST) {
+        return recording;
     }
-    let mut own = recording.clone();
-    own.keep(&rows);
-    let first = rows.windows(2).filter(|w| w[1] > w[0] + 1);
-    own.breaks.extend(first.map(|w| recording.t[w[1]]));
-    own.breaks.sort_unstable_by(f64::total_cmp);
-    Cow::Owned(own)
+    let begins = rows.windows(2).filter(|w| w[1] > w[0] + 1);
+    let begins: Vec<f64> = begins.map(|w| recording.t[w[1]]).collect();
+    recording.keep(&rows);
+    recording.breaks.extend(begins);
+    recording.breaks.sort_unstable_by(f64::total_cmp);
+    recording
 }
 
 #[cfg(test)]

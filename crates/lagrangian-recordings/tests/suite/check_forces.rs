@@ -475,3 +475,23 @@ fn the_friction_in_a_force_tells_whose_it_is_and_its_sign() {
     }
     assert_eq!(named(&turned, "sign"), 1);
 }
+
+#[test]
+fn a_delay_explains_what_a_model_misses_only_where_it_explains_much() {
+    let item = |explained: f64, without: f64| {
+        let item = Item::warn("delay", "q1 moves after its force", "shift the forces");
+        item.value("explained", explained)
+            .value("explained_without", without)
+    };
+    let tiny = item(0.99994, 0.9999);
+    let some = item(0.998, 0.99);
+    let most = item(0.986, 0.938);
+    assert_eq!(
+        [&tiny, &some, &most].map(Item::explains),
+        [false, true, true]
+    );
+    assert_eq!(
+        [&tiny, &some, &most].map(Item::decides),
+        [false, false, true]
+    );
+}

@@ -338,3 +338,25 @@ fn end(prediction: &Option<Rollout>) -> Option<&[f64]> {
 fn last(motion: &Trajectory) -> &[f64] {
     &motion.q[motion.q.len() - motion.dof()..]
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::turning;
+    use lagrangian_mechanics::analytic::by_name;
+    use lagrangian_mechanics::rollout::{RolloutOptions, free, rollout, times};
+
+    #[test]
+    fn what_a_whole_turn_leaves_as_it_is_and_half_a_one_does_not_is_an_angle() {
+        let of = |name: &str, q0: &[f64], qd0: &[f64]| {
+            let system = by_name(name, &[]).unwrap();
+            let times = times(3.0, 0.02).unwrap();
+            let motion = rollout(&*system, q0, qd0, &times, &free, &RolloutOptions::truth());
+            turning(&*system, &[motion.unwrap().trajectory])
+        };
+        assert_eq!(of("pendulum", &[1.0], &[9.0]), [true]);
+        assert_eq!(of("mass-spring", &[1.0], &[0.0]), [false]);
+        // The cart moves alike wherever it is.
+        assert_eq!(of("cart-pole", &[0.0, 1.0], &[0.0, 1.0]), [false, true]);
+    }
+}

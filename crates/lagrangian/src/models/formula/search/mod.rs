@@ -146,7 +146,7 @@ pub(super) fn find(
     }
     let (mut start, refined, complete) = best.ok_or_else(nothing)?;
     // Coefficients of what explains nothing are numbers without a meaning.
-    if !(refined.misfit < HOPELESS) {
+    if refined.misfit.is_nan() || refined.misfit >= HOPELESS {
         return Err(nothing());
     }
     start.take_friction(&refined, SIGNIFICANT);
