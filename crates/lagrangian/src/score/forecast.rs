@@ -173,19 +173,7 @@ pub(super) fn forecast(
     if truths.is_empty() {
         return Ok(None);
     }
-    let q: Vec<f64> = motions.iter().flat_map(|m| &m.q).copied().collect();
-    let mut sigma = deviations(coordinates, &q);
-    for (sigma, turns) in sigma.iter_mut().zip(turning(model, motions)) {
-        *sigma = if turns {
-            sigma.min(widest_angle())
-        } else {
-            *sigma
-        };
-    }
-    let spread = Spread {
-        coordinates,
-        sigma: without_rest(sigma, motions),
-    };
+    let spread = Spread::new(model, motions);
     let (mut hold, mut nominal) = (Hold::Previous, &short.predictions);
     let mut errors = spread.errors(truths, nominal);
     let linear: Vec<Option<Rollout>>;
@@ -283,7 +271,20 @@ struct Spread<'a> {
     sigma: Vec<f64>,
 }
 
-impl Spread<'_> {
+impl<'a> Spread<'a> {
+    fn new(model: &'a dyn Model, motions: &[Trajectory]) -> Self {
+        let coordinates = model.coordinates();
+        let q: Vec<f64> = motions.iter().flat_map(|m| &m.q).copied().collect();
+        let mut sigma = deviations(coordinates, &q);
+        let turning = turning(model, motions).into_iter();
+        let angles = sigma.iter_mut().zip(turning).filter(|(_, turns)| *turns);
+        angles.for_each(|(sigma, _)| *sigma = sigma.min(widest_angle()));
+        Self {
+            coordinates,
+            sigma: without_rest(sigma, motions),
+        }
+    }
+
     /// Mean squares over the coordinates of the distance of the last positions.
     fn errors(&self, truths: &[Trajectory], predictions: &[Option<Rollout>]) -> Vec<f64> {
         let own = |(truth, prediction): (&Trajectory, &Option<Rollout>)| {
