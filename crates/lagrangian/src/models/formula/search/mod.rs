@@ -43,6 +43,8 @@ const MOST_TERMS: usize = 24;
 const MANY: usize = 14;
 /// The most values of the law of one coordinate, and of one that needs no second opinion: a series of more explains many another law.
 const FEW: usize = 6;
+/// The simplest terms, for each coordinate, from which a second way begins.
+const SIMPLE: usize = 8;
 /// Starts that are tried because a term less is a great loss.
 const KNEES: usize = 1;
 /// A misfit of rollouts with which no other start is tried.
@@ -264,11 +266,22 @@ impl Candidates<'_> {
         // Of a linear motion other Lagrangians couple what the simplest one does not.
         let couples = |k: &usize| terms.get(*k).is_some_and(Term::couples_alone);
         let apart: Vec<usize> = active.iter().copied().filter(|k| !couples(k)).collect();
+        let mut simple = apart.clone();
+        sort_by_number(&mut simple, |k| limits.complexity[*k]);
+        simple.truncate(SIMPLE * group.len());
+        simple.sort_unstable();
         let mut path = eliminate::path(own.clone().collect(), apart, &limits, tell);
         if group.len() > 1 {
-            path.extend(eliminate::path(own.collect(), active, &limits, tell));
-            sort_by_number(&mut path, |own| -(own.values.len() as f64));
+            path.extend(eliminate::path(
+                own.clone().collect(),
+                active,
+                &limits,
+                tell,
+            ));
         }
+        // Where motions are short or alike many terms explain them, and the way down loses the law.
+        path.extend(eliminate::path(own.collect(), simple, &limits, tell));
+        sort_by_number(&mut path, |own| -(own.values.len() as f64));
         path
     }
 
@@ -372,7 +385,8 @@ impl Search<'_> {
             excess: [whole, worst],
         } = refine::held_out(self.dataset, (start, refined), self.given)?;
         let samples = (self.dataset.train.len() * self.dataset.train.n) as f64;
-        let fits = refined.misfit <= FITS + CHANCE * (2.0 / samples).sqrt();
+        let chance = ((2.0 + rows::OF_NOISE) / samples).sqrt();
+        let fits = refined.misfit <= FITS + CHANCE * chance;
         if !(fits && definite && (held <= GOOD || whole <= CHANCE)) {
             let useful = definite && refined.misfit.max(held) <= NEARLY;
             let verdict = if useful {

@@ -30,6 +30,8 @@ const NOISY: f64 = 3.0;
 /// The noise of a run is its own where its square differs by so many of its deviations, and it is white: differences of higher orders
 /// tell at most so many times as much.
 const DIFFERENT: f64 = 2.0;
+/// The relative variance of a variance that sixth differences tell of white noise, times the number of samples.
+pub(super) const OF_NOISE: f64 = 6.4;
 const WHITE: f64 = 1.4;
 /// What rows of exact data need not tell apart, in the same units: a series of many terms that is as near is no better than the law.
 const COARSE: f64 = 100.0;
@@ -462,8 +464,7 @@ pub(super) fn noise_of_runs(
     }
     let positions = positions(samples, times);
     let of = |run: Range<usize>| {
-        // The variance of a variance that sixth differences tell of white noise.
-        let chance = DIFFERENT * (6.4 / run.len() as f64).sqrt();
+        let chance = DIFFERENT * (OF_NOISE / run.len() as f64).sqrt();
         let own = known.sizes.iter().enumerate().map(|(i, usual)| {
             let run = std::slice::from_ref(&run);
             let [own, most] = noise_size(coordinates, (positions, i), run);
