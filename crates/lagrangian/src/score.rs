@@ -230,7 +230,7 @@ pub fn score_predictions(
     options: &RolloutOptions,
 ) -> Result<Score> {
     let accelerations = &predictions.accelerations;
-    let least = least_variances(trajectories, model.coordinates());
+    let least = least_variances(trajectories, model.coordinates().dof());
     let one_step = one_step(model, trajectories, accelerations, &least, options.stop);
     let pairs = trajectories.iter().zip(&predictions.rollouts);
     let rollouts = pairs.map(|(truth, prediction)| followed(model, truth, prediction));

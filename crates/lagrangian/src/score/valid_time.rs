@@ -96,7 +96,7 @@ impl<'a> NormalisedError<'a> {
             coordinates,
             moving: without_rest(sigma_q.clone(), std::slice::from_ref(truth)),
             sigma_q,
-            sigma_qd: of_velocities(truth, coordinates),
+            sigma_qd: of_velocities(truth),
         }
     }
 
@@ -116,23 +116,19 @@ impl<'a> NormalisedError<'a> {
 }
 
 /// Deviation of each velocity, `[n]`: of one that hardly changes that with which its position crosses its own within the motion.
-fn of_velocities(truth: &Trajectory, coordinates: &Coordinates) -> Vec<f64> {
+fn of_velocities(truth: &Trajectory) -> Vec<f64> {
     let (n, seconds) = (truth.dof(), duration(truth));
-    let own = |i: usize| {
-        let crosses = spread(&truth.q, n, i).min(widest(coordinates, i)) / seconds;
-        positive(spread(&truth.qd, n, i).max(crosses))
-    };
-    (0..n).map(own).collect()
+    let own = |i: usize| spread(&truth.qd, n, i).max(spread(&truth.q, n, i) / seconds);
+    (0..n).map(|i| positive(own(i))).collect()
 }
 
 /// The squares of the accelerations with which velocities, or positions, cross their deviations within motions, mean over these, `[n]`:
 /// where something falls the acceleration is constant, and errors in parts of its variance say nothing.
-pub(super) fn least_variances(motions: &[Trajectory], coordinates: &Coordinates) -> Vec<f64> {
-    let n = coordinates.dof();
+pub(super) fn least_variances(motions: &[Trajectory], n: usize) -> Vec<f64> {
     let square = |motion: &Trajectory, i: usize| {
         let seconds = duration(motion);
-        let position = spread(&motion.q, n, i).min(widest(coordinates, i));
-        (spread(&motion.qd, n, i).max(position / seconds) / seconds).powi(2)
+        let speed = spread(&motion.qd, n, i).max(spread(&motion.q, n, i) / seconds);
+        (speed / seconds).powi(2)
     };
     let own = |i: usize| mean(&mut motions.iter().map(|motion| square(motion, i)));
     (0..n).map(own).collect()

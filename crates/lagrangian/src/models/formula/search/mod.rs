@@ -128,7 +128,8 @@ pub(super) fn find(
     };
     let mut best: Option<(Start, Refined, bool)> = None;
     let is_found = |best: &Option<(Start, Refined, bool)>| {
-        best.as_ref().is_some_and(|own| own.1.misfit < GOOD)
+        let good = GOOD.max(search.by_chance());
+        best.as_ref().is_some_and(|own| own.1.misfit < good)
     };
     for starts in [Candidates::apart, Candidates::together] {
         let mut tell = |share: f64| !observer.stage("finding terms", share).is_break();
@@ -266,9 +267,10 @@ impl Candidates<'_> {
         // Of a linear motion other Lagrangians couple what the simplest one does not.
         let couples = |k: &usize| terms.get(*k).is_some_and(Term::couples_alone);
         let apart: Vec<usize> = active.iter().copied().filter(|k| !couples(k)).collect();
-        let mut simple = apart.clone();
+        let mut simple: Vec<usize> = apart.iter().copied().filter(|k| *k < force).collect();
         sort_by_number(&mut simple, |k| limits.complexity[*k]);
         simple.truncate(SIMPLE * group.len());
+        simple.extend(&limits.keep);
         simple.sort_unstable();
         let mut path = eliminate::path(own.clone().collect(), apart, &limits, tell);
         if group.len() > 1 {
@@ -281,7 +283,10 @@ impl Candidates<'_> {
         }
         // Where motions are short or alike many terms explain them, and the way down loses the law.
         path.extend(eliminate::path(own.collect(), simple, &limits, tell));
+        // Of as many terms the best, so that the loss by one term less is that of one way.
+        sort_by_number(&mut path, |own| own.misfit.max(own.held));
         sort_by_number(&mut path, |own| -(own.values.len() as f64));
+        path.dedup_by_key(|own| own.values.len());
         path
     }
 
@@ -368,6 +373,12 @@ impl Search<'_> {
         self.clock.elapsed().as_secs_f64() > seconds
     }
 
+    /// The largest misfit of a law, of which the noise is not known for certain.
+    fn by_chance(&self) -> f64 {
+        let samples = (self.dataset.train.len() * self.dataset.train.n) as f64;
+        FITS + CHANCE * ((2.0 + rows::OF_NOISE) / samples).sqrt()
+    }
+
     fn missing(&self, start: &Start, refined: &Refined) -> Result<Vec<(usize, f64)>> {
         refine::missing(self.dataset, (start, refined), self.terms, self.given)
     }
@@ -384,9 +395,7 @@ impl Search<'_> {
             misfit: held,
             excess: [whole, worst],
         } = refine::held_out(self.dataset, (start, refined), self.given)?;
-        let samples = (self.dataset.train.len() * self.dataset.train.n) as f64;
-        let chance = ((2.0 + rows::OF_NOISE) / samples).sqrt();
-        let fits = refined.misfit <= FITS + CHANCE * chance;
+        let fits = refined.misfit <= self.by_chance();
         if !(fits && definite && (held <= GOOD || whole <= CHANCE)) {
             let useful = definite && refined.misfit.max(held) <= NEARLY;
             let verdict = if useful {
