@@ -133,7 +133,7 @@ sed '1s/,q1,q2,/,x,y,/' m.csv > data.csv; rm m.*", "--q x,y --qd qd1,qd2 --width
     fixture("run3", "", run!(swings!("data.csv"), "--width 16", "run3")),
     fixture("other-run", "", run!(swings!("data.csv"), "--width 16", "other-run")),
     fixture("other.safetensors", "", concat!(run!(swings!("data.csv"), "--width 16", "other"), "\nmv other/model.safetensors other.safetensors; rm -r other")),
-    fixture("ur10/", "", run!(arm!("data.csv"), "--model delan --width 16", "ur10")),
+    fixture("ur10/", "", run!(arm!("data.csv"), "--model chain", "ur10")),
     fixture("lagrangian-demo", "", "lagrangian demo --quiet"),
 ];
 
