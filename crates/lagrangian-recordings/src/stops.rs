@@ -11,9 +11,9 @@ use lagrangian_motion::counted;
 use lagrangian_motion::parallel::prelude::*;
 use lagrangian_motion::statistics::{deviation, median};
 
-use super::Recording;
 use super::derivatives::{GAP, SHORTEST};
 use super::local_polynomial::{Filter, Series, median_step, segments};
+use super::{Recording, check};
 
 /// The last sample before an impact and the first after it, from the turning point: where something soft is hit samples between them
 /// belong to neither flight.
@@ -185,10 +185,7 @@ fn turns(
     let values =
         |own: &Series<'_>| -> Vec<f64> { (0..own.t.len()).map(|k| own.value(k)).collect() };
     let values: Vec<Vec<f64>> = series.iter().map(values).collect();
-    let ends = values.iter().flatten();
-    let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-        (low.min(*x), high.max(*x))
-    });
+    let (low, high) = check::range(values.iter().flatten().copied());
     let (range, edge) = (high - low, if side > 0.0 { high } else { -low });
     let mut points = Vec::new();
     for own in &series {
@@ -292,7 +289,7 @@ pub fn between_stops(recordings: Vec<Recording>) -> Vec<Recording> {
 }
 
 /// A recording without the rows at stops, and so many beside them that a gap is left.
-fn without(mut recording: Recording, stops: &[Stop]) -> Recording {
+pub(crate) fn without(mut recording: Recording, stops: &[Stop]) -> Recording {
     let len = recording.len();
     let at_stop = |s: &Stop, k: usize| {
         let series = Series::of(&recording, &recording.q, s.coordinate);

@@ -33,7 +33,8 @@ pub use repeated::check_validation;
 use serde::Serialize;
 pub use signals::LARGEST;
 
-use crate::{Recording, Stop, between_stops, stops};
+use crate::stops::without;
+use crate::{Recording, Stop, stops};
 use lagrangian_motion::counted;
 use lagrangian_motion::{Signal, Topology};
 
@@ -378,7 +379,7 @@ fn check_all(recorded: &[Recording], options: &CheckOptions) -> CheckReport {
     let stops = stops(recordings);
     let free: Vec<Recording>;
     if !stops.is_empty() {
-        free = between_stops(recordings.to_vec());
+        free = (recordings.iter().cloned().map(|r| without(r, &stops))).collect();
         recordings = &free;
     }
     let swings = swings_of_all(recordings);
@@ -566,7 +567,7 @@ fn shapes(recording: &Recording) -> Option<Item> {
 }
 
 /// The lowest and the highest of some values, ignoring NaN; an empty range without any.
-fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
+pub(crate) fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let start = (f64::INFINITY, f64::NEG_INFINITY);
     values.fold(start, |(low, high), x| (low.min(x), high.max(x)))
 }
