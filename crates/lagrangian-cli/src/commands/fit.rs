@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use lagrangian::check::IMPACTS;
-use lagrangian::mechanics::Quantities as _;
+use lagrangian::mechanics::Evaluation;
 use lagrangian::models::Parameter;
 use lagrangian::score::Assessment;
 use lagrangian::text::counted;
@@ -141,10 +141,11 @@ fn note_result(folder: &RunFolder, fit: &Fit, assessment: &Assessment) {
     }
     note!("{}", verdict::text(assessment).trim_end());
     let still = vec![0.0; fit.model.coordinates().dof()];
-    if fit.model.energy(&still, &still).is_err() {
-        let family = fit.model.family();
+    let asked = fit.model.evaluator().energy(&still, &still, &mut [0.0]);
+    if asked == Evaluation::Unsupported {
         note!(
-            "  {family} tells accelerations alone: it has no Lagrangian, and no energy that could be kept (--model lnn has)"
+            "  {} tells accelerations alone: it has no Lagrangian, and no energy that could be kept (--model lnn has)",
+            fit.model.family()
         );
     }
     note!("page:  {}", folder.file(REPORT).display());

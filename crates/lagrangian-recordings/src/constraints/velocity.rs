@@ -114,12 +114,26 @@ pub(super) fn find(search: &mut Search<'_>, points: &[Point], motions: &[&[f64]]
     for [a, b] in &ends {
         look.at(&moving(a, b, &[&a.axes[..], &b.axes].concat()), false);
     }
-    if few {
+    // Free points that move alike, such as planets, keep relations of so many products that no system has.
+    if few && (points.len() == 1 || joined(&rods, points.len())) {
         let all = lines
             .iter()
             .flat_map(|j| places.iter().map(|place| times(place, *j)));
         look.at(&steady.chain(all).collect::<Vec<_>>(), false);
     }
+}
+
+/// Whether rods join all points.
+fn joined(rods: &[Vec<usize>], points: usize) -> bool {
+    let mut reached = BTreeSet::from([0]);
+    for _ in 0..points {
+        let touch = rods
+            .iter()
+            .filter(|own| own.iter().any(|p| reached.contains(p)));
+        let more: Vec<usize> = touch.flatten().copied().collect();
+        reached.extend(more);
+    }
+    reached.len() == points
 }
 
 /// The difference of two coordinates.
