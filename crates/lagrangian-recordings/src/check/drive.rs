@@ -60,9 +60,9 @@ const UNCERTAIN: f64 = 0.1;
 const EXACT: f64 = 0.999;
 /// Forces with more noise than this part of their deviation are those of a real machine, too …
 pub const NOISY_FORCES: f64 = 0.01;
-/// … where q̈ has this relative error: noise of forces alone biases nothing, while a low-pass smears dry friction wherever a joint turns
-/// back.
-const SHAKEN: f64 = 0.01;
+/// … where q̈ is shaken, or windows of as many periods of the low-pass flatten more of the dry friction than it does: noise of forces alone
+/// biases nothing, while a low-pass smears friction wherever a joint turns back.
+const FLAT: f64 = 2.0;
 /// An inertia that grows by more than this part from one cut-off to a lower one is unreliable.
 const GROWTH: f64 = 0.2;
 
@@ -454,7 +454,11 @@ fn accelerations(recordings: &[Recording], fits: &JointFits) -> Option<Item> {
         "estimated q̈ is uncertain by {percent:.1} % ({joint}), the forces by {:.1} % or less",
         100.0 * noise
     );
-    let noisy = *worst > UNCERTAIN || *worst > SHAKEN && noise > NOISY_FORCES;
+    let hertz = fits.low_pass.map_or(0.0, |own| own.hertz);
+    let shaken = |own: f64| {
+        own > regression::SHAKEN || hertz * regression::longest_window(recordings) > FLAT
+    };
+    let noisy = *worst > UNCERTAIN || noise > NOISY_FORCES && shaken(*worst);
     let Some(low_pass) = fits.low_pass else {
         let remedy = "record faster or more exciting motions, or choose a `low_pass` yourself: the motion explains too little of the forces to tell which";
         let item = Item::pass("acceleration", finding).warn_if(noisy, remedy);

@@ -29,7 +29,8 @@ const WHOLE: f64 = 0.99;
 /// A reference counts where its unexplained part is at most this many times the smallest one: beyond it, noise would be
 /// predicted.
 const CLEAR: f64 = 3.0;
-/// The result is the lowest cut-off that retains the motion and whose mean error exceeds the best by at most this factor.
+/// The result is the lowest cut-off that retains the motion and whose mean error exceeds the best by at most this factor; where q̈ is certain
+/// the middle of these, since a lower one flattens dry friction, which the errors show little of.
 const NEARLY: f64 = 1.05;
 /// A cut-off is returned only where the regression explains this part of the variance of the forces.
 const EXPLAINED: f64 = 0.5;
@@ -53,8 +54,9 @@ struct Candidate {
     joints: Vec<Vec<Part>>,
 }
 
-/// The cut-off for these recordings; `None` where the motion does not explain the forces, or there is too little of it.
-pub(super) fn choose(recordings: &[&Recording]) -> Option<Cutoff> {
+/// The cut-off for these recordings, of which q̈ may be certain; `None` where the motion does not explain the forces, or there is too little
+/// of it.
+pub(super) fn choose(recordings: &[&Recording], certain: bool) -> Option<Cutoff> {
     // From the lowest to the highest.
     let hertz = candidates(recordings);
     let margin = 0.5 / hertz.first()?;
@@ -75,15 +77,14 @@ pub(super) fn choose(recordings: &[&Recording]) -> Option<Cutoff> {
     let error = |k: usize| clear.clone().map(|errors| errors[k]).sum::<f64>() / count;
     let errors: Vec<f64> = (0..all.len()).map(error).collect();
     let near = all.iter().zip(&errors);
-    let mut near = near
-        .filter(|(_, e)| **e <= least(&errors) + NEARLY.ln())
-        .map(|own| own.0);
-    let lowest = near.next()?;
-    let is_whole = |c: &&Candidate| c.keeps(WHOLE, all.last());
-    let chosen = std::iter::once(lowest)
-        .chain(near)
-        .find(is_whole)
-        .unwrap_or(lowest);
+    let near = near.filter(|(_, e)| **e <= least(&errors) + NEARLY.ln());
+    let near: Vec<&Candidate> = near.map(|own| own.0).collect();
+    let whole = near.iter().filter(|c| c.keeps(WHOLE, all.last()));
+    let whole: Vec<&Candidate> = whole.copied().collect();
+    let chosen = match whole.get(if certain { whole.len() / 2 } else { 0 }) {
+        Some(chosen) => chosen,
+        None => *near.first()?,
+    };
     let explained = 1.0 - chosen.error(chosen).exp();
     (explained > EXPLAINED).then_some(Cutoff {
         hertz: chosen.hertz,

@@ -35,6 +35,7 @@ use laws::Disagreement;
 use laws::Laws;
 use least_squares::{Part, estimate};
 pub(in crate::check) use readings::{DeadZone, Readings};
+pub(in crate::check) use source::longest_window;
 use source::{Signals, Source, force_noise, stretches, uncertainty};
 use terms::{FrictionCoupling, Shapes, Terms};
 pub(in crate::check) use undriven::Undriven;
@@ -65,6 +66,8 @@ const FEW: usize = 4;
 const ALIKE: f64 = 2.0;
 /// Of more coordinates than these no forces are explained by a chain of joints: their terms are as many as the square of their number.
 pub(in crate::check) const MOST_JOINTS: usize = 12;
+/// Accelerations of a larger relative error are shaken by what the forces do not show.
+pub(in crate::check) const SHAKEN: f64 = 0.01;
 /// Second cut-off as a fraction of the first.
 const NARROWER: f64 = 0.7;
 
@@ -125,9 +128,10 @@ pub(in crate::check) fn fit_joints(
     let whole = |r: &&Recording| r.coordinates == *coordinates && !r.tau.is_empty() && usable(r);
     let recordings: Vec<&Recording> = recordings.iter().filter(whole).collect();
     let step = least_step(&recordings)?;
+    let uncertainty = mean_of(&recordings, uncertainty);
     let low_pass = match options.low_pass {
         Some(_) => None,
-        None => cutoff::choose(&recordings),
+        None => cutoff::choose(&recordings, !uncertainty.iter().any(|own| *own > SHAKEN)),
     };
     let cutoff = options.low_pass.or(low_pass.map(|c| c.hertz));
     let cutoff = cutoff.unwrap_or(UNKNOWN / step);
@@ -149,7 +153,7 @@ pub(in crate::check) fn fit_joints(
     Some(JointFits {
         step,
         joints,
-        uncertainty: mean_of(&recordings, uncertainty),
+        uncertainty,
         noise: mean_of(&recordings, force_noise),
         cutoff,
         rubs: friction::rubs(&filtered),
