@@ -8,6 +8,7 @@ use lagrangian::models::WrittenLaw;
 use lagrangian::rollout::{free, rollout_many, sines, times};
 use lagrangian::score::{Assessment, Grade};
 use lagrangian::train::FitSpec;
+use lagrangian::trajectory::{Coordinate, Topology};
 use lagrangian::{
     Budget, Coordinates, Dataset, Distilled, Fit, FitConfig, Learned, LnnConfig, Prepared,
     Provenance, Recording, RolloutOptions, SavedModel, Signals, TrainingTask, Trajectory, distil,
@@ -62,6 +63,26 @@ fn the_law_of_a_pendulum_is_found_with_its_standard_error() {
         assert!(off < 5.0 * error && error < 0.02, "{off} {error}");
         assert!(written.latex.contains(r"\cos(q_{1})"), "{}", written.latex);
     }
+}
+
+#[test]
+fn an_angle_that_nobody_declared_has_its_law() {
+    let mut all = recordings("pendulum", 6, 2e-3);
+    for own in &mut all {
+        own.coordinates = Coordinates(vec![Coordinate::new("q1", "", Topology::Line)]);
+    }
+    let (fit, written) = found(all);
+    assert!(written.is_law(), "{}", written.text);
+    let names = fit.model.parameters().into_iter().map(|own| own.name);
+    assert_eq!(names.collect::<Vec<_>>(), ["q1'^2", "cos(q1)"]);
+    assert!(
+        written.meaning.contains("nobody declared"),
+        "{}",
+        written.meaning
+    );
+    let bytes = fit.model.save(Provenance::default()).unwrap().to_bytes();
+    let saved = SavedModel::from_bytes(&bytes.unwrap()).unwrap();
+    assert_eq!(Learned::load(&saved).unwrap().written(), Some(written));
 }
 
 /// The law and the verdict of motions of one coordinate with a known height, `[t, height]` each.

@@ -30,7 +30,7 @@ use crate::models::network::{Network, NetworkShape, Parts, check_coordinates};
 use lagrangian_mechanics::expression::{Expressed, Moving};
 use lagrangian_mechanics::forces::Dissipation;
 use lagrangian_mechanics::lagrangian::{Curvature, Jet, Jets, Lagrangian};
-use lagrangian_motion::{Coordinates, Error, Result};
+use lagrangian_motion::{Coordinates, Error, Result, Topology};
 use nets::{Build, Net};
 
 /// A Lagrangian in closed form, L(q, q̇) = Σ c · term.
@@ -256,7 +256,7 @@ impl LearnedLagrangian for Formula {
             text: text(Style::Text),
             latex: text(Style::Latex),
             verdict: verdict.name().into(),
-            meaning: verdict.meaning().into(),
+            meaning: verdict.meaning().to_owned() + &self.undeclared(),
             explains: verdict == LawVerdict::Law,
         })
     }
@@ -270,6 +270,28 @@ impl LearnedLagrangian for Formula {
             standard_error: (*error > 0.0).then_some(*error),
         };
         all.map(parameter).collect()
+    }
+}
+
+impl Formula {
+    /// The lines that turn as angles do, in words.
+    fn undeclared(&self) -> String {
+        let lines = self.shape.coordinates.0.iter().enumerate();
+        let turns = |i: usize| {
+            let terms = &self.shape.config.terms;
+            terms
+                .iter()
+                .any(|own| own.turns.get(i).is_some_and(|k| *k != 0))
+        };
+        let lines = lines.filter(|(i, own)| own.topology == Topology::Line && turns(*i));
+        let names: Vec<&str> = lines.map(|(_, own)| &*own.name).collect();
+        match names.is_empty() {
+            true => String::new(),
+            false => format!(
+                "; {} turns as an angle does, which nobody declared",
+                names.join(", ")
+            ),
+        }
     }
 }
 

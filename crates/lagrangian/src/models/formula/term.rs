@@ -79,21 +79,22 @@ impl Term {
         }
     }
 
-    /// Whether it belongs to these coordinates: as many, harmonics of angles and powers of lines alone, nothing of which a parameter
-    /// moves.
+    /// Whether it belongs to these coordinates: as many, powers of lines alone, nothing of which a parameter moves. A line may be an angle
+    /// that nobody declared.
     pub(super) fn suits(&self, coordinates: &Coordinates) -> bool {
         let n = coordinates.dof();
         let sized = |all: &[i8]| all.is_empty() || all.len() == n;
-        let each = |all: &[i8], circle: bool| {
-            let mut used = all.iter().enumerate().filter(|(_, k)| **k != 0);
-            used.all(|(i, k)| k.unsigned_abs() <= MOST && coordinates.is_circle(i) == circle)
+        let small = |all: &[i8]| all.iter().all(|k| k.unsigned_abs() <= MOST);
+        let on_lines = |all: &[i8]| {
+            (all.iter().enumerate()).all(|(i, k)| *k == 0 || !coordinates.is_circle(i))
         };
         let moves = |i: &usize| *i < n && !coordinates.is_parameter(*i);
         n <= MOST_COORDINATES
             && sized(&self.powers)
             && sized(&self.turns)
-            && each(&self.powers, false)
-            && each(&self.turns, true)
+            && on_lines(&self.powers)
+            && small(&self.powers)
+            && small(&self.turns)
             && self.speeds.len() <= 2
             && self.speeds.is_sorted()
             && self.speeds.iter().all(moves)

@@ -7,7 +7,7 @@ use super::super::term::Term;
 use crate::dataset::Dataset;
 use lagrangian_motion::noise::normal;
 use lagrangian_motion::statistics::{size, sort_by_number};
-use lagrangian_motion::{Coordinates, Samples};
+use lagrangian_motion::{Coordinates, Samples, Topology};
 
 /// The largest number of terms.
 const MOST: usize = 240;
@@ -18,10 +18,32 @@ const SMALLER: i8 = 4;
 /// The part of its size by which a term must differ from those before it.
 const INDEPENDENT: f64 = 1e-6;
 
-/// All terms that differ in the motion that they give, in the order of their complexity; none depends on a cyclic coordinate.
-pub(super) fn library(dataset: &Dataset) -> Vec<Term> {
+/// The coordinates as they were declared, then as they may be: a line whose unit is not known may be an angle. The fewest angles first.
+pub(super) fn readings(coordinates: &Coordinates) -> Vec<Coordinates> {
+    let n = coordinates.dof();
+    let may_turn = |i: &usize| {
+        let own = &coordinates.0[*i];
+        own.topology == Topology::Line && ["", "rad"].contains(&&*own.unit)
+    };
+    let open: Vec<usize> = (0..n).filter(may_turn).collect();
+    let turned = |which: &[usize]| {
+        let mut own = coordinates.clone();
+        which
+            .iter()
+            .for_each(|i| own.0[*i].topology = Topology::Circle);
+        own
+    };
+    let mut all = vec![coordinates.clone()];
+    all.extend(open.iter().map(|i| turned(&[*i])));
+    if open.len() > 1 {
+        all.push(turned(&open));
+    }
+    all
+}
+
+/// All terms of coordinates that differ in the motion that they give, in the order of their complexity; none depends on a cyclic coordinate.
+pub(super) fn library(dataset: &Dataset, coordinates: &Coordinates) -> Vec<Term> {
     let Dataset {
-        coordinates,
         train: data,
         cyclic,
         ..

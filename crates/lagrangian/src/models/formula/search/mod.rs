@@ -51,6 +51,9 @@ const KNEES: usize = 1;
 const GOOD: f64 = 1.15;
 /// The time after which nothing more is tried, s.
 const LONGEST: f64 = 30.0;
+/// … and after which no other reading of the coordinates is looked at, or searched.
+const READ: f64 = 6.0;
+const NEXT: f64 = 20.0;
 /// Rounds of refinement, each with other terms.
 const ROUNDS: usize = 4;
 /// A coefficient below so many standard errors is left out …
@@ -110,51 +113,138 @@ pub(super) fn find(
     task: &TrainingTask,
     observer: &mut dyn Observer,
 ) -> Result<Solution> {
-    let terms = match config.terms.is_empty() {
-        true => library::library(dataset),
-        false => config.terms.clone(),
+    let clock = Instant::now();
+    let libraries = match config.terms.is_empty() {
+        true => libraries(dataset, &clock, observer),
+        false => vec![config.terms.clone()],
     };
-    let (rows, noise) = Rows::of(dataset, &terms);
-    let candidates = Candidates {
-        dataset,
-        terms: &terms,
-        rows: &rows,
-    };
-    let search = Search {
-        dataset,
-        terms: &terms,
-        given: (&noise, task),
-        clock: Instant::now(),
-    };
-    let mut best: Option<(Start, Refined, bool)> = None;
-    let is_found = |best: &Option<(Start, Refined, bool)>| {
-        let good = GOOD.max(search.by_chance());
-        best.as_ref().is_some_and(|own| own.1.misfit < good)
-    };
-    for starts in [Candidates::apart, Candidates::together] {
-        let mut tell = |share: f64| !observer.stage("finding terms", share).is_break();
-        for start in starts(&candidates, &mut tell) {
-            let own = search.refined(start, observer)?;
-            let is_better = |best: &(_, Refined, _)| own.1.misfit < best.1.misfit;
-            if best.as_ref().is_none_or(is_better) {
-                best = Some(own);
-            }
-            if is_found(&best) || search.is_after(LONGEST) {
-                break;
-            }
-        }
-        if is_found(&best) {
+    let mut best: Option<Found> = None;
+    for terms in &libraries {
+        let own = Found::with(dataset, terms, task, observer)?;
+        best = best.into_iter().chain(own).min_by(Found::order);
+        let is_law = best
+            .as_ref()
+            .is_some_and(|own| own.judged.0 == LawVerdict::Law);
+        if is_law || clock.elapsed().as_secs_f64() > NEXT {
             break;
         }
     }
-    let (mut start, refined, complete) = best.ok_or_else(nothing)?;
-    // Coefficients of what explains nothing are numbers without a meaning.
-    if refined.misfit.is_nan() || refined.misfit >= HOPELESS {
-        return Err(nothing());
-    }
-    start.take_friction(&refined, SIGNIFICANT);
-    let judged = search.judged((&start, &refined), complete)?;
+    let Found {
+        start,
+        refined,
+        judged,
+    } = best.ok_or_else(nothing)?;
     refined.solution(dataset, &start, task, judged)
+}
+
+/// The terms of the readings of the coordinates that explain rows about as well as any, by the number of values that they need; those of the
+/// coordinates as they were declared where none explains them.
+fn libraries(dataset: &Dataset, clock: &Instant, observer: &mut dyn Observer) -> Vec<Vec<Term>> {
+    let all: Vec<usize> = (0..dataset.coordinates.dof()).collect();
+    let readings = library::readings(&dataset.coordinates).into_iter();
+    let mut tell = |share: f64| !observer.stage("finding terms", share).is_break();
+    let mut found: Vec<(f64, usize, Vec<Term>)> = Vec::new();
+    let single = readings.len() == 1;
+    for own in readings {
+        let terms = library::library(dataset, &own);
+        if single {
+            return vec![terms];
+        }
+        let (rows, _) = Rows::of(dataset, &terms);
+        let candidates = Candidates {
+            dataset,
+            terms: &terms,
+            rows: &rows,
+        };
+        let path = rows
+            .last()
+            .map(|own| candidates.paths(own, &all, &mut tell));
+        let path = path.unwrap_or_default();
+        let first = candidates.promising(&all, &path).into_iter().next();
+        let own = first.map(|own| (own.misfit.max(own.held), own.values.len()));
+        let (misfit, needs) = own.unwrap_or((f64::INFINITY, 0));
+        found.push((misfit, needs, terms));
+        if clock.elapsed().as_secs_f64() > READ {
+            break;
+        }
+    }
+    let least = found.iter().map(|own| own.0).fold(f64::INFINITY, f64::min);
+    match least < POOR {
+        true => found.retain(|own| own.0 <= LIKELY * least.max(1.0)),
+        false => found.truncate(1),
+    }
+    found.sort_by_key(|own| own.1);
+    found.into_iter().map(|own| own.2).collect()
+}
+
+/// A formula, and what it is.
+struct Found {
+    start: Start,
+    refined: Refined,
+    judged: (LawVerdict, f64),
+}
+
+impl Found {
+    /// The formula of these terms; `None` where none explains anything.
+    fn with(
+        dataset: &Dataset,
+        terms: &[Term],
+        task: &TrainingTask,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Self>> {
+        let (rows, noise) = Rows::of(dataset, terms);
+        let candidates = Candidates {
+            dataset,
+            terms,
+            rows: &rows,
+        };
+        let search = Search {
+            dataset,
+            terms,
+            given: (&noise, task),
+            clock: Instant::now(),
+        };
+        let mut best: Option<(Start, Refined, bool)> = None;
+        let is_found = |best: &Option<(Start, Refined, bool)>| {
+            let good = GOOD.max(search.by_chance());
+            best.as_ref().is_some_and(|own| own.1.misfit < good)
+        };
+        for starts in [Candidates::apart, Candidates::together] {
+            let mut tell = |share: f64| !observer.stage("finding terms", share).is_break();
+            for start in starts(&candidates, &mut tell) {
+                let own = search.refined(start, observer)?;
+                let is_better = |best: &(_, Refined, _)| own.1.misfit < best.1.misfit;
+                if best.as_ref().is_none_or(is_better) {
+                    best = Some(own);
+                }
+                if is_found(&best) || search.is_after(LONGEST) {
+                    break;
+                }
+            }
+            if is_found(&best) {
+                break;
+            }
+        }
+        // Coefficients of what explains nothing are numbers without a meaning.
+        let Some((mut start, refined, complete)) = best.filter(|own| own.1.misfit < HOPELESS)
+        else {
+            return Ok(None);
+        };
+        start.take_friction(&refined, SIGNIFICANT);
+        let judged = search.judged((&start, &refined), complete)?;
+        Ok(Some(Self {
+            start,
+            refined,
+            judged,
+        }))
+    }
+
+    /// A law before an expansion, and the smaller misfit.
+    fn order(&self, other: &Self) -> std::cmp::Ordering {
+        let rank = |own: &Self| own.judged.0 as u8;
+        let misfit = self.refined.misfit.total_cmp(&other.refined.misfit);
+        rank(self).cmp(&rank(other)).then(misfit)
+    }
 }
 
 /// Terms that may explain rows.
