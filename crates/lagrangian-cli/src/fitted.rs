@@ -47,9 +47,17 @@ impl Fitted {
         let options = self.estimates(&given.estimate);
         if data.delay.is_empty() && !own.delay.is_empty() {
             data.fitted_delay.clone_from(&own.delay);
-            let words: Vec<String> = own.delay.iter().map(|s| (1e3 * s).to_string()).collect();
+            let words: Vec<String> = own
+                .delay
+                .iter()
+                .map(|s| format!("{:.6}", 1e3 * s))
+                .collect();
+            let words: Vec<&str> = words
+                .iter()
+                .map(|own| own.trim_end_matches('0').trim_end_matches('.'))
+                .collect();
             note!(
-                "note: as for the fit of the model: --delay {}",
+                "note: as for the fit of the model: --delay={}",
                 words.join(",")
             );
         }

@@ -108,7 +108,11 @@ fn assessed(run: &FitReport, place: &RunTarget, mode: OutputMode) -> Result<(Sco
 fn note_failures(tried: &[CandidateResult]) {
     for candidate in tried {
         if let Some(failure) = &candidate.failure {
-            note!("note: {} was not fitted: {failure}", candidate.family);
+            let what = match candidate.acceleration_nmse {
+                Some(_) => "is not kept",
+                None => "was not fitted",
+            };
+            note!("note: {} {what}: {failure}", candidate.family);
         }
     }
 }
@@ -144,7 +148,7 @@ fn note_result(folder: &RunFolder, fit: &Fit, assessment: &Assessment) {
     let asked = fit.model.evaluator().energy(&still, &still, &mut [0.0]);
     if asked == Evaluation::Unsupported {
         note!(
-            "  {} tells accelerations alone: it has no Lagrangian, and no energy that could be kept (--model lnn has)",
+            "  {} tells accelerations alone: it has no Lagrangian, and no energy that it could keep (--model lnn seeks one)",
             fit.model.family()
         );
     }

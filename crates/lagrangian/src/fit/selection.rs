@@ -219,7 +219,7 @@ impl FitSpec {
 
 /// Fits all candidates and keeps the best on held-out samples.
 ///
-/// One that seeks a law comes first, and is kept alone where it finds it. Those that learn torques come next: the one with the smallest torque error is kept, where a later candidate must halve the error
+/// One that seeks a law comes first, and is kept alone where it finds it; a series that is none where its accelerations are far better in the end. Those that learn torques come next: the one with the smallest torque error is kept, where a later candidate must halve the error
 /// of an earlier one. Those that learn accelerations are trained for a few steps and compared; the best is trained on, without its
 /// friction where it needs none. Of driven motions it replaces the other where it explains torques as well and accelerations much
 /// better, or accelerations alone so far better that no torques are worth it; of noisy ones, where it explains accelerations better. `resume` continues from a checkpoint of the candidate that
@@ -236,21 +236,37 @@ pub fn select(
     let (laws, candidates): (Vec<_>, Vec<_>) = candidates
         .into_iter()
         .partition(|own| own.part == Part::Law);
-    let mut tried = Vec::new();
+    let (mut tried, mut series) = (Vec::new(), None);
     if resume.is_none() {
         for law in laws {
-            if let Some(found) = law_alone(dataset, law, &mut tried, observer) {
-                return Ok(found);
+            match formula_first(dataset, law, &mut tried, observer) {
+                Some(mut own) if is_law(&own) => {
+                    own.tried = tried;
+                    return Ok(own);
+                }
+                own => series = series.or(own),
             }
         }
     }
     let mut kept = select_others(dataset, candidates, resume, observer)?;
+    // What is no law may be nearer to it than any network.
+    let errors = |own: &Selection| screening::held_out(&own.fit, dataset, 0);
+    if let Some(series) = series.filter(|own| errors(&kept).exceed(&errors(own))) {
+        let others = std::mem::replace(&mut kept, series).tried;
+        kept.tried = others;
+        tried.iter_mut().for_each(|own| own.failure = None);
+    }
     kept.tried.splice(0..0, tried);
     Ok(kept)
 }
 
-/// A model that is the law, beside which no other is needed; else what became of it is added to those that were tried.
-fn law_alone(
+/// Whether a model is a law, beside which no other is needed.
+fn is_law(own: &Selection) -> bool {
+    own.fit.model.written().is_some_and(|own| own.explains)
+}
+
+/// A model that is the law, or a series; what became of it is added to those that were tried.
+fn formula_first(
     dataset: &Dataset,
     mut chosen: ResolvedConfig,
     tried: &mut Vec<CandidateResult>,
@@ -274,12 +290,12 @@ fn law_alone(
         },
         ..CandidateResult::default()
     });
-    let (fit, written) = (fitted.ok()?, written.filter(|own| own.explains)?);
+    let (fit, written) = (fitted.ok()?, written?);
     let reason = format!("{}: {}", written.text, written.meaning);
     chosen
         .choices
         .insert(0, AutoSetting::new("model", &*chosen.name, reason));
-    let tried = std::mem::take(tried);
+    let tried = Vec::new();
     Some(Selection { fit, chosen, tried })
 }
 

@@ -283,9 +283,12 @@ fn of_accelerations(score: &Score, joints: &[Forward]) -> Option<Reason> {
     }
     let mean = error.nmse_mean;
     let finding = format!("the squared error of its accelerations is {mean:.3} of their variance");
-    let (grade, remedy) = match mean - score.acceleration_noise {
+    // What is no noise is of their variance too: a mean would leave no more.
+    let noise = score.acceleration_noise;
+    let most = if noise < 1.0 { 1.0 - noise } else { 1.0 };
+    let (grade, remedy) = match mean - noise {
         x if x <= GOOD => return None,
-        x if x < 1.0 => (
+        x if x < most => (
             Grade::Fair,
             "fit longer, or record more motions with less noise",
         ),

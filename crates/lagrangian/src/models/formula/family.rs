@@ -25,7 +25,8 @@ pub(crate) const ENTRY: Entry = Entry {
     load: |saved| load(saved),
     candidates: &[Candidate {
         on: |data, robot| {
-            !robot && !data.forced && data.train.goal.is_empty() && can_be_searched(data)
+            let few = !data.forced || data.coordinates.dof() == 1;
+            !robot && few && data.train.goal.is_empty() && can_be_searched(data)
         },
         ..Candidate::of_motion(0, "", &[])
     }],
