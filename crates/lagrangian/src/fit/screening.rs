@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use nets::Instant;
 
 use super::choice::ResolvedConfig;
+use super::selection::MARGIN;
 use crate::dataset::Dataset;
 use crate::fit::{Fit, fit};
 use crate::score::{CandidateResult, accelerations_at, poles};
@@ -43,6 +44,8 @@ struct Screening {
     errors: HeldOut,
     /// Whether M is definite in some states and indefinite in others: between them accelerations have poles.
     poles: bool,
+    /// Whether it tells no torques, where these were recorded.
+    blind: bool,
 }
 
 /// The squared errors of accelerations over their mean squares.
@@ -141,6 +144,7 @@ impl Trials<'_> {
             chosen,
             errors: held_out(&fit, self.dataset, 0),
             poles: poles(&fit.model, &s.q, &s.qd) > 0.0,
+            blind: plain && self.dataset.forced,
         });
         let trial = fitted.map(trial);
         self.tried.push(CandidateResult {
@@ -157,14 +161,20 @@ impl Trials<'_> {
 
 impl Screening {
     /// Whether the mean error of another is less by more than the standard error of the difference, and not greater where
-    /// accelerations are uncertain or were not recorded.
+    /// accelerations are uncertain or were not recorded. One that tells no torques must halve it.
     fn is_worse(&self, other: &Self) -> bool {
         // Errors that are not finite are worse than all others.
         let finite = |own: &Self| own.errors.blocks.iter().all(|e| e.is_finite());
         let elsewhere = other.errors.alike <= ELSEWHERE * self.errors.alike
             && (!other.poles || self.poles || self.errors.mean() > USEFUL);
+        let most = if other.blind && !self.blind {
+            MARGIN
+        } else {
+            1.0
+        };
+        let less = other.errors.mean() <= most * self.errors.mean();
         !finite(self) && finite(other)
-            || exceed(&self.errors.blocks, &other.errors.blocks) && elsewhere
+            || exceed(&self.errors.blocks, &other.errors.blocks) && elsewhere && less
     }
 }
 

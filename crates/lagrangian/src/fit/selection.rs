@@ -27,7 +27,7 @@ const FRICTION: [&str; 2] = ["forces", "dissipation"];
 
 /// Held-out blocks of the fitted motions show little of the extrapolation of a flexible model. The candidates are ordered
 /// by the strength of their assumptions, and one with weaker assumptions must halve the error to be kept.
-const MARGIN: f64 = 0.5;
+pub(super) const MARGIN: f64 = 0.5;
 
 /// Torque errors up to this multiple are the same …
 const SAME: f64 = 1.1;
