@@ -173,7 +173,7 @@ pub(crate) struct DataArgs {
 
     /// Delay from the forces to the motion, ms, by which the forces are shifted; one value, or one for each coordinate
     /// (`lagrangian check` measures it)
-    #[arg(long, value_name = "MS", value_delimiter = ',', allow_negative_numbers = true, value_parser = finite)]
+    #[arg(long, value_name = "MS", value_delimiter = ',', allow_hyphen_values = true, value_parser = finite)]
     #[serde(default)]
     pub(crate) delay: Vec<f64>,
 

@@ -60,8 +60,9 @@ const UNCERTAIN: f64 = 0.1;
 const EXACT: f64 = 0.999;
 /// Forces with more noise than this part of their deviation are those of a real machine, too …
 pub const NOISY_FORCES: f64 = 0.01;
-/// … where q̈ is shaken, or windows of as many periods of the low-pass flatten more of the dry friction than it does: noise of forces alone
-/// biases nothing, while a low-pass smears friction wherever a joint turns back.
+/// … where q̈ has this relative error, or windows of as many periods of the low-pass flatten more of the dry friction than it does: noise of
+/// forces alone biases nothing, while a low-pass smears friction wherever a joint turns back.
+const SHAKEN: f64 = 0.01;
 const FLAT: f64 = 2.0;
 /// An inertia that grows by more than this part from one cut-off to a lower one is unreliable.
 const GROWTH: f64 = 0.2;
@@ -378,7 +379,10 @@ fn delays(recordings: &[Recording], fits: &JointFits, errors: f64) -> Vec<Item> 
         let size = format!("{samples:.2} ± {error:.2} samples ({ms:.2} ± {ms_error:.2} ms)");
         let delayed = is_delay(&found, step, errors);
         let finding = if delayed {
-            let side = if found.delay > 0.0 { "after" } else { "before" };
+            let (side, size) = match size.strip_prefix('-') {
+                Some(_) => ("before", size.replace('-', "")),
+                None => ("after", size),
+            };
             let without = 100.0 * found.explained.1;
             format!(
                 "{name} moves {size} {side} its force: that explains {explained:.2} % of the force, no delay {without:.2} %"
@@ -454,12 +458,12 @@ fn accelerations(recordings: &[Recording], fits: &JointFits) -> Option<Item> {
         "estimated q̈ is uncertain by {percent:.1} % ({joint}), the forces by {:.1} % or less",
         100.0 * noise
     );
-    let hertz = fits.low_pass.map_or(0.0, |own| own.hertz);
-    let shaken = |own: f64| {
-        own > regression::SHAKEN || hertz * regression::longest_window(recordings) > FLAT
-    };
-    let noisy = *worst > UNCERTAIN || noise > NOISY_FORCES && shaken(*worst);
-    let Some(low_pass) = fits.low_pass else {
+    let shaken = *worst > SHAKEN;
+    let low_pass = if shaken { fits.low_pass } else { fits.gentle };
+    let hertz = low_pass.map_or(0.0, |own| own.hertz);
+    let flattens = || hertz * regression::longest_window(recordings) > FLAT;
+    let noisy = *worst > UNCERTAIN || noise > NOISY_FORCES && (shaken || flattens());
+    let Some(low_pass) = low_pass else {
         let remedy = "record faster or more exciting motions, or choose a `low_pass` yourself: the motion explains too little of the forces to tell which";
         let item = Item::pass("acceleration", finding).warn_if(noisy, remedy);
         return Some(item.value("uncertainty", *worst));

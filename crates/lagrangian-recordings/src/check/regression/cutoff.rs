@@ -29,8 +29,8 @@ const WHOLE: f64 = 0.99;
 /// A reference counts where its unexplained part is at most this many times the smallest one: beyond it, noise would be
 /// predicted.
 const CLEAR: f64 = 3.0;
-/// The result is the lowest cut-off that retains the motion and whose mean error exceeds the best by at most this factor; where q̈ is certain
-/// the middle of these, since a lower one flattens dry friction, which the errors show little of.
+/// The result is the lowest cut-off that retains the motion and whose mean error exceeds the best by at most this factor, and the middle of
+/// these: a lower one tells a delay best, but flattens dry friction, which the errors show little of.
 const NEARLY: f64 = 1.05;
 /// A cut-off is returned only where the regression explains this part of the variance of the forces.
 const EXPLAINED: f64 = 0.5;
@@ -54,9 +54,9 @@ struct Candidate {
     joints: Vec<Vec<Part>>,
 }
 
-/// The cut-off for these recordings, of which q̈ may be certain; `None` where the motion does not explain the forces, or there is too little
+/// The lowest cut-off for these recordings, and the middle one; `None` where the motion does not explain the forces, or there is too little
 /// of it.
-pub(super) fn choose(recordings: &[&Recording], certain: bool) -> Option<Cutoff> {
+pub(super) fn choose(recordings: &[&Recording]) -> Option<[Cutoff; 2]> {
     // From the lowest to the highest.
     let hertz = candidates(recordings);
     let margin = 0.5 / hertz.first()?;
@@ -81,15 +81,16 @@ pub(super) fn choose(recordings: &[&Recording], certain: bool) -> Option<Cutoff>
     let near: Vec<&Candidate> = near.map(|own| own.0).collect();
     let whole = near.iter().filter(|c| c.keeps(WHOLE, all.last()));
     let whole: Vec<&Candidate> = whole.copied().collect();
-    let chosen = match whole.get(if certain { whole.len() / 2 } else { 0 }) {
-        Some(chosen) => chosen,
-        None => *near.first()?,
+    let (lowest, middle) = match (whole.first(), whole.get(whole.len() / 2)) {
+        (Some(lowest), Some(middle)) => (*lowest, *middle),
+        _ => (*near.first()?, *near.first()?),
     };
-    let explained = 1.0 - chosen.error(chosen).exp();
-    (explained > EXPLAINED).then_some(Cutoff {
-        hertz: chosen.hertz,
-        explained,
-    })
+    let cutoff = |own: &Candidate| Cutoff {
+        hertz: own.hertz,
+        explained: 1.0 - own.error(own).exp(),
+    };
+    let both = [lowest, middle].map(cutoff);
+    (both[0].explained > EXPLAINED).then_some(both)
 }
 
 /// The candidate cut-offs, Hz, increasing.

@@ -66,8 +66,6 @@ const FEW: usize = 4;
 const ALIKE: f64 = 2.0;
 /// Of more coordinates than these no forces are explained by a chain of joints: their terms are as many as the square of their number.
 pub(in crate::check) const MOST_JOINTS: usize = 12;
-/// Accelerations of a larger relative error are shaken by what the forces do not show.
-pub(in crate::check) const SHAKEN: f64 = 0.01;
 /// Second cut-off as a fraction of the first.
 const NARROWER: f64 = 0.7;
 
@@ -105,6 +103,8 @@ pub(in crate::check) struct JointFits {
     pub(in crate::check) noise: Vec<f64>,
     /// The low-pass, where one was found.
     pub(in crate::check) low_pass: Option<Cutoff>,
+    /// The one that keeps more of dry friction, for motions whose q̈ is certain.
+    pub(in crate::check) gentle: Option<Cutoff>,
     /// Whether the low-pass was given.
     pub(in crate::check) given: bool,
     /// The cut-off that was used, Hz.
@@ -128,11 +128,11 @@ pub(in crate::check) fn fit_joints(
     let whole = |r: &&Recording| r.coordinates == *coordinates && !r.tau.is_empty() && usable(r);
     let recordings: Vec<&Recording> = recordings.iter().filter(whole).collect();
     let step = least_step(&recordings)?;
-    let uncertainty = mean_of(&recordings, uncertainty);
-    let low_pass = match options.low_pass {
+    let cutoffs = match options.low_pass {
         Some(_) => None,
-        None => cutoff::choose(&recordings, !uncertainty.iter().any(|own| *own > SHAKEN)),
+        None => cutoff::choose(&recordings),
     };
+    let low_pass = cutoffs.map(|own| own[0]);
     let cutoff = options.low_pass.or(low_pass.map(|c| c.hertz));
     let cutoff = cutoff.unwrap_or(UNKNOWN / step);
     // A second, lower cut-off shows the influence of the first.
@@ -153,13 +153,14 @@ pub(in crate::check) fn fit_joints(
     Some(JointFits {
         step,
         joints,
-        uncertainty,
+        uncertainty: mean_of(&recordings, uncertainty),
         noise: mean_of(&recordings, force_noise),
         cutoff,
         rubs: friction::rubs(&filtered),
         undriven: undriven::undriven(&filtered),
         couplings: coupling::couplings(&filtered),
         low_pass,
+        gentle: cutoffs.map(|own| own[1]),
         given: options.low_pass.is_some(),
     })
 }
