@@ -11,7 +11,8 @@ use lagrangian_mechanics::Model;
 use lagrangian_motion::statistics::{column, mean};
 use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
 use lagrangian_recordings::check::{
-    CONSTRAINTS, CheckOptions, CheckReport, Item, NOISY_FORCES, Verdict, check, check_validation,
+    CONSTRAINTS, CheckOptions, CheckReport, Item, NOISY_FORCES, SMOOTHED, Verdict, check,
+    check_validation,
 };
 use lagrangian_recordings::{
     Estimate, EstimateOptions, Recording, Sampling, are_smooth, between_stops,
@@ -312,11 +313,14 @@ fn low_pass(
     Ok((suggested.filter(|_| whole.is_none()), whole))
 }
 
-/// Whether the forces have no noise to speak of.
+/// Whether the forces have no noise to speak of, and windows leave no more in the accelerations than a low-pass would.
 fn are_clean(check: &CheckReport) -> bool {
-    let noise = |item: &Item| item.values.get("force_noise").copied();
-    let mut noises = check.items.iter().filter_map(noise);
-    noises.all(|noise| noise <= NOISY_FORCES)
+    let values = |name: &'static str| {
+        let of = move |item: &Item| item.values.get(name).copied();
+        check.items.iter().filter_map(of)
+    };
+    values("force_noise").all(|noise| noise <= NOISY_FORCES)
+        && values("window_periods").all(|periods| periods >= SMOOTHED)
 }
 
 /// Whether most accelerations need no low-pass: their noise is white, or there is none.

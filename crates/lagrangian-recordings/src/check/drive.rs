@@ -64,6 +64,8 @@ pub const NOISY_FORCES: f64 = 0.01;
 /// forces alone biases nothing, while a low-pass smears friction wherever a joint turns back.
 const SHAKEN: f64 = 0.01;
 const FLAT: f64 = 2.0;
+/// Windows of fewer periods leave noise in q̈ that a low-pass, below which the motion explains the forces, does not.
+pub const SMOOTHED: f64 = 2.5;
 /// An inertia that grows by more than this part from one cut-off to a lower one is unreliable.
 const GROWTH: f64 = 0.2;
 
@@ -460,9 +462,13 @@ fn accelerations(recordings: &[Recording], fits: &JointFits) -> Option<Item> {
     );
     let shaken = *worst > SHAKEN;
     let low_pass = if shaken { fits.low_pass } else { fits.gentle };
-    let hertz = low_pass.map_or(0.0, |own| own.hertz);
-    let flattens = || hertz * regression::longest_window(recordings) > FLAT;
-    let noisy = *worst > UNCERTAIN || noise > NOISY_FORCES && (shaken || flattens());
+    let looked = low_pass.filter(|_| shaken || noise > NOISY_FORCES);
+    let periods = looked.map(|own| own.hertz * regression::longest_window(recordings));
+    let short = periods.is_some_and(|own| own < SMOOTHED);
+    let noisy = match shaken {
+        true => *worst > UNCERTAIN || noise > NOISY_FORCES || short,
+        false => noise > NOISY_FORCES && periods.is_some_and(|own| own > FLAT),
+    };
     let Some(low_pass) = low_pass else {
         let remedy = "record faster or more exciting motions, or choose a `low_pass` yourself: the motion explains too little of the forces to tell which";
         let item = Item::pass("acceleration", finding).warn_if(noisy, remedy);
@@ -478,5 +484,9 @@ fn accelerations(recordings: &[Recording], fits: &JointFits) -> Option<Item> {
         .value("uncertainty", *worst)
         .value("force_noise", noise)
         .value("explained", low_pass.explained);
-    Some(item.value("low_pass_hz", hertz))
+    let item = item.value("low_pass_hz", hertz);
+    Some(match periods {
+        Some(periods) => item.value("window_periods", periods),
+        None => item,
+    })
 }
