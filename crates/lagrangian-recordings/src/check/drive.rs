@@ -33,6 +33,8 @@ const DEGREES: f64 = 0.5;
 const TURNS: f64 = 4.0;
 /// A dead zone is suspected where it divides the unexplained part of a force by this.
 const DEAD_ZONE: f64 = 2.0;
+/// … where this part of the force is on either side.
+const TURNING: f64 = 0.05;
 /// Forces beyond this, N·m or N, suggest wrong units.
 const IMPLAUSIBLE: f64 = 1e4;
 /// A wrong sign is certain beyond this many standard errors …
@@ -200,7 +202,13 @@ fn dead_zones(recordings: &[Recording], readings: &Readings) -> Vec<Item> {
         );
         let remedy = "look for a dead zone of the drive, and record the force that acts after it";
         let item = Item::warn("dead zone", finding, remedy).claims(Some(i), threshold);
-        (left.1 > DEAD_ZONE * left.0 && 1.0 - left.0 > EXPLAINED)
+        // A weight that a drive carries is as constant as what a zone takes of a force that never turns.
+        let all = recordings
+            .iter()
+            .flat_map(|r| r.tau.iter().skip(i).step_by(r.dof()));
+        let pulls = all.clone().filter(|x| **x < 0.0).count() as f64 / all.count() as f64;
+        let turns = pulls.min(1.0 - pulls) > TURNING;
+        (turns && left.1 > DEAD_ZONE * left.0 && 1.0 - left.0 > EXPLAINED)
             .then(|| item.value("threshold", threshold))
     };
     readings

@@ -199,7 +199,8 @@ pub(super) fn forwards(model: &dyn Model, motions: &[Trajectory], score: &Score)
             inertial_share: share,
             unexplained,
             acceleration_nmse: acceleration.nmse[i],
-            predictable: share > unexplained,
+            // A joint that nothing drives has no torque to compare.
+            predictable: share > unexplained || share.is_infinite() && acceleration.nmse[i] < 1.0,
         }
     };
     (0..n).map(forward).collect()

@@ -188,6 +188,12 @@ impl Score {
         if grade == Grade::Good {
             return Some(Judgement::new(grade, ""));
         }
+        if !nmse.is_finite()
+            && let Some(own) = self.acceleration_judgement(i, assessment)
+        {
+            let why = "a force that never changes: its acceleration is judged";
+            return Some(Judgement::new(own.grade, why));
+        }
         let joint = assessment.joints.get(i);
         let is_passive =
             |joint: &&Forward| joint.counts_beside_inertia() && joint.inertial_share.is_finite();
