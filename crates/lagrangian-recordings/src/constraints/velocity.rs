@@ -114,7 +114,6 @@ pub(super) fn find(search: &mut Search<'_>, points: &[Point], motions: &[&[f64]]
     for [a, b] in &ends {
         look.at(&moving(a, b, &[&a.axes[..], &b.axes].concat()), false);
     }
-    // Free points that move alike, such as planets, keep relations of so many products that no system has.
     if few && (points.len() == 1 || joined(&rods, points.len())) {
         let all = lines
             .iter()
@@ -123,7 +122,7 @@ pub(super) fn find(search: &mut Search<'_>, points: &[Point], motions: &[&[f64]]
     }
 }
 
-/// Whether rods join all points.
+/// Whether rods join all points: free ones that move alike, such as planets, keep relations of so many products that no system has.
 fn joined(rods: &[Vec<usize>], points: usize) -> bool {
     let mut reached = BTreeSet::from([0]);
     for _ in 0..points {
