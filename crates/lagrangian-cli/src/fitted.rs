@@ -47,15 +47,8 @@ impl Fitted {
         let options = self.estimates(&given.estimate);
         if data.delay.is_empty() && !own.delay.is_empty() {
             data.fitted_delay.clone_from(&own.delay);
-            let words: Vec<String> = own
-                .delay
-                .iter()
-                .map(|s| format!("{:.6}", 1e3 * s))
-                .collect();
-            let words: Vec<&str> = words
-                .iter()
-                .map(|own| own.trim_end_matches('0').trim_end_matches('.'))
-                .collect();
+            let words = own.delay.iter().map(|s| (1e9 * s).round() / 1e6);
+            let words: Vec<String> = words.map(|ms| ms.to_string()).collect();
             note!(
                 "note: as for the fit of the model: --delay={}",
                 words.join(",")

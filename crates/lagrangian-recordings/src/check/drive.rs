@@ -389,9 +389,9 @@ fn delays(recordings: &[Recording], fits: &JointFits, errors: f64) -> Vec<Item> 
         let size = format!("{samples:.2} ± {error:.2} samples ({ms:.2} ± {ms_error:.2} ms)");
         let delayed = is_delay(&found, step, errors);
         let finding = if delayed {
-            let (side, size) = match size.strip_prefix('-') {
-                Some(_) => ("before", size.replace('-', "")),
-                None => ("after", size),
+            let (side, size) = match found.delay > 0.0 {
+                true => ("after", size),
+                false => ("before", size.replace('-', "")),
             };
             let without = 100.0 * found.explained.1;
             format!(

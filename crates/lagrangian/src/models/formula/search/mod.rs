@@ -114,13 +114,13 @@ pub(super) fn find(
     observer: &mut dyn Observer,
 ) -> Result<Solution> {
     let clock = Instant::now();
-    let libraries = match config.terms.is_empty() {
-        true => libraries(dataset, &clock, observer),
-        false => vec![config.terms.clone()],
+    let readings = match config.terms.is_empty() {
+        true => readings(dataset, &clock, observer),
+        false => vec![Reading::of(dataset, config.terms.clone())],
     };
     let mut best: Option<Found> = None;
-    for terms in &libraries {
-        let own = Found::with(dataset, terms, task, observer)?;
+    for reading in &readings {
+        let own = Found::of(dataset, reading, task, observer)?;
         best = best.into_iter().chain(own).min_by(Found::order);
         let is_law = best
             .as_ref()
@@ -137,33 +137,51 @@ pub(super) fn find(
     refined.solution(dataset, &start, task, judged)
 }
 
-/// The terms of the readings of the coordinates that explain rows about as well as any, by the number of values that they need; those of the
-/// coordinates as they were declared where none explains them.
-fn libraries(dataset: &Dataset, clock: &Instant, observer: &mut dyn Observer) -> Vec<Vec<Term>> {
+/// The terms of one reading of the coordinates, and their rows.
+struct Reading {
+    terms: Vec<Term>,
+    rows: Vec<Rows>,
+    noise: Vec<f64>,
+}
+
+impl Reading {
+    fn of(dataset: &Dataset, terms: Vec<Term>) -> Self {
+        let (rows, noise) = Rows::of(dataset, &terms);
+        Self { terms, rows, noise }
+    }
+
+    fn candidates<'a>(&'a self, dataset: &'a Dataset) -> Candidates<'a> {
+        Candidates {
+            dataset,
+            terms: &self.terms,
+            rows: &self.rows,
+        }
+    }
+}
+
+/// The readings of the coordinates that explain rows about as well as any, by the number of values that they need; the coordinates as they
+/// were declared where none explains them.
+fn readings(dataset: &Dataset, clock: &Instant, observer: &mut dyn Observer) -> Vec<Reading> {
     let all: Vec<usize> = (0..dataset.coordinates.dof()).collect();
     let readings = library::readings(&dataset.coordinates).into_iter();
     let mut tell = |share: f64| !observer.stage("finding terms", share).is_break();
-    let mut found: Vec<(f64, usize, Vec<Term>)> = Vec::new();
+    let mut found: Vec<(f64, usize, Reading)> = Vec::new();
     let single = readings.len() == 1;
     for own in readings {
-        let terms = library::library(dataset, &own);
+        let reading = Reading::of(dataset, library::library(dataset, &own));
         if single {
-            return vec![terms];
+            return vec![reading];
         }
-        let (rows, _) = Rows::of(dataset, &terms);
-        let candidates = Candidates {
-            dataset,
-            terms: &terms,
-            rows: &rows,
-        };
-        let path = rows
+        let candidates = reading.candidates(dataset);
+        let path = reading
+            .rows
             .last()
             .map(|own| candidates.paths(own, &all, &mut tell));
         let path = path.unwrap_or_default();
         let first = candidates.promising(&all, &path).into_iter().next();
         let own = first.map(|own| (own.misfit.max(own.held), own.values.len()));
         let (misfit, needs) = own.unwrap_or((f64::INFINITY, 0));
-        found.push((misfit, needs, terms));
+        found.push((misfit, needs, reading));
         if clock.elapsed().as_secs_f64() > READ {
             break;
         }
@@ -185,23 +203,18 @@ struct Found {
 }
 
 impl Found {
-    /// The formula of these terms; `None` where none explains anything.
-    fn with(
+    /// The formula of a reading; `None` where none explains anything.
+    fn of(
         dataset: &Dataset,
-        terms: &[Term],
+        reading: &Reading,
         task: &TrainingTask,
         observer: &mut dyn Observer,
     ) -> Result<Option<Self>> {
-        let (rows, noise) = Rows::of(dataset, terms);
-        let candidates = Candidates {
-            dataset,
-            terms,
-            rows: &rows,
-        };
+        let candidates = reading.candidates(dataset);
         let search = Search {
             dataset,
-            terms,
-            given: (&noise, task),
+            terms: &reading.terms,
+            given: (&reading.noise, task),
             clock: Instant::now(),
         };
         let mut best: Option<(Start, Refined, bool)> = None;
