@@ -20,6 +20,8 @@ pub struct Samples {
     pub steps: Vec<f64>,
     /// The weight of each sample's residuals, `[m]`, else empty: all weigh the same.
     pub weights: Vec<f64>,
+    /// The time over which a low-pass has spread each change of sign of a velocity in the forces, s; 0 without one.
+    pub spreading: f64,
 }
 
 impl Deref for Samples {
@@ -45,6 +47,7 @@ impl Samples {
             signals,
             steps: Vec::new(),
             weights: Vec::new(),
+            spreading: 0.0,
         }
     }
 
@@ -58,6 +61,13 @@ impl Samples {
     #[must_use]
     pub fn row(&self, s: usize) -> Signals<&[f64]> {
         self.signals.row(self.n, s)
+    }
+
+    /// The speed over which dry friction changes its sign in these samples, where it does so over `speed`, at the acceleration `qdd`: what
+    /// was a step in time is as wide as the low-pass makes it (theory.md, equation 45a).
+    #[must_use]
+    pub fn smoothing(&self, speed: f64, qdd: f64) -> f64 {
+        speed.hypot(self.spreading * qdd)
     }
 
     /// The number of samples.
@@ -74,6 +84,7 @@ impl Samples {
 
     /// Appends some of other samples: states, accelerations and forces, as far as they have them.
     pub fn append(&mut self, other: &Self, rows: Range<usize>) {
+        self.spreading = self.spreading.max(other.spreading);
         let rows = rows.start * other.n..rows.end * other.n;
         let pairs = [
             (&mut self.signals.q, &other.q),

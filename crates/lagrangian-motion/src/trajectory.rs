@@ -19,6 +19,8 @@ pub struct Trajectory {
     pub errors: Signals,
     /// The measured q and q̇ where the signals are smoothed ones, `[len, n]` each; empty elsewhere.
     pub measured: Signals,
+    /// The time over which a low-pass has spread each change of sign of a velocity in the forces, s; 0 without one.
+    pub spreading: f64,
 }
 
 impl Deref for Trajectory {
@@ -52,6 +54,7 @@ impl Trajectory {
             signals,
             errors: Signals::default(),
             measured: Signals::default(),
+            spreading: 0.0,
         }
     }
 
@@ -89,6 +92,7 @@ impl Trajectory {
             errors: self.errors.rows(n, &range),
             measured: self.measured.rows(n, &range),
             t: self.t[range].to_vec(),
+            spreading: self.spreading,
         }
     }
 
@@ -112,6 +116,7 @@ impl Trajectory {
             signals: self.signals.as_ref().map(scaled),
             errors: Signals::default(),
             measured: Signals::default(),
+            spreading: 0.0,
         }
     }
 

@@ -512,6 +512,7 @@ impl Fitted {
             signals: signals.map(|_, values| rows(values, n)),
             errors: self.errors.map(|_, values| rows(values, n)),
             measured: kept,
+            spreading: low_pass::spreading(options.low_pass),
         };
         (trajectory, self.estimates)
     }

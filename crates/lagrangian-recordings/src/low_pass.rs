@@ -6,7 +6,9 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::local_polynomial::median_step;
+use super::Recording;
+use super::derivatives::GAP;
+use super::local_polynomial::{median_step, segments};
 
 /// The highest cut-off, as a fraction of the sampling rate: above it the derivatives of the filtered signal are inaccurate.
 pub const HIGHEST: f64 = 0.35;
@@ -20,6 +22,18 @@ const SECOND: [f64; 5] = [
     8.0 / 315.0,
     -1.0 / 560.0,
 ];
+/// What a low-pass leaves of a change of sign at time 0 is about tanh(t / T), where T is this part of the period of its cut-off: in
+/// forces of simulated arms with weak to strong dry friction, values of 0.13 … 0.18 tell friction about as well as filtered signs do.
+const SPREADING: f64 = 0.155;
+/// Candidates within a decade, Hz.
+const DECADE: [f64; 6] = [8.0, 5.0, 3.0, 2.0, 1.5, 1.0];
+/// The number of candidates.
+const CANDIDATES: usize = 10;
+/// Highest candidate, Hz, and as a fraction of the sampling rate.
+const HIGHEST_CANDIDATE: f64 = 50.0;
+const OF_RATE: f64 = 0.3;
+/// Number of periods of the lowest candidate in the longest piece of a recording.
+const PERIODS: f64 = 10.0;
 /// Time stamps within this part of a step are on the grid.
 const EVEN: f64 = 1e-3;
 /// Stamps nearer to each other than this part of a step are interpolated linearly, because a cubic would amplify noise.
@@ -183,6 +197,33 @@ impl LowPass {
     }
 }
 
+/// Cut-offs to choose from for these recordings, Hz, increasing.
+pub fn candidates<'a>(
+    recordings: impl IntoIterator<Item = &'a Recording, IntoIter: Clone>,
+) -> Vec<f64> {
+    let recordings = recordings.into_iter();
+    let steps = recordings.clone().map(|r| median_step(&r.t));
+    let step = steps.fold(0.0, f64::max);
+    let pieces = recordings.flat_map(|r| {
+        let pieces = segments(&r.t, GAP).into_iter();
+        pieces.map(|s| r.t[s.end - 1] - r.t[s.start])
+    });
+    let longest = pieces.fold(0.0, f64::max);
+    let allowed = PERIODS / longest..=HIGHEST_CANDIDATE.min(OF_RATE / step);
+    let decades = (-3..=1).rev().map(|power| 10.0_f64.powi(power));
+    let all = decades.flat_map(|decade| DECADE.map(|x| x * decade));
+    let all = all.filter(|hertz| allowed.contains(hertz));
+    let mut chosen: Vec<f64> = all.take(CANDIDATES).collect();
+    chosen.reverse();
+    chosen
+}
+
+/// The time T over which a low-pass with this cut-off, Hz, spreads a change of sign, s; 0 without one.
+#[must_use]
+pub fn spreading(cutoff: Option<f64>) -> f64 {
+    cutoff.map_or(0.0, |cutoff| SPREADING / cutoff)
+}
+
 /// The value at `at` of the polynomial through the points `y` at distinct `t`.
 #[must_use]
 pub fn lagrange(t: &[f64], y: &[f64], at: f64) -> f64 {
@@ -231,6 +272,23 @@ mod tests {
             // Twice −3 dB at the cut-off, without delay.
             assert!((half.value[k] - 0.5 * (TAU * 8.0 * t).sin()).abs() < 1e-6);
         }
+    }
+
+    #[test]
+    fn a_sign_becomes_as_wide_as_is_said() {
+        let t: Vec<f64> = (0..2001).map(|k| 0.002 * f64::from(k)).collect();
+        let sign: Vec<f64> = t.iter().map(|t| (t - 2.0).signum()).collect();
+        for cutoff in [2.0, 8.0, 20.0] {
+            let width = spreading(Some(cutoff));
+            let left = LowPass::new(cutoff, &t).apply(&sign).value;
+            let near = left
+                .iter()
+                .zip(&t)
+                .filter(|(_, t)| (**t - 2.0).abs() < width);
+            let error = |(left, t): (&f64, &f64)| (left - ((t - 2.0) / width).tanh()).abs();
+            assert!(near.map(error).fold(0.0, f64::max) < 0.2);
+        }
+        assert!(spreading(None) == 0.0);
     }
 
     #[test]

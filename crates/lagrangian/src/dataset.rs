@@ -435,6 +435,7 @@ fn samples(n: usize, trajectories: &[Trajectory]) -> Result<Samples> {
         for ((_, all), (_, own)) in out.iter_mut().zip(trajectory.iter()) {
             all.extend(own);
         }
+        out.spreading = out.spreading.max(trajectory.spreading);
         // A motion whose forces are not known is free.
         let size = out.q.len();
         out.tau.resize(size, 0.0);

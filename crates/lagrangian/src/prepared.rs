@@ -1,6 +1,7 @@
 //! From recordings to the data of a fit: the findings of their check, a low-pass where noise calls for one, estimated
 //! signals, and held-back samples.
 
+mod cutoff;
 mod held;
 
 use crate::dataset::{Dataset, PrepareOptions, split};
@@ -11,8 +12,7 @@ use lagrangian_mechanics::Model;
 use lagrangian_motion::statistics::{column, mean};
 use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
 use lagrangian_recordings::check::{
-    CONSTRAINTS, CheckOptions, CheckReport, Item, NOISY_FORCES, SMOOTHED, Verdict, check,
-    check_validation,
+    CONSTRAINTS, CheckOptions, CheckReport, Item, NOISY_FORCES, Verdict, check, check_validation,
 };
 use lagrangian_recordings::{
     Estimate, EstimateOptions, Recording, Sampling, are_smooth, between_stops,
@@ -141,24 +141,34 @@ impl Prepared {
         let count = training.len();
         let mut training = between_stops(training.into_iter().chain(validation).collect());
         let validation = training.split_off(count);
-        let ready = |recordings| Ready::new(recordings, spec, (&check, &estimates));
-        let may_shift = options.delay.is_empty() && training.iter().any(|r| !r.tau.is_empty());
-        let spare = may_shift.then(|| (training.clone(), validation.clone()));
-        let (mut own, mut delay) = (ready((training, validation))?, None);
-        if let Some(spare) = spare
-            && let Some(half) = held::half_a_row(&own.dataset, spec)
-            && let Some(later) = held::later(spare, &half)
+        let ready =
+            |recordings, low_pass| Ready::new(recordings, (spec, low_pass), (&check, &estimates));
+        let open = options.delay.is_empty() || options.low_pass.is_none();
+        let may_change = open && training.iter().any(|r| !r.tau.is_empty());
+        let mut spare = may_change.then(|| (training.clone(), validation.clone()));
+        let (mut own, mut delay) = (ready((training, validation), None)?, None);
+        if let Some(spare) = &mut spare
+            && let Some(robot) = held::robot(&own.dataset, spec)
         {
-            (own, delay) = (ready(later)?, Some(half));
+            if options.delay.is_empty()
+                && let Some(half) = held::half_a_row(&own.dataset, &robot)
+                && let Some(later) = held::later(spare, &half)
+            {
+                (*spare, delay) = (later, Some(half));
+            }
+            let (whole, asked) = ((&own.dataset, &robot), (spec, &estimates));
+            let low_pass = cutoff::choose(&spare.0, whole, asked);
+            if delay.is_some() || low_pass.is_some() {
+                own = ready(std::mem::take(spare), low_pass)?;
+            }
         }
-        let (mut dataset, train, validation) = (own.dataset, own.train, own.validation);
-        let cyclic;
-        (dataset.cyclic, cyclic) = spec.cyclic(&dataset)?;
-        let held_out = !validation.is_empty();
-        let mut motions = if held_out { validation } else { train };
+        let (kept, cyclic) = spec.cyclic(&own.dataset)?;
+        own.dataset.cyclic = kept;
+        let held_out = !own.validation.is_empty();
+        let mut motions = if held_out { own.validation } else { own.train };
         motions.sort_by_cached_key(|motion| with_long_numbers(&motion.name));
         Ok(Self {
-            dataset,
+            dataset: own.dataset,
             estimates: own.estimates,
             low_pass: own.low_pass,
             options: own.options,
@@ -233,12 +243,15 @@ struct Ready {
 impl Ready {
     fn new(
         (training, validation): (Vec<Recording>, Vec<Recording>),
-        spec: &FitSpec,
+        (spec, chosen): (&FitSpec, Option<AutoSetting>),
         (check, options): (&CheckReport, &EstimateOptions),
     ) -> Result<Self> {
         let (needs, asked) = (spec.needs()?, &spec.prepare);
         let coordinates = same_coordinates(&training, &validation)?;
-        let (low_pass, whole) = low_pass(&training, asked, (check, options))?;
+        let (low_pass, whole) = match chosen {
+            Some(chosen) => (Some(chosen), None),
+            None => low_pass(&training, asked, (check, options))?,
+        };
         let mut options = options.clone();
         if let Some(hertz) = low_pass.as_ref().and_then(|choice| choice.value.as_f64()) {
             options.low_pass = Some(hertz);
@@ -313,14 +326,11 @@ fn low_pass(
     Ok((suggested.filter(|_| whole.is_none()), whole))
 }
 
-/// Whether the forces have no noise to speak of, and windows leave no more in the accelerations than a low-pass would.
+/// Whether the forces have no noise to speak of.
 fn are_clean(check: &CheckReport) -> bool {
-    let values = |name: &'static str| {
-        let of = move |item: &Item| item.values.get(name).copied();
-        check.items.iter().filter_map(of)
-    };
-    values("force_noise").all(|noise| noise <= NOISY_FORCES)
-        && values("window_periods").all(|periods| periods >= SMOOTHED)
+    let noise = |item: &Item| item.values.get("force_noise").copied();
+    let mut noises = check.items.iter().filter_map(noise);
+    noises.all(|noise| noise <= NOISY_FORCES)
 }
 
 /// Whether most accelerations need no low-pass: their noise is white, or there is none.

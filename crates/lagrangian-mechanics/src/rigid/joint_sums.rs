@@ -280,7 +280,7 @@ impl JointSums {
                 y[(row, bodies + 1)] = 1.0;
                 y[(row, bodies + 2)] = x.qd[j];
                 for (k, speed) in speeds.iter().enumerate() {
-                    let direction = (x.qd[j] / speed).tanh();
+                    let direction = (x.qd[j] / samples.smoothing(*speed, x.qdd[j])).tanh();
                     y[(row, bodies + 3 + k)] = direction;
                     y[(row, bodies + 3 + speeds.len() + k)] = direction * x.tau[j].abs();
                 }
@@ -438,7 +438,7 @@ impl JointSums {
                     Some(0) => x.qdd[j],
                     Some(1) => 1.0,
                     Some(2) => v,
-                    Some(_) => (v / speed).tanh(),
+                    Some(_) => (v / samples.smoothing(*speed, x.qdd[j])).tanh(),
                 };
                 let tau: f64 = law.iter().map(|(k, value)| value * column(*k)).sum();
                 *sum += (tau - x.tau[j]).abs() / samples.len() as f64;

@@ -62,12 +62,8 @@ const UNCERTAIN: f64 = 0.1;
 const EXACT: f64 = 0.999;
 /// Forces with more noise than this part of their deviation are those of a real machine, too …
 pub const NOISY_FORCES: f64 = 0.01;
-/// … where q̈ has this relative error, or windows of as many periods of the low-pass flatten more of the dry friction than it does: noise of
-/// forces alone biases nothing, while a low-pass smears friction wherever a joint turns back.
+/// … where q̈ has this relative error: noise of forces alone biases nothing.
 const SHAKEN: f64 = 0.01;
-const FLAT: f64 = 2.0;
-/// Windows of fewer periods leave noise in q̈ that a low-pass, below which the motion explains the forces, does not.
-pub const SMOOTHED: f64 = 2.5;
 /// An inertia that grows by more than this part from one cut-off to a lower one is unreliable.
 const GROWTH: f64 = 0.2;
 
@@ -468,16 +464,8 @@ fn accelerations(recordings: &[Recording], fits: &JointFits) -> Option<Item> {
         "estimated q̈ is uncertain by {percent:.1} % ({joint}), the forces by {:.1} % or less",
         100.0 * noise
     );
-    let shaken = *worst > SHAKEN;
-    let low_pass = if shaken { fits.low_pass } else { fits.gentle };
-    let looked = low_pass.filter(|_| shaken || noise > NOISY_FORCES);
-    let periods = looked.map(|own| own.hertz * regression::longest_window(recordings));
-    let short = periods.is_some_and(|own| own < SMOOTHED);
-    let noisy = match shaken {
-        true => *worst > UNCERTAIN || noise > NOISY_FORCES || short,
-        false => noise > NOISY_FORCES && periods.is_some_and(|own| own > FLAT),
-    };
-    let Some(low_pass) = low_pass else {
+    let noisy = *worst > UNCERTAIN || *worst > SHAKEN && noise > NOISY_FORCES;
+    let Some(low_pass) = fits.low_pass else {
         let remedy = "record faster or more exciting motions, or choose a `low_pass` yourself: the motion explains too little of the forces to tell which";
         let item = Item::pass("acceleration", finding).warn_if(noisy, remedy);
         return Some(item.value("uncertainty", *worst));
@@ -492,9 +480,5 @@ fn accelerations(recordings: &[Recording], fits: &JointFits) -> Option<Item> {
         .value("uncertainty", *worst)
         .value("force_noise", noise)
         .value("explained", low_pass.explained);
-    let item = item.value("low_pass_hz", hertz);
-    Some(match periods {
-        Some(periods) => item.value("window_periods", periods),
-        None => item,
-    })
+    Some(item.value("low_pass_hz", hertz))
 }

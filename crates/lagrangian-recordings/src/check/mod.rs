@@ -25,7 +25,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 pub use dependent::CONSTRAINTS;
-pub use drive::{NOISY_FORCES, SMOOTHED};
+pub use drive::NOISY_FORCES;
 pub use evidence::Claim;
 use lagrangian_motion::parallel::prelude::*;
 use regression::{JointFits, MOST_JOINTS};

@@ -35,16 +35,9 @@ const CERTAIN: f64 = 0.1;
 const AGREE: f64 = 0.75;
 
 /// Half a row, s, where the motion of nearly every joint that tells its delay follows its force so much later.
-pub(super) fn half_a_row(dataset: &Dataset, spec: &FitSpec) -> Option<AutoSetting> {
-    let n = dataset.coordinates.dof();
-    let jointed = n <= MAX_JOINTS && dataset.coordinates.parameters().next().is_none();
-    let whole = dataset.train.steps.is_empty() && !dataset.train.qdd.is_empty();
-    if !(dataset.forced && jointed && whole) {
-        return None;
-    }
+pub(super) fn half_a_row(dataset: &Dataset, robot: &RigidBodies) -> Option<AutoSetting> {
     let rows = Rows::new(dataset)?;
-    let robot = robot(dataset, spec)?;
-    let found: Vec<(f64, f64)> = rows.delays(&robot).into_iter().flatten().collect();
+    let found: Vec<(f64, f64)> = rows.delays(robot).into_iter().flatten().collect();
     let best = found.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
     let held = |(delay, error): &(f64, f64)| (delay - 0.5).abs() < HELD + 2.0 * error;
     let agree = found.iter().filter(|own| held(own)).count();
@@ -63,19 +56,25 @@ pub(super) fn half_a_row(dataset: &Dataset, spec: &FitSpec) -> Option<AutoSettin
 
 /// The recordings with their forces shifted by a chosen delay; `None` where one is too short for it.
 pub(super) fn later(
-    (training, validation): (Vec<Recording>, Vec<Recording>),
+    (training, validation): &(Vec<Recording>, Vec<Recording>),
     delay: &AutoSetting,
 ) -> Option<(Vec<Recording>, Vec<Recording>)> {
     let delay = delay.value.as_f64()?;
-    let shifted = |all: Vec<Recording>| -> Option<Vec<Recording>> {
-        let all = all.into_iter().map(|own| own.delayed(&[delay]).ok());
+    let shifted = |all: &[Recording]| -> Option<Vec<Recording>> {
+        let all = all.iter().map(|own| own.clone().delayed(&[delay]).ok());
         all.collect()
     };
     Some((shifted(training)?, shifted(validation)?))
 }
 
 /// The robot of the request, or one whose joints are found in the data.
-fn robot(dataset: &Dataset, spec: &FitSpec) -> Option<RigidBodies> {
+pub(super) fn robot(dataset: &Dataset, spec: &FitSpec) -> Option<RigidBodies> {
+    let n = dataset.coordinates.dof();
+    let jointed = n <= MAX_JOINTS && dataset.coordinates.parameters().next().is_none();
+    let whole = dataset.train.steps.is_empty() && !dataset.train.qdd.is_empty();
+    if !(dataset.forced && jointed && whole) {
+        return None;
+    }
     let own = spec.checked().ok()?;
     let given = own.settings.get("robot").filter(|own| !own.is_null());
     let config = match given {
@@ -116,7 +115,10 @@ impl Rows {
             let mut own = kept.clone();
             let earlier = rows.iter().map(|k| k.wrapping_add_signed(-shift as isize));
             own.tau = earlier.flat_map(|k| samples.row(k).tau).copied().collect();
-            Samples::new(n, own)
+            Samples {
+                spreading: samples.spreading,
+                ..Samples::new(n, own)
+            }
         };
         let speeds = column(&samples.qd, n, root_mean_square);
         Some(Self {

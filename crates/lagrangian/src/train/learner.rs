@@ -139,6 +139,7 @@ impl<T: Real> Work<T> {
                 signals: Signals::default().map(|_, _: ()| vec![0.0; samples * n]),
                 steps: vec![0.0; 2 * samples],
                 weights: vec![1.0; samples],
+                spreading: 0.0,
             },
             linear: Linearisation {
                 residual: vec![0.0; samples * m],
@@ -172,6 +173,7 @@ impl<T: Real> Work<T> {
     pub(crate) fn gather(&mut self, data: &Samples, indices: &[usize]) {
         let (n, samples) = (data.n, self.samples);
         self.count = indices.len();
+        self.states.spreading = data.spreading;
         let index = |s: usize| indices[if s < indices.len() { s } else { 0 }];
         let Samples {
             signals,
@@ -222,6 +224,7 @@ impl<T: Real> Work<T> {
         for i in 0..n {
             let drive = Drive {
                 qd: self.states.qd[s * n + i],
+                spread: self.states.spreading * self.states.qdd[s * n + i],
                 qdd: match at {
                     At::Recorded => self.states.qdd[s * n + i],
                     At::Rest => 0.0,
@@ -411,8 +414,14 @@ impl<T: Real> Work<T> {
     ) {
         let n = self.mechanics.jet.n();
         for i in 0..n {
-            let tau = &self.states.tau[s * n..(s + 1) * n];
-            let slope = forces.velocity_slope(parameters, i, self.states.qd[s * n + i], tau);
+            let (qd, qdd) = (self.states.qd[s * n + i], self.states.qdd[s * n + i]);
+            let drive = Drive {
+                qd,
+                qdd,
+                spread: self.states.spreading * qdd,
+                tau: &self.states.tau[s * n..(s + 1) * n],
+            };
+            let slope = forces.velocity_slope(parameters, i, &drive);
             slopes[i * 2 * n + n + i] += slope / energy;
         }
     }

@@ -94,7 +94,7 @@ fn informative_gains(nominal: &RigidBodies, dataset: &Dataset) -> Vec<(usize, f6
     let gain = |i: usize| {
         let rows = (0..samples.len()).map(|s| s * n + i);
         let row = |k: usize| {
-            let direction = (qd[k] / (0.1 * speeds[i])).tanh();
+            let direction = (qd[k] / samples.smoothing(0.1 * speeds[i], qdd[k])).tanh();
             [needed[k], qd[k], direction, 1.0, samples.tau[k]]
         };
         gain(&rows.map(row).collect::<Vec<_>>()).map(|gain| (i, gain))

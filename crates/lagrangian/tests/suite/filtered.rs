@@ -63,6 +63,25 @@ fn the_inertia_of_a_noisy_pendulum_is_found_from_filtered_signals() {
 }
 
 #[test]
+fn dry_friction_stays_as_sharp_as_it_is_through_a_low_pass() {
+    let mut driven = recording([2e-4, 0.05]);
+    let velocity = |t: f64| 3.0 * (3.0 * t).cos() + 2.5 * (5.0 * t).cos();
+    let forces = driven.signals.tau.iter_mut().zip(&driven.t);
+    forces.for_each(|(tau, t)| *tau += 2.0 * velocity(*t).signum() + 0.3 * velocity(*t));
+    let (mut filtered, _) = driven.into_trajectory(&options(5.0)).unwrap();
+    let mut friction = || {
+        let data = Dataset::new(Coordinates::angles(1), &[filtered.clone()], &[]).unwrap();
+        let found = identify(&data, &RigidConfig::default(), true).unwrap();
+        filtered.spreading = 0.0;
+        let friction = found.model.motion().dissipation().unwrap();
+        (friction.coulomb[0], friction.smoothing[0])
+    };
+    let (sharp, smeared) = (friction(), friction());
+    assert!((sharp.0 / 2.0 - 1.0).abs() < 0.07, "{sharp:?}");
+    assert!(sharp.1 < 0.6 * smeared.1, "{sharp:?} {smeared:?}");
+}
+
+#[test]
 fn a_low_pass_keeps_a_motion_that_is_slower_than_its_cut_off() {
     let exact = recording([0.0, 0.0]);
     let (filtered, _) = exact.clone().into_trajectory(&options(20.0)).unwrap();

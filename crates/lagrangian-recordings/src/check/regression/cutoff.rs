@@ -10,18 +10,8 @@ use lagrangian_motion::parallel::prelude::*;
 use super::Filtered;
 use super::least_squares::Part;
 use crate::Recording;
-use crate::derivatives::GAP;
-use crate::local_polynomial::{median_step, segments};
+use crate::low_pass::candidates;
 
-/// Candidates within a decade, Hz.
-const DECADE: [f64; 6] = [8.0, 5.0, 3.0, 2.0, 1.5, 1.0];
-/// The number of candidates.
-const CANDIDATES: usize = 10;
-/// Highest candidate, Hz, and as a fraction of the sampling rate.
-const HIGHEST: f64 = 50.0;
-const OF_RATE: f64 = 0.3;
-/// Number of periods of the lowest candidate in the longest piece of a recording.
-const PERIODS: f64 = 10.0;
 /// A reference retains this part of the variance of the velocities.
 const KEPT: f64 = 0.8;
 /// Among nearly equal cut-offs, one that retains this part is preferred: lost motion biases the model of fast motions.
@@ -29,8 +19,7 @@ const WHOLE: f64 = 0.99;
 /// A reference counts where its unexplained part is at most this many times the smallest one: beyond it, noise would be
 /// predicted.
 const CLEAR: f64 = 3.0;
-/// The result is the lowest cut-off that retains the motion and whose mean error exceeds the best by at most this factor, and the middle of
-/// these: a lower one tells a delay best, but flattens dry friction, which the errors show little of.
+/// The result is the lowest cut-off that retains the motion and whose mean error exceeds the best by at most this factor.
 const NEARLY: f64 = 1.05;
 /// A cut-off is returned only where the regression explains this part of the variance of the forces.
 const EXPLAINED: f64 = 0.5;
@@ -54,11 +43,10 @@ struct Candidate {
     joints: Vec<Vec<Part>>,
 }
 
-/// The lowest cut-off for these recordings, and the middle one; `None` where the motion does not explain the forces, or there is too little
-/// of it.
-pub(super) fn choose(recordings: &[&Recording]) -> Option<[Cutoff; 2]> {
+/// The cut-off for these recordings; `None` where the motion does not explain the forces, or there is too little of it.
+pub(super) fn choose(recordings: &[&Recording]) -> Option<Cutoff> {
     // From the lowest to the highest.
-    let hertz = candidates(recordings);
+    let hertz = candidates(recordings.iter().copied());
     let margin = 0.5 / hertz.first()?;
     let all = hertz
         .iter()
@@ -77,38 +65,20 @@ pub(super) fn choose(recordings: &[&Recording]) -> Option<[Cutoff; 2]> {
     let error = |k: usize| clear.clone().map(|errors| errors[k]).sum::<f64>() / count;
     let errors: Vec<f64> = (0..all.len()).map(error).collect();
     let near = all.iter().zip(&errors);
-    let near = near.filter(|(_, e)| **e <= least(&errors) + NEARLY.ln());
-    let near: Vec<&Candidate> = near.map(|own| own.0).collect();
-    let whole = near.iter().filter(|c| c.keeps(WHOLE, all.last()));
-    let whole: Vec<&Candidate> = whole.copied().collect();
-    let (lowest, middle) = match (whole.first(), whole.get(whole.len() / 2)) {
-        (Some(lowest), Some(middle)) => (*lowest, *middle),
-        _ => (*near.first()?, *near.first()?),
-    };
-    let cutoff = |own: &Candidate| Cutoff {
-        hertz: own.hertz,
-        explained: 1.0 - own.error(own).exp(),
-    };
-    let both = [lowest, middle].map(cutoff);
-    (both[0].explained > EXPLAINED).then_some(both)
-}
-
-/// The candidate cut-offs, Hz, increasing.
-fn candidates(recordings: &[&Recording]) -> Vec<f64> {
-    let steps = recordings.iter().map(|r| median_step(&r.t));
-    let step = steps.fold(0.0, f64::max);
-    let pieces = recordings.iter().flat_map(|r| {
-        let pieces = segments(&r.t, GAP).into_iter();
-        pieces.map(|s| r.t[s.end - 1] - r.t[s.start])
-    });
-    let longest = pieces.fold(0.0, f64::max);
-    let allowed = PERIODS / longest..=HIGHEST.min(OF_RATE / step);
-    let decades = (-3..=1).rev().map(|power| 10.0_f64.powi(power));
-    let all = decades.flat_map(|decade| DECADE.map(|x| x * decade));
-    let all = all.filter(|hertz| allowed.contains(hertz));
-    let mut chosen: Vec<f64> = all.take(CANDIDATES).collect();
-    chosen.reverse();
-    chosen
+    let mut near = near
+        .filter(|(_, e)| **e <= least(&errors) + NEARLY.ln())
+        .map(|own| own.0);
+    let lowest = near.next()?;
+    let is_whole = |c: &&Candidate| c.keeps(WHOLE, all.last());
+    let chosen = std::iter::once(lowest)
+        .chain(near)
+        .find(is_whole)
+        .unwrap_or(lowest);
+    let explained = 1.0 - chosen.error(chosen).exp();
+    (explained > EXPLAINED).then_some(Cutoff {
+        hertz: chosen.hertz,
+        explained,
+    })
 }
 
 impl Candidate {

@@ -35,7 +35,6 @@ use laws::Disagreement;
 use laws::Laws;
 use least_squares::{Part, estimate};
 pub(in crate::check) use readings::{DeadZone, Readings};
-pub(in crate::check) use source::longest_window;
 use source::{Signals, Source, force_noise, stretches, uncertainty};
 use terms::{FrictionCoupling, Shapes, Terms};
 pub(in crate::check) use undriven::Undriven;
@@ -103,8 +102,6 @@ pub(in crate::check) struct JointFits {
     pub(in crate::check) noise: Vec<f64>,
     /// The low-pass, where one was found.
     pub(in crate::check) low_pass: Option<Cutoff>,
-    /// The one that keeps more of dry friction, for motions whose q̈ is certain.
-    pub(in crate::check) gentle: Option<Cutoff>,
     /// Whether the low-pass was given.
     pub(in crate::check) given: bool,
     /// The cut-off that was used, Hz.
@@ -128,11 +125,10 @@ pub(in crate::check) fn fit_joints(
     let whole = |r: &&Recording| r.coordinates == *coordinates && !r.tau.is_empty() && usable(r);
     let recordings: Vec<&Recording> = recordings.iter().filter(whole).collect();
     let step = least_step(&recordings)?;
-    let cutoffs = match options.low_pass {
+    let low_pass = match options.low_pass {
         Some(_) => None,
         None => cutoff::choose(&recordings),
     };
-    let low_pass = cutoffs.map(|own| own[0]);
     let cutoff = options.low_pass.or(low_pass.map(|c| c.hertz));
     let cutoff = cutoff.unwrap_or(UNKNOWN / step);
     // A second, lower cut-off shows the influence of the first.
@@ -160,7 +156,6 @@ pub(in crate::check) fn fit_joints(
         undriven: undriven::undriven(&filtered),
         couplings: coupling::couplings(&filtered),
         low_pass,
-        gentle: cutoffs.map(|own| own[1]),
         given: options.low_pass.is_some(),
     })
 }

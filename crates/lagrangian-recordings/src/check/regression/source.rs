@@ -63,17 +63,6 @@ pub(super) fn uncertainty(recording: &Recording) -> Vec<f64> {
     })
 }
 
-/// The longest of the windows of smallest error from which q̈ is estimated, s.
-pub(in crate::check) fn longest_window(recordings: &[Recording]) -> f64 {
-    let seconds = |series: Series<'_>, pieces: &[Range<usize>]| {
-        acceleration_window(series, pieces).window as f64 * median_step(series.t)
-    };
-    let all = recordings
-        .iter()
-        .flat_map(|r| of_coordinates(r, &r.q, seconds));
-    all.fold(0.0, f64::max)
-}
-
 /// Noise of the forces over their deviation, for each coordinate of a recording.
 pub(super) fn force_noise(recording: &Recording) -> Vec<f64> {
     let noise = of_coordinates(recording, &recording.tau, |series, pieces| {

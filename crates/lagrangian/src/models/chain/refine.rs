@@ -389,7 +389,7 @@ impl<'a> Rows<'a> {
                     .enumerate(),
             );
             let (qd, qdd) = (x.qd[j], x.qdd[j]);
-            let coulomb = |speed: &f64| (qd / speed).tanh();
+            let coulomb = |speed: &f64| (qd / self.data.samples.smoothing(*speed, qdd)).tanh();
             let values = [qdd, 1.0, qd].into_iter().chain(SPEEDS.iter().map(coulomb));
             for (kind, value) in values.enumerate() {
                 let column = columns + kind * n + j;

@@ -145,6 +145,8 @@ pub(crate) struct Forces {
 pub(crate) struct Drive<'a> {
     pub(crate) qd: f64,
     pub(crate) qdd: f64,
+    /// The speed over which a low-pass has spread the change of sign of dry friction.
+    pub(crate) spread: f64,
     pub(crate) tau: &'a [f64],
 }
 
@@ -323,10 +325,12 @@ impl Forces {
     }
 
     /// The friction of coordinate `i` with its slopes (theory.md, equation 130c).
-    fn friction(&self, extra: &[f64], i: usize, qd: f64, tau: &[f64]) -> Sloped {
+    fn friction(&self, extra: &[f64], i: usize, drive: &Drive<'_>) -> Sloped {
         let (gear, smoothing) = self.gear(extra, i, Sloped::variable);
-        let force = Sloped::variable(self.transmitted(extra, i, tau), FORCE);
-        let v = Sloped::variable(qd, VELOCITY);
+        let force = Sloped::variable(self.transmitted(extra, i, drive.tau), FORCE);
+        let v = Sloped::variable(drive.qd, VELOCITY);
+        let wide = smoothing.value.hypot(drive.spread);
+        let smoothing = smoothing.chain(wide, smoothing.value / wide);
         let ratio = v / smoothing;
         let direction = ratio.value.tanh();
         gear.friction(
@@ -348,7 +352,7 @@ impl Forces {
         if self.terms.is_empty() {
             return -drive.tau[i];
         }
-        let friction = self.friction(extra, i, drive.qd, drive.tau);
+        let friction = self.friction(extra, i, drive);
         let through = 1.0 - friction.slope[FORCE];
         for (term, slope) in self.terms.iter().zip(slopes) {
             *slope = match *term {
@@ -366,10 +370,10 @@ impl Forces {
     }
 
     /// The slope of that force over the velocity of its coordinate, N·m·s/rad.
-    pub(crate) fn velocity_slope(&self, extra: &[f64], i: usize, qd: f64, tau: &[f64]) -> f64 {
+    pub(crate) fn velocity_slope(&self, extra: &[f64], i: usize, drive: &Drive<'_>) -> f64 {
         match self.terms.is_empty() {
             true => 0.0,
-            false => self.friction(extra, i, qd, tau).slope[VELOCITY],
+            false => self.friction(extra, i, drive).slope[VELOCITY],
         }
     }
 
@@ -466,6 +470,7 @@ mod tests {
         let pair = |(qd, qdd), tau: &[f64; 2]| Drive {
             qd,
             qdd,
+            spread: 0.0,
             tau: Box::leak(Box::new(*tau)),
         };
         motions
@@ -551,7 +556,7 @@ mod tests {
                 forces.terms[term]
             );
         }
-        let slope = forces.velocity_slope(extra, i, drive.qd, drive.tau);
+        let slope = forces.velocity_slope(extra, i, drive);
         let moved = [1e-6, -1e-6].map(|h| at(extra, drive.qd + h));
         assert!(same(slope, moved), "{slope} {moved:?}");
         let friction = forces.dissipation(extra);

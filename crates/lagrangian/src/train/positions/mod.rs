@@ -238,6 +238,7 @@ impl<F> PositionsLearner<'_, F> {
                     let drive = Drive {
                         qd: work.points.v[(j * samples + s) * n + i],
                         qdd: work.points.a[s * n + i],
+                        spread: 0.0,
                         tau: &work.states.tau[s * n..][..n],
                     };
                     sum += share(j)

@@ -271,25 +271,30 @@ fn regressor(
     chain: &[RigidChain],
     smoothing: &[f64],
 ) -> Vec<Vec<f64>> {
-    let (n, qd) = (samples.n, &samples.qd[rows.clone()]);
+    let (n, qd, qdd) = (
+        samples.n,
+        &samples.qd[rows.clone()],
+        &samples.qdd[rows.clone()],
+    );
     let of_link = |link: &RigidChain| {
         let mut tau = vec![0.0; rows.len()];
-        let (q, qdd) = (&samples.q[rows.clone()], &samples.qdd[rows.clone()]);
+        let q = &samples.q[rows.clone()];
         let _ = EulerLagrange::new(link, None).inverse_dynamics(q, qd, qdd, &mut tau);
         tau
     };
     let mut columns: Vec<Vec<f64>> = chain.iter().map(of_link).collect();
-    let mut friction = |force: &dyn Fn(f64) -> f64| {
+    let mut friction = |force: &dyn Fn(f64, f64) -> f64| {
         for i in 0..n {
-            let own = |(k, v): (usize, &f64)| if k % n == i { force(*v) } else { 0.0 };
-            columns.push(qd.iter().enumerate().map(own).collect());
+            let own = |(k, (v, a))| if k % n == i { force(v, a) } else { 0.0 };
+            let motion = qd.iter().copied().zip(qdd.iter().copied());
+            columns.push(motion.enumerate().map(own).collect());
         }
     };
     if !smoothing.is_empty() {
-        friction(&|v| v);
+        friction(&|v, _| v);
     }
     for speed in smoothing {
-        friction(&|v| (v / speed).tanh());
+        friction(&|v, a| (v / samples.smoothing(*speed, a)).tanh());
     }
     columns
 }
