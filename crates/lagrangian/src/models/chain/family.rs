@@ -70,7 +70,8 @@ impl Family for ChainConfig {
 
     fn recursive(&self, coordinates: &Coordinates) -> Result<Option<Recursive>> {
         refuse_many(coordinates.dof())?;
-        let (searches, mut seed) = (self.searches, 0);
+        // Half as many as in a fit: each search goes on from the one before.
+        let (searches, mut seed) = (self.searches.div_ceil(2), 0);
         let mut known: Option<Vec<Screw>> = None;
         let search = move |dataset: &Dataset| {
             // Each time from other random directions, and from what was found before.

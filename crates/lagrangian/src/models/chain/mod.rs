@@ -34,7 +34,7 @@ pub struct ChainConfig {
 impl Default for ChainConfig {
     fn default() -> Self {
         Self {
-            searches: 8,
+            searches: 16,
             smoothing: None,
         }
     }
