@@ -9,13 +9,15 @@ use lagrangian_mechanics::rigid::joint_sums::JointSums;
 use lagrangian_motion::Samples;
 use lagrangian_motion::parallel::prelude::*;
 use lagrangian_motion::statistics::{column, mean};
-use lagrangian_recordings::{EstimateOptions, Recording, low_pass};
+use lagrangian_recordings::{EstimateOptions, Recording, Sampling, low_pass, thin};
 
 use super::held::robot;
 use super::{are_whole, estimated};
 use crate::dataset::Dataset;
 use crate::train::{AutoSetting, FitSpec};
 
+/// About the largest number of rows that are filtered: stretches of long recordings.
+const FILTERED: usize = 60_000;
 /// The largest number of rows that are used, and the number of blocks that are omitted in turn.
 const ROWS: usize = 8000;
 const BLOCKS: usize = 10;
@@ -174,6 +176,24 @@ impl Comparison {
     }
 }
 
+/// As many recordings, or stretches of those that were read as such, as are filtered.
+fn few(recordings: &[Recording]) -> Vec<Recording> {
+    let mut few = recordings.to_vec();
+    let sampling = Sampling {
+        rows: FILTERED,
+        seed: 0,
+        stretch: Sampling::LONGEST,
+    };
+    thin(&mut few, &sampling);
+    let mut before = 0;
+    few.retain(|own| {
+        let wanted = before < FILTERED;
+        before += own.len();
+        wanted
+    });
+    few
+}
+
 /// The highest cut-off after which a regression explains the forces of the robot best; `None` where the
 /// estimates without a low-pass serve better, or where the options or the recordings leave no choice.
 pub(super) fn choose(
@@ -186,6 +206,7 @@ pub(super) fn choose(
     if measured || asked.smooth || asked.low_pass.is_some() || options.raw {
         return None;
     }
+    let recordings = few(recordings);
     let (coordinates, driven) = (&whole.0.coordinates, whole.0.driven());
     let with = |low_pass: Option<f64>| {
         let own = EstimateOptions {
@@ -197,7 +218,7 @@ pub(super) fn choose(
         Some((Candidate::new(&data, low_pass), are_whole(&estimates)))
     };
     let (without, is_whole) = with(None)?;
-    let cutoffs = low_pass::candidates(recordings).into_par_iter();
+    let cutoffs = low_pass::candidates(&recordings).into_par_iter();
     let all: Vec<Candidate> = cutoffs
         .filter_map(|hertz| Some(with(Some(hertz))?.0))
         .collect();
