@@ -277,15 +277,17 @@ mod tests {
     #[test]
     fn a_sign_becomes_as_wide_as_is_said() {
         let t: Vec<f64> = (0..2001).map(|k| 0.002 * f64::from(k)).collect();
-        let sign: Vec<f64> = t.iter().map(|t| (t - 2.0).signum()).collect();
+        // The sign changes between two samples.
+        let after = |t: f64| t - 2.001;
+        let sign: Vec<f64> = t.iter().map(|t| after(*t).signum()).collect();
         for cutoff in [2.0, 8.0, 20.0] {
             let width = spreading(Some(cutoff));
             let left = LowPass::new(cutoff, &t).apply(&sign).value;
             let near = left
                 .iter()
                 .zip(&t)
-                .filter(|(_, t)| (**t - 2.0).abs() < width);
-            let error = |(left, t): (&f64, &f64)| (left - ((t - 2.0) / width).tanh()).abs();
+                .filter(|(_, t)| after(**t).abs() < width);
+            let error = |(left, t): (&f64, &f64)| (left - (after(*t) / width).tanh()).abs();
             assert!(near.map(error).fold(0.0, f64::max) < 0.2);
         }
         assert!(spreading(None) == 0.0);
