@@ -73,16 +73,23 @@ impl Candidate {
     }
 }
 
-/// Logarithm of what laws of some blocks leave of the forces of others, in parts of their mean squares, with friction that changes its sign and
+/// The sums without each of the blocks in turn.
+fn without_each(blocks: &[JointSums], n: usize) -> Vec<JointSums> {
+    let without = |k: usize| {
+        let others = blocks.iter().enumerate().filter(|(b, _)| *b != k);
+        let zero = JointSums::zero(n, SMOOTHING.len());
+        others.fold(zero, |all, (_, own)| all.plus(own))
+    };
+    (0..BLOCKS).map(without).collect()
+}
+
+/// Logarithm of what laws, each without one block, leave of the forces of others, in parts of their mean squares, with friction that changes its sign and
 /// without: the mean over the driven joints, and over blocks that the laws do not know.
 fn left(laws: &[JointSums], reference: &[JointSums], driven: &[bool]) -> [f64; 2] {
     let (n, speeds) = (driven.len(), SMOOTHING.len());
     let mut left = vec![vec![0.0; speeds]; n];
     let mut squares = vec![0.0; n];
-    for (k, block) in reference.iter().enumerate() {
-        let others = laws.iter().enumerate().filter(|(b, _)| *b != k);
-        let zero = JointSums::zero(n, speeds);
-        let law = others.fold(zero, |all, (_, own)| all.plus(own));
+    for (law, block) in laws.iter().zip(reference) {
         for (left, own) in left.iter_mut().zip(law.regressions(block, RIDGE)) {
             left.iter_mut()
                 .zip(own)
@@ -127,11 +134,11 @@ impl Comparison {
         let sums: Vec<Vec<JointSums>> = all.par_iter().map(|own| own.blocks(robot)).collect();
         let whole = without.blocks(robot);
         // What is left without a low-pass comes last.
+        let blocks = sums.iter().chain([&whole]);
+        let laws: Vec<Vec<JointSums>> = blocks.map(|own| without_each(own, driven.len())).collect();
         let errors_at = |reference: &[JointSums]| -> Vec<f64> {
-            let laws: Vec<&Vec<JointSums>> = sums.iter().chain([&whole]).collect();
-            laws.into_par_iter()
-                .map(|own| left(own, reference, driven)[0])
-                .collect()
+            let own = laws.par_iter().map(|own| left(own, reference, driven)[0]);
+            own.collect()
         };
         let kept = all
             .iter()
@@ -141,8 +148,8 @@ impl Comparison {
             (own.hertz.unwrap_or_default(), errors_at(sums))
         };
         let mut table: Vec<(f64, Vec<f64>)> = kept.map(at).collect();
-        let is_dry = |own: &Vec<JointSums>| {
-            let [with, without] = left(own, own, driven);
+        let is_dry = |(own, laws): (&Vec<JointSums>, &Vec<JointSums>)| {
+            let [with, without] = left(laws, own, driven);
             without > with + DRY
         };
         let clearest = (table.iter()).fold(f64::INFINITY, |all, (_, e)| all.min(least(e)));
@@ -154,7 +161,7 @@ impl Comparison {
             without: error(all.len()),
             clearest,
             clearest_without: least(&errors_at(&whole)),
-            is_dry: sums.iter().any(is_dry),
+            is_dry: sums.iter().zip(&laws).any(is_dry),
         })
     }
 
