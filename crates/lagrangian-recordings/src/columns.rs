@@ -86,6 +86,7 @@ impl Resolved {
 /// [`Error::Columns`] if one is missing, doubled, or a signal has another number of columns than q.
 pub(super) fn resolve(headers: &[String], layout: &Layout) -> Result<Resolved> {
     let finder = Finder { headers };
+    let layout = &finder.as_headed(layout.clone());
     let mut notes = Vec::new();
     let t = layout.t.clone().unwrap_or_else(|| finder.time(&mut notes));
     let interval = layout.interval().filter(|_| !finder.has(&t));
@@ -205,6 +206,21 @@ struct Finder<'a> {
 impl Finder<'_> {
     fn has(&self, name: &str) -> bool {
         self.headers.iter().any(|h| h == name)
+    }
+
+    /// A layout whose names are those of the file, with their units.
+    fn as_headed(&self, mut layout: Layout) -> Layout {
+        let own = |name: String| self.named(&name).unwrap_or(name);
+        let all = |names: Vec<String>| names.into_iter().map(own).collect();
+        layout.columns = layout.columns.map(|_, names| all(names));
+        layout.actuated = all(layout.actuated);
+        layout.angles = all(layout.angles);
+        layout.parameters = all(layout.parameters);
+        layout.t = layout.t.map(own);
+        layout.trajectory = layout.trajectory.map(own);
+        let units = layout.units.into_iter();
+        layout.units = units.map(|(name, unit)| (own(name), unit)).collect();
+        layout
     }
 
     /// The column of time when none is named: `t`, else the only one that looks like time and states its unit.
@@ -458,10 +474,10 @@ impl Finder<'_> {
     /// The column of the force on each coordinate: as many as `q`, or fewer that name the coordinates they act on.
     fn forces(&self, layout: &Layout, q: &[String]) -> Result<Vec<String>> {
         let (n, by_default) = (q.len(), layout.columns.tau.is_empty());
-        let standard = |i: usize| format!("tau{}", i + 1);
-        let numbered: Vec<usize> = (0..n).filter(|&i| self.has(&standard(i))).collect();
-        let found: Vec<String> = match by_default {
-            true => numbered.iter().map(|&i| standard(i)).collect(),
+        let standard = |i: usize| Some((i, self.named(&format!("tau{}", i + 1))?));
+        let (numbered, standard): (Vec<usize>, Vec<String>) = (0..n).filter_map(standard).unzip();
+        let found = match by_default {
+            true => standard,
             false => layout.columns.tau.clone(),
         };
         if layout.actuated.is_empty() && (found.is_empty() || found.len() == n) {
@@ -542,16 +558,29 @@ impl Finder<'_> {
         })
     }
 
+    /// The column of this name, else the only one of this name with a unit after it, such as `q1 [deg]`.
+    fn named(&self, name: &str) -> Option<String> {
+        let mut with_unit = self
+            .headers
+            .iter()
+            .filter(|header| Stated::without_unit(header) == name);
+        match (self.has(name), with_unit.next(), with_unit.next()) {
+            (true, ..) => Some(name.into()),
+            (false, Some(only), None) => Some(only.clone()),
+            _ => None,
+        }
+    }
+
     /// The consecutive columns `q1, q2, …`.
     fn numbered(&self, prefix: &str) -> Vec<String> {
-        let names = (1..).map(|i| format!("{prefix}{i}"));
-        names.take_while(|name| self.has(name)).collect()
+        let names = (1..).map_while(|i| self.named(&format!("{prefix}{i}")));
+        names.collect()
     }
 
     /// Refuses q1, q3 without q2, and qd2 without qd1.
     fn unbroken(&self, prefix: &str, found: usize, n: usize) -> Result<()> {
         let number = |header: &str| -> Option<usize> {
-            let digits = header.strip_prefix(prefix)?;
+            let digits = Stated::without_unit(header).strip_prefix(prefix)?;
             let is_number = digits.bytes().all(|b| b.is_ascii_digit());
             is_number.then(|| digits.parse().ok()).flatten()
         };

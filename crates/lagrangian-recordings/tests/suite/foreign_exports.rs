@@ -90,6 +90,45 @@ fn phones_and_spreadsheets_are_read_in_their_encodings_separators_and_units() {
 }
 
 #[test]
+fn standard_names_may_be_followed_by_their_units() {
+    let rows: String = (0..40)
+        .map(|k| format!("{},{k},0.5,{}\n", 10 * k, k * k))
+        .collect();
+    let read = |header: &str, layout: &Layout| of_text(&(header.to_owned() + "\n" + &rows), layout);
+    let units = "t [ms],q1 [deg],q2 (mm),tau2 [mN]";
+    let swings = read(units, &Layout::default())
+        .unwrap()
+        .recordings
+        .remove(0);
+    let names = swings
+        .coordinates
+        .0
+        .iter()
+        .map(|c| (c.name.as_str(), c.unit.as_str()));
+    assert_eq!(names.collect::<Vec<_>>(), [("q1", "rad"), ("q2", "m")]);
+    approx::assert_abs_diff_eq!(swings.t[1], 0.01);
+    approx::assert_abs_diff_eq!(swings.q[2], PI / 180.0);
+    approx::assert_abs_diff_eq!(swings.q[3], 5e-4);
+    approx::assert_abs_diff_eq!(swings.tau[5], 4e-3);
+    // A flag names them with or without the unit.
+    for name in ["q1", "q1 [deg]"] {
+        let layout = Layout {
+            angles: vec![name.into()],
+            ..Layout::default()
+        };
+        assert!(
+            read(units, &layout).unwrap().recordings[0]
+                .coordinates
+                .is_circle(0)
+        );
+    }
+    // Two columns of one name are not chosen from; that without a unit is meant.
+    assert!(read("t,q1 [deg],q1 [rad],x", &Layout::default()).is_err());
+    let both = read("t,q1,q1 [rad],x", &Layout::default()).unwrap();
+    approx::assert_abs_diff_eq!(both.recordings[0].q[1], 1.0);
+}
+
+#[test]
 fn a_rate_is_refused_as_a_coordinate_with_the_flag_that_takes_it() {
     let layout = layout("", "Gyroscope x (rad/s)", "", "");
     let message = read("phyphox.csv", &layout).unwrap_err().to_string();
