@@ -169,11 +169,10 @@ impl Refinement<'_> {
 
     fn moved(&self, from: &Point, step: &[f64], weights: &Weighting) -> Option<Point> {
         let mut screws = from.screws.clone();
-        for (k, s) in step.iter().enumerate() {
-            displace(&mut screws, k, s.clamp(-LONGEST, LONGEST));
-        }
-        let sum = from.displacements.iter().zip(step);
-        let displacements = sum.map(|(a, b)| a + b.clamp(-LONGEST, LONGEST)).collect();
+        let step: Vec<f64> = step.iter().map(|s| s.clamp(-LONGEST, LONGEST)).collect();
+        displace(&mut screws, &step);
+        let sum = from.displacements.iter().zip(&step);
+        let displacements = sum.map(|(a, b)| a + b).collect();
         self.point(screws, displacements, weights, &from.minimum.values)
     }
 
@@ -313,31 +312,39 @@ fn stiffness(k: usize) -> f64 {
     }
 }
 
-/// Displaces a joint, and all joints after it, along unknown `k`.
-fn displace(screws: &mut [Screw], k: usize, by: f64) {
-    let (joint, twist) = unknown(k);
-    let axes = turning_to_z(screws[joint].axis);
-    let (rotation, translation) = (
-        turn_back(&axes, twist.angular),
-        turn_back(&axes, twist.linear),
-    );
-    let centre = screws[joint].point;
-    let (sine, cosine) = by.sin_cos();
-    let turned = |v: Vec3| match dot(rotation, rotation) > 0.0 {
-        // Rodrigues' formula.
-        true => add(
-            add(scale(v, cosine), scale(cross(rotation, v), sine)),
-            scale(rotation, dot(rotation, v) * (1.0 - cosine)),
-        ),
-        false => v,
-    };
-    for screw in &mut screws[joint..] {
-        let axis = turned(screw.axis);
-        screw.axis = scale(axis, 1.0 / dot(axis, axis).sqrt());
-        screw.point = add(
-            add(centre, turned(sub(screw.point, centre))),
-            scale(translation, by),
+/// Displaces each joint, and all joints after it, along its unknowns, `[S]`, in the axes that it has before: those of an axis near −z
+/// change by much where it turns a little. So the last joint comes first.
+fn displace(screws: &mut [Screw], by: &[f64]) {
+    let own = |joint: usize| (0..by.len()).filter(move |k| unknown(*k).0 == joint);
+    for joint in (0..screws.len()).rev() {
+        let axes = turning_to_z(screws[joint].axis);
+        let mut twist = Twist::default();
+        for k in own(joint) {
+            let unit = unknown(k).1;
+            twist.angular = add(twist.angular, scale(unit.angular, by[k]));
+            twist.linear = add(twist.linear, scale(unit.linear, by[k]));
+        }
+        let (rotation, translation) = (
+            turn_back(&axes, twist.angular),
+            turn_back(&axes, twist.linear),
         );
+        let (centre, angle) = (screws[joint].point, dot(rotation, rotation).sqrt());
+        let (sine, cosine) = angle.sin_cos();
+        let turned = |v: Vec3| match angle > 0.0 {
+            // Rodrigues' formula.
+            true => {
+                let axis = scale(rotation, 1.0 / angle);
+                let across = add(scale(v, cosine), scale(cross(axis, v), sine));
+                add(across, scale(axis, dot(axis, v) * (1.0 - cosine)))
+            }
+            false => v,
+        };
+        for screw in &mut screws[joint..] {
+            let axis = turned(screw.axis);
+            screw.axis = scale(axis, 1.0 / dot(axis, axis).sqrt());
+            let arm = turned(sub(screw.point, centre));
+            screw.point = add(add(centre, arm), translation);
+        }
     }
 }
 
@@ -419,23 +426,28 @@ mod tests {
 
     #[test]
     fn torques_change_with_the_place_of_a_joint_as_differences_say() -> Result<()> {
-        let screws = vec![
-            Screw {
-                kind: JointKind::Revolute,
-                axis: [0.0, 0.6, 0.8],
-                point: [0.0; 3],
-            },
-            Screw {
-                kind: JointKind::Prismatic,
-                axis: [1.0, 0.0, 0.0],
-                point: [0.1, 0.2, 0.3],
-            },
-            Screw {
-                kind: JointKind::Revolute,
-                axis: [0.0, -1.0, 0.0],
-                point: [0.3, 0.2, 0.6],
-            },
+        let inclined = [[0.0, 0.6, 0.8], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]];
+        let along = [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]];
+        for axes in [inclined, along] {
+            agrees_with_differences(axes)?;
+        }
+        Ok(())
+    }
+
+    fn agrees_with_differences(axes: [Vec3; 3]) -> Result<()> {
+        let points = [[0.0; 3], [0.1, 0.2, 0.3], [0.3, 0.2, 0.6]];
+        let kinds = [
+            JointKind::Revolute,
+            JointKind::Prismatic,
+            JointKind::Revolute,
         ];
+        let screws: Vec<Screw> = (0..3)
+            .map(|j| Screw {
+                kind: kinds[j],
+                axis: axes[j],
+                point: points[j],
+            })
+            .collect();
         let coordinates = Coordinates::lines(3);
         let (q, qd, qdd) = ([0.4, 0.2, -0.9], [1.0, -0.5, 0.7], [2.0, 1.0, -3.0]);
         let torques = |screws: &[Screw]| -> Result<Vec<f64>> {
@@ -448,13 +460,22 @@ mod tests {
         let robot = RigidBodies::of_screws(&screws, &coordinates)?;
         let (mut dynamics, mut tangents) = (robot.dynamics(), Tangents::default());
         let _ = dynamics.inverse_dynamics(&q, &qd, &qdd, &mut [0.0; 3]);
+        let mut exact = [[0.0; 3]; 11];
         for k in 0..10 {
             let (joint, twist) = unknown(k);
-            let mut exact = [0.0; 3];
-            dynamics.placement_derivative((&q, &qd), joint, twist, &mut tangents, &mut exact);
+            let own = &mut exact[k];
+            dynamics.placement_derivative((&q, &qd), joint, twist, &mut tangents, own);
+            for j in 0..3 {
+                exact[10][j] += exact[k][j];
+            }
+        }
+        // Each displacement alone, and all together.
+        for (k, exact) in exact.iter().enumerate() {
             let moved = |by: f64| {
+                let along = |l: usize| [0.0, by][usize::from(k == 10 || k == l)];
+                let step: [f64; 10] = std::array::from_fn(along);
                 let mut screws = screws.clone();
-                displace(&mut screws, k, by);
+                displace(&mut screws, &step);
                 torques(&screws)
             };
             let (up, down) = (moved(1e-5)?, moved(-1e-5)?);
