@@ -29,7 +29,7 @@ class Best(Estimator):
         order: Order of a neural ODE: (q, q̇) → (q̇, q̈), or q̈ alone. One of ``first``, ``second``. Default: second.
         dissipation: Learn viscous and Coulomb friction too.
         forces: Learn these forces too, separated by commas. Some of ``viscous``, ``drag``, ``coulomb``, ``stribeck``, ``load``, ``directional``, ``quadratic``, ``offset``, ``rotor``, ``gains``, ``input-matrix``.
-        searches: The number of searches for the joints, each from other random directions. A whole number from 1. Default: 8.
+        searches: The number of searches for the joints, each from other random directions. A whole number from 1. Default: 16.
         friction: The terms of the friction of gears (arXiv 2410.08650). One of ``m1``, ``m2``, ``m3``, ``m4``, ``m5``, ``m6``. Default: by held-out motions.
         weight: The moment m g l of the first link's weight, N·m: without a torque only ratios to it are learned. A number above 0, from 1e-9 to 1e9. Default: 1.
         constraints: The constraints between the coordinates; a file is one that `lagrangian constraints --json` wrote. One of ``find``, ``none``, or a document. Default: find.
@@ -931,7 +931,7 @@ class Chain(Estimator):
     """a robot from its log alone: a serial chain whose joints are searched for and whose bodies are identified.
     
     Args:
-        searches: The number of searches for the joints, each from other random directions. A whole number from 1. Default: 8.
+        searches: The number of searches for the joints, each from other random directions. A whole number from 1. Default: 16.
         loss: What is compared with the data. One of ``acceleration``, ``acceleration-relative``, ``acceleration-l1``, ``torque``, ``torque-l1``, ``torque-acceleration``, ``torque-power``, ``positions``, ``positions-trapezoidal``, ``rollout``. Default: acceleration; rollout for neural-ode; positions for vin; torque for delan where torques are recorded and accelerations certain to 0.5 %.
         optimizer: Natural gradient, or Adam. One of ``natural``, ``adam``. Default: natural; adam where the data are noisy and accelerations or torques compared.
         batch: Samples in a batch. A whole number from 1. Default: natural gradient 128 by time and 256 by steps, Adam 512.

@@ -151,7 +151,7 @@ impl Prepared {
             && let Some(robot) = held::robot(&own.dataset, spec)
         {
             if options.delay.is_empty()
-                && let Some(half) = held::half_a_row(&own.dataset, &robot)
+                && let Some(half) = held::delay(&own.dataset, &robot)
                 && let Some(later) = held::later(spare, &half)
             {
                 (*spare, delay) = (later, Some(half));

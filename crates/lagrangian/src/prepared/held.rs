@@ -27,28 +27,37 @@ const SMOOTHING: f64 = 0.02;
 const RIDGE: f64 = 1e-6;
 /// A joint tells its delay where at most this part of its force remains.
 const LEFT: f64 = 0.1;
-/// The largest difference from half a row, rows: half a row is then nearer than none.
+/// A drive that holds makes the motion half a row late, and more where it is slow; less is found in simulators, whose positions lag their
+/// velocities by half a step. Between these delays, rows, there is such a drive.
+const FIRST: f64 = 0.1;
+const HALF: f64 = 0.5;
+const LAST: f64 = 1.0;
+/// The largest difference of a joint from the mean of all, rows.
 const HELD: f64 = 0.25;
-/// The largest standard error of the best known joint, rows.
+/// The largest standard error of the mean, and the smallest of a joint, rows: beyond it, what the regression lacks counts.
 const CERTAIN: f64 = 0.1;
-/// The part of the joints that must agree with it: a light one may be told wrongly, where its acceleration is smoothed.
+const FINEST: f64 = 0.02;
+/// The part of the joints that must agree: a light one may be told wrongly, where its acceleration is smoothed.
 const AGREE: f64 = 0.75;
 
-/// Half a row, s, where the motion of nearly every joint that tells its delay follows its force so much later.
-pub(super) fn half_a_row(dataset: &Dataset, robot: &RigidBodies) -> Option<AutoSetting> {
+/// How much later the motion of nearly every joint that tells it is than its force, s, where that is part of a row.
+pub(super) fn delay(dataset: &Dataset, robot: &RigidBodies) -> Option<AutoSetting> {
     let rows = Rows::new(dataset)?;
     let found: Vec<(f64, f64)> = rows.delays(robot).into_iter().flatten().collect();
-    let best = found.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
-    let held = |(delay, error): &(f64, f64)| (delay - 0.5).abs() < HELD + 2.0 * error;
-    let agree = found.iter().filter(|own| held(own)).count();
-    if !(best.1 < CERTAIN && held(best) && agree as f64 >= AGREE * found.len() as f64) {
+    let certainty = |own: &(f64, f64)| own.1.max(FINEST).powi(-2);
+    let all: f64 = found.iter().map(certainty).sum();
+    let sum: f64 = found.iter().map(|own| own.0 * certainty(own)).sum();
+    let (late, error) = (sum / all, all.sqrt().recip());
+    let alike = |(own, error): &&(f64, f64)| (own - late).abs() < HELD + 2.0 * error;
+    let agree = found.iter().filter(alike).count();
+    let some = late > FIRST.max(3.0 * error) && late < LAST;
+    if !(some && error < CERTAIN && agree as f64 >= AGREE * found.len() as f64) {
         return None;
     }
-    let seconds = 0.5 * rows.step;
+    let shift = late.max(HALF);
+    let seconds = shift * rows.step;
     let reason = format!(
-        "the motion is {:.2} ± {:.2} samples after the forces, as where a drive holds each force until the next row: they are shifted by half a row, {:.3} ms",
-        best.0,
-        best.1,
+        "the motion is {late:.2} ± {error:.2} samples after the forces, as where a drive holds each force until the next row: they are shifted by {shift:.2} rows, {:.3} ms",
         1e3 * seconds
     );
     Some(AutoSetting::new("delay", seconds, reason))

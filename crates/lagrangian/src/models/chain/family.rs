@@ -36,7 +36,7 @@ const SETTINGS: &[Setting] = &[Setting::new(
     Kind::Integer { min: 1, max: 1000 },
     "The number of searches for the joints, each from other random directions",
 )
-.or("8")];
+.or("16")];
 
 impl Family for ChainConfig {
     fn name(&self) -> &'static str {

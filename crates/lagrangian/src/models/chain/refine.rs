@@ -30,9 +30,10 @@ use lagrangian_motion::Samples;
 
 /// The strength of the prior of the bodies.
 const STRENGTH: f64 = 1e-3;
-/// The prior of the displacements: of translations, 1/m², and of rotations.
+/// The prior of the displacements: of translations, 1/m², of rotations, and of rotations where the axes stay along x, y and z.
 const TRANSLATION: f64 = 1e-2;
 const ROTATION: f64 = 1e-1;
+const ALIGNED: f64 = 1e9;
 /// The number of rounds of weighting the joints by their residuals.
 const ROUNDS: usize = 3;
 /// The largest number of steps.
@@ -47,6 +48,8 @@ pub(super) struct Refinement<'a> {
     pub(super) coordinates: &'a Coordinates,
     pub(super) samples: &'a Samples,
     pub(super) scale: &'a TorqueScale,
+    /// Whether the axes keep their directions.
+    pub(super) aligned: bool,
 }
 
 /// Screws with the bodies that belong to them.
@@ -154,7 +157,7 @@ impl Refinement<'_> {
         let held: f64 = displacements
             .iter()
             .enumerate()
-            .map(|(k, s)| stiffness(k) * s * s)
+            .map(|(k, s)| self.stiffness(k) * s * s)
             .sum();
         let cost = minimum.cost + held;
         Some(Point {
@@ -201,8 +204,8 @@ impl Refinement<'_> {
             sums.add(factor, &slopes, &row, excess);
         }
         for k in 0..unknowns {
-            sums.own[(k, k)] += stiffness(k);
-            sums.slope[k] += stiffness(k) * point.displacements[k];
+            sums.own[(k, k)] += self.stiffness(k);
+            sums.slope[k] += self.stiffness(k) * point.displacements[k];
         }
         let information = point.minimum.information.llt(Side::Lower).ok()?;
         let solved = information.solve(&sums.mixed);
@@ -211,6 +214,14 @@ impl Refinement<'_> {
             matrix,
             right: sums.slope.iter().map(|g| -g).collect(),
         })
+    }
+
+    fn stiffness(&self, k: usize) -> f64 {
+        match (unknown(k).1.angular == [0.0; 3], self.aligned) {
+            (true, _) => TRANSLATION,
+            (false, true) => ALIGNED,
+            (false, false) => ROTATION,
+        }
     }
 
     /// ∂M̄ⱼⱼ/∂s, `[S]`.
@@ -303,13 +314,6 @@ fn unknown(k: usize) -> (usize, Twist) {
         _ => twist.linear = AXES[kind - 2],
     }
     (joint, twist)
-}
-
-fn stiffness(k: usize) -> f64 {
-    match k >= 2 && (k - 2) % 4 >= 2 {
-        true => TRANSLATION,
-        false => ROTATION,
-    }
 }
 
 /// Displaces each joint, and all joints after it, along its unknowns, `[S]`, in the axes that it has before: those of an axis near −z
