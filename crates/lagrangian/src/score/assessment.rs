@@ -378,10 +378,11 @@ fn of_forecast(score: &Score, joints: &[Forward]) -> Option<Reason> {
     if torques && joints.iter().any(|joint| !joint.predictable) {
         return None;
     }
+    let all_driven = joints.iter().all(|joint| joint.inertial_share <= PASSIVE);
     let grade = match (forecast.own(), most) {
         (_, most) if most <= NEAR => return None,
-        // Torques may be right where motions are not.
-        (own, _) if own > USELESS && !torques => Grade::Poor,
+        // Torques may be right where motions are not; of a machine with a joint that no torque drives they are half of it.
+        (own, _) if own > USELESS && !(torques && all_driven) => Grade::Poor,
         (own, _) if own.is_nan() => Grade::Poor,
         _ => Grade::Fair,
     };

@@ -218,6 +218,25 @@ fn what_no_sum_of_these_terms_explains_is_no_law() {
     assert!(written.is_none_or(|own| !own.is_law()));
 }
 
+#[test]
+fn forces_that_do_not_act_have_no_law() {
+    let (t, mut rng) = (times(30.0, 0.02).unwrap(), ChaCha8Rng::seed_from_u64(6));
+    let signals = Signals {
+        q: t.iter()
+            .map(|t| 0.3 * (3.0 * t).sin() + 3e-3 * normal(&mut rng))
+            .collect(),
+        tau: t.iter().map(|_| normal(&mut rng)).collect(),
+        ..Signals::default()
+    };
+    let recording = Recording::new("swing", Coordinates::lines(1), t, signals);
+    let spec = FitSpec::of("formula");
+    let prepared = Prepared::new(vec![recording], Vec::new(), &spec).unwrap();
+    let candidates = FitConfig::candidates(&prepared.dataset, &prepared.estimates, &spec).unwrap();
+    let fitted = fit(&prepared.dataset, &candidates[0].config, None, &mut ());
+    let message = fitted.err().map(|own| own.to_string()).unwrap_or_default();
+    assert!(message.contains("no formula was found"), "{message}");
+}
+
 /// Two springs that do not feel each other, 2 and 2.6 rad/s, with noise in parts of the amplitude of each motion.
 fn two_springs(noise: f64) -> Vec<Recording> {
     let mut rng = ChaCha8Rng::seed_from_u64(8);

@@ -462,6 +462,10 @@ impl Search<'_> {
                 more.into_iter()
                     .for_each(|value| next.add(value, self.terms));
             }
+            if next.has_no_term() {
+                refined.misfit = f64::INFINITY;
+                break;
+            }
             let own = refine::refine(self.dataset, &next, self.given, observer)?;
             if !own.misfit.is_finite() {
                 break;

@@ -160,6 +160,11 @@ impl Start {
         })
     }
 
+    /// Whether nothing of its Lagrangian is left.
+    pub(super) fn has_no_term(&self) -> bool {
+        self.terms.is_empty()
+    }
+
     /// The number of its coefficients.
     pub(super) fn len(&self) -> usize {
         self.terms.len() + self.friction.iter().filter(|b| **b != 0.0).count()
