@@ -95,10 +95,8 @@ pub(super) fn resolve(headers: &[String], layout: &Layout) -> Result<Resolved> {
     let mut numbers = vec![time?];
     let default = || finder.has("trajectory").then(|| "trajectory".to_owned());
     let trajectory = layout.trajectory.clone().or_else(default);
-    let trajectory_at = trajectory
-        .as_ref()
-        .map(|name| finder.position(name, "trajectory"));
-    let trajectory_at = trajectory_at.transpose()?;
+    let at = |name: &String| finder.position(name, "trajectory");
+    let trajectory_at = trajectory.as_ref().map(at).transpose()?;
     let signals = finder.signals(layout)?;
     let mut points = Vec::new();
     for (signal, names) in signals.iter() {

@@ -11,6 +11,7 @@ mod predictable;
 mod restarts;
 mod speed;
 mod valid_time;
+mod work;
 
 use std::ops::Range;
 use std::time::Duration;

@@ -134,8 +134,10 @@ fn note_result(folder: &RunFolder, fit: &Fit, assessment: &Assessment) {
         fit.best
     );
     if let Some(written) = fit.model.written() {
-        note!("law:   {}", written.text);
-        note!("       {}", written.meaning);
+        // A series that describes the data is not announced as their law.
+        let what = if written.is_law() { "law" } else { "formula" };
+        note!("{:<9}{}", format!("{what}:"), written.text);
+        note!("{:<9}{}", "", written.meaning);
     }
     let all = fit.model.parameters();
     for p in all.iter().filter(is_shown) {

@@ -6,6 +6,7 @@ use super::CandidateResult;
 use super::inertia::{Forward, Spectrum, forwards, poles, spectrum};
 use super::judgement::PASSIVE;
 use super::speed::weakened;
+use super::work::unknown_work;
 use super::{Errors, Forecast, RestartScore, RolloutScore, Score, SignalError, add_torques};
 use crate::models::Entry;
 use lagrangian_mechanics::Model;
@@ -75,6 +76,7 @@ impl Assessment {
         reasons.extend(of_nominal(model, motions, score));
         reasons.extend(of_accelerations(score, &joints));
         reasons.extend(of_speed(model, motions, score));
+        reasons.extend(of_work(model, motions, score));
         reasons.extend(inertia.and_then(of_inertia));
         reasons.extend(of_poles(model, motions));
         reasons.extend(of_motions(score));
@@ -313,6 +315,20 @@ fn of_speed(model: &dyn Model, motions: &[Trajectory], score: &Score) -> Option<
     );
     let remedy = "if there is one, give it as `speed_limit` (lnn and hnn have it)";
     Some(Reason::new(Grade::Fair, finding, remedy))
+}
+
+/// A model of free motions that neither keep their energy nor lose it as the model says lacks a friction or a drive.
+const LACKING: f64 = 0.2;
+
+fn of_work(model: &dyn Model, motions: &[Trajectory], score: &Score) -> Option<Reason> {
+    let free = score.torque.is_none() && score.stopped == 0;
+    let share = free.then(|| unknown_work(model, motions)).flatten()?;
+    let finding = format!(
+        "the motions gain or lose {:.0} % of their energy by forces that it does not have: friction, or a drive that was not recorded",
+        100.0 * share
+    );
+    let remedy = "learn friction (`forces`), or record the force that drives (`tau`)";
+    (share > LACKING).then(|| Reason::new(Grade::Fair, finding, remedy))
 }
 
 fn of_driven(joints: &[Forward]) -> Option<Reason> {
