@@ -17,8 +17,9 @@ const EXPLAINED: f64 = 0.5;
 const WELL_EXPLAINED: f64 = 0.9;
 /// A delay counts only beyond this many standard errors, because many joints are tested …
 const ERRORS: f64 = 4.0;
-/// … and beyond this part of a sample: a force that a controller holds between samples is half a sample late on average.
-const SAMPLES: f64 = 0.5;
+/// … and beyond so many samples: a force that a controller holds between samples is half a sample late on average, dry friction that leads
+/// looks like as much again, and a fit finds what is less with the joints known.
+const SAMPLES: f64 = 1.0;
 /// … and if the unexplained variance of the force is larger by this factor without it.
 const GAIN: f64 = 1.15;
 /// An inertia outside of this range suggests wrong units, kg m² or kg.
