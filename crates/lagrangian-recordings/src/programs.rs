@@ -102,9 +102,42 @@ pub(super) fn advice(headers: &[String]) -> Option<String> {
     };
     let q = coordinates(headers);
     let angles: Vec<String> = q.iter().filter(|name| is_angle(name)).cloned().collect();
-    let named = setting("t", &[time]) + &setting("q", &q) + &setting("angles", &angles);
+    let of = |is: fn(&str) -> bool, most: usize| -> Vec<String> {
+        let own = headers.iter().filter(|header| is(header)).cloned();
+        Some(own.collect::<Vec<_>>())
+            .filter(|own| own.len() <= most)
+            .unwrap_or_default()
+    };
+    let forces = of(is_force, q.len());
+    let mut named = setting("t", &[time]) + &setting("q", &q) + &setting("angles", &angles);
+    named += &setting("tau", &forces);
+    named += &setting("trajectory", &of(is_run, 1));
+    if !forces.is_empty() && forces.len() < q.len() {
+        named += ", and in `actuated` the coordinates that the forces act on";
+    }
     (!q.is_empty()).then(|| format!("perhaps{named}"))
 }
+
+fn is_force(header: &str) -> bool {
+    Stated::of(header)
+        .unit
+        .is_some_and(|unit| unit.is_of_force())
+}
+
+fn is_run(header: &str) -> bool {
+    RUNS.contains(&&*bare(header))
+}
+
+/// Names of columns that separate motions.
+const RUNS: [&str; 7] = [
+    "run",
+    "take",
+    "shot",
+    "trial",
+    "episode",
+    "experiment",
+    "motion",
+];
 
 /// Names of columns of time.
 const TIMES: [&str; 8] = [
@@ -152,8 +185,8 @@ const ANGLES: [&str; 11] = [
     "theta", "θ", "angle", "phi", "φ", "psi", "ψ", "winkel", "roll", "pitch", "yaw",
 ];
 
-/// The columns that look like coordinates: `q1 …`, else angles, else x and y, else the first after time. A column that states the unit
-/// of another quantity is excluded.
+/// The columns that look like coordinates: `q1 …`, else those that state a unit of position, else angles, else x and y, else the first after
+/// time. A column that states the unit of another quantity is excluded.
 #[must_use]
 pub fn coordinates(headers: &[String]) -> Vec<String> {
     let time = time(headers);
@@ -162,7 +195,7 @@ pub fn coordinates(headers: &[String]) -> Vec<String> {
         let other = stated.unit.is_some_and(|unit| !unit.is_of_position());
         let rate = stated.unit.is_none() && stated.written.to_lowercase().contains("hz");
         let name = bare(header);
-        let known = OTHERS.iter().any(|other| name.starts_with(other));
+        let known = OTHERS.iter().any(|other| name.starts_with(other)) || is_run(header);
         Some(*header) != time.as_ref() && !other && !rate && !known
     };
     let rest: Vec<&String> = headers.iter().filter(is_position).collect();
@@ -170,8 +203,10 @@ pub fn coordinates(headers: &[String]) -> Vec<String> {
         let own = |h: &&&String| begins.iter().any(|begin| bare(h).starts_with(begin));
         rest.iter().filter(own).map(|h| (*h).clone()).collect()
     };
-    let sets = [&["q"][..], &ANGLES[..], &["x", "y", "z"]];
-    let found = sets.into_iter().map(of).find(|found| !found.is_empty());
+    let measured = rest.iter().filter(|h| Stated::of(h).unit.is_some());
+    let measured = measured.map(|h| (*h).clone()).collect();
+    let sets = [of(&["q"]), measured, of(&ANGLES), of(&["x", "y", "z"])];
+    let found = sets.into_iter().find(|found| !found.is_empty());
     found.unwrap_or_else(|| rest.first().map(|h| (*h).clone()).into_iter().collect())
 }
 
@@ -190,6 +225,20 @@ mod tests {
     fn the_three_angles_of_a_body_are_coordinates() {
         let names = ["t", "theta", "phi", "psi"].map(String::from);
         assert_eq!(coordinates(&names), ["theta", "phi", "psi"]);
+    }
+
+    #[test]
+    fn all_columns_of_a_machine_are_named() {
+        let names = |list: &[&str]| list.iter().map(|own| (*own).to_owned()).collect::<Vec<_>>();
+        let furuta = names(&["run", "t [s]", "arm [deg]", "rope (m)", "I [mA]", "note"]);
+        let text = advice(&furuta).unwrap_or_default();
+        let wanted = "perhaps `t` 't [s]' `q` 'arm [deg],rope (m)' `angles` 'arm [deg]' `tau` 'I [mA]' `trajectory` 'run', and in `actuated`";
+        assert!(text.starts_with(wanted), "{text}");
+        let alone = names(&["t", "x", "trial"]);
+        assert_eq!(
+            advice(&alone).unwrap_or_default(),
+            "perhaps `t` 't' `q` 'x' `trajectory` 'trial'"
+        );
     }
 
     #[test]

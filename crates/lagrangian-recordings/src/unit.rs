@@ -137,12 +137,17 @@ impl Unit {
         matches!(self.quantity, Length | Angle) && self.order == 0
     }
 
+    /// Whether it can be a unit of forces.
+    pub(super) fn is_of_force(&self) -> bool {
+        self.quantity == Force && self.order == 0
+    }
+
     /// Whether it can be a unit of this signal.
     pub(super) fn fits(&self, signal: Signal) -> bool {
         match signal.order() {
             Some(order) => matches!(self.quantity, Length | Angle) && self.order == order,
             None if signal == Signal::Goal => self.is_of_position(),
-            None if signal == Signal::Tau => self.quantity == Force && self.order == 0,
+            None if signal == Signal::Tau => self.is_of_force(),
             None => true,
         }
     }
