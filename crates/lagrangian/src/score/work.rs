@@ -11,8 +11,8 @@ const FEWEST: usize = 5;
 /// The least mean square of the works in their standard errors: what noise alone does is 1.
 const CERTAIN: f64 = 6.25;
 
-/// The work of the whole motions that the model does not know, over twice their mean kinetic energy; `None` where noise does as much, and
-/// for a model without inverse dynamics.
+/// The work of the whole motions that the model does not know, over twice their mean kinetic energy; `None` where noise does as much, for a
+/// model without inverse dynamics, and for motions without accelerations.
 pub(super) fn unknown_work(model: &dyn Model, motions: &[Trajectory]) -> Option<f64> {
     let long = motions.iter().filter(|own| own.len() >= FEWEST * PARTS);
     let own: Option<Vec<[f64; 3]>> = long.map(|motion| of_motion(model, motion)).collect();
@@ -32,9 +32,10 @@ fn of_motion(model: &dyn Model, motion: &Trajectory) -> Option<[f64; 3]> {
     let mut moving = 0.0;
     for k in 0..motion.len() {
         let row = motion.row(k);
-        let known = evaluator
-            .inverse_dynamics(row.q, row.qd, row.qdd, &mut force)
-            .is_finite()
+        let known = row.qdd.len() == n
+            && evaluator
+                .inverse_dynamics(row.q, row.qd, row.qdd, &mut force)
+                .is_finite()
             && evaluator.momentum(row.q, row.qd, &mut momentum).is_finite();
         if !known {
             return None;
@@ -65,7 +66,11 @@ mod tests {
             let force =
                 move |_: f64, _: &[f64], qd: &[f64], tau: &mut [f64]| tau[0] = -friction * qd[0];
             let own = rollout(&*system, &[1.0], &[0.0], &t, &force, &options).unwrap();
-            unknown_work(&*system, &[own.trajectory])
+            let mut motion = [own.trajectory];
+            let share = unknown_work(&*system, &motion);
+            motion[0].signals.qdd.clear();
+            assert_eq!(unknown_work(&*system, &motion), None);
+            share
         };
         assert_eq!(swing(0.0).filter(|share| *share > 1e-3), None);
         assert!(swing(0.1).is_some_and(|share| share > 0.5));
