@@ -1,7 +1,7 @@
 //! The search for the screws of a chain: for given screws the torques are linear in everything else.
 //!
-//! Coordinate descent over directions ±x, ±y, ±z and offsets of 0 or 0.3 m along these, from several random starts. A set
-//! of screws is scored by a ridge regression over blocks of time: the sum over the joints of the logarithm of the mean
+//! Coordinate descent over directions ±x, ±y, ±z, offsets of 0 or 0.3 m along these, and turning or sliding where no unit says which, from
+//! several random starts. A set of screws is scored by a ridge regression over blocks of time: the sum over the joints of the logarithm of the mean
 //! square error on the block that was omitted. Joints are weighted by that error, so that one with much friction does
 //! not hide the information in the others.
 
