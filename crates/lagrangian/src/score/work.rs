@@ -28,8 +28,7 @@ pub(super) fn unknown_work(model: &dyn Model, motions: &[Trajectory]) -> Option<
 fn of_motion(model: &dyn Model, motion: &Trajectory) -> Option<[f64; 3]> {
     let (n, mut evaluator) = (motion.dof(), model.evaluator());
     let (mut force, mut momentum) = (vec![0.0; n], vec![0.0; n]);
-    let mut powers = Vec::new();
-    let mut moving = 0.0;
+    let (mut powers, mut moving) = (Vec::new(), 0.0);
     for k in 0..motion.len() {
         let row = motion.row(k);
         let known = row.qdd.len() == n
