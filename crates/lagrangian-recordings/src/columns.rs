@@ -85,7 +85,7 @@ impl Resolved {
 /// # Errors
 /// [`Error::Columns`] if one is missing, doubled, or a signal has another number of columns than q.
 pub(super) fn resolve(headers: &[String], layout: &Layout) -> Result<Resolved> {
-    let finder = Finder { headers };
+    let finder = Finder::new(headers);
     let layout = &finder.as_headed(layout.clone());
     let mut notes = Vec::new();
     let t = layout.t.clone().unwrap_or_else(|| finder.time(&mut notes));
@@ -199,9 +199,19 @@ fn declare(q: &[String], layout: &Layout, finder: &Finder<'_>) -> Result<Coordin
 
 struct Finder<'a> {
     headers: &'a [String],
+    /// The same without their units.
+    bare: Vec<&'a str>,
 }
 
-impl Finder<'_> {
+impl<'a> Finder<'a> {
+    fn new(headers: &'a [String]) -> Self {
+        let bare = headers.iter().map(|header| Stated::without_unit(header));
+        Self {
+            headers,
+            bare: bare.collect(),
+        }
+    }
+
     fn has(&self, name: &str) -> bool {
         self.headers.iter().any(|h| h == name)
     }
@@ -558,15 +568,12 @@ impl Finder<'_> {
 
     /// The column of this name, else the only one of this name with a unit after it, such as `q1 [deg]`.
     fn named(&self, name: &str) -> Option<String> {
-        let mut with_unit = self
-            .headers
-            .iter()
-            .filter(|header| Stated::without_unit(header) == name);
-        match (self.has(name), with_unit.next(), with_unit.next()) {
-            (true, ..) => Some(name.into()),
-            (false, Some(only), None) => Some(only.clone()),
-            _ => None,
+        if self.has(name) {
+            return Some(name.into());
         }
+        let mut with_unit = (0..self.bare.len()).filter(|i| self.bare[*i] == name);
+        let only = with_unit.next().filter(|_| with_unit.next().is_none());
+        only.map(|i| self.headers[i].clone())
     }
 
     /// The consecutive columns `q1, q2, …`.
@@ -577,15 +584,16 @@ impl Finder<'_> {
 
     /// Refuses q1, q3 without q2, and qd2 without qd1.
     fn unbroken(&self, prefix: &str, found: usize, n: usize) -> Result<()> {
-        let number = |header: &str| -> Option<usize> {
-            let digits = Stated::without_unit(header).strip_prefix(prefix)?;
+        let number = |bare: &str| -> Option<usize> {
+            let digits = bare.strip_prefix(prefix)?;
             let is_number = digits.bytes().all(|b| b.is_ascii_digit());
             is_number.then(|| digits.parse().ok()).flatten()
         };
-        let is_beyond = |header: &&String| number(header).is_some_and(|i| i > found);
-        let Some(beyond) = self.headers.iter().find(is_beyond) else {
+        let is_beyond = |bare: &str| number(bare).is_some_and(|i| i > found);
+        let Some(beyond) = self.bare.iter().copied().position(is_beyond) else {
             return Ok(());
         };
+        let beyond = &self.headers[beyond];
         let missing = found + 1;
         let finding = format!("column '{beyond}' is there but '{prefix}{missing}' is not");
         let count = if n > 0 {
