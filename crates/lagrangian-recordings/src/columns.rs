@@ -165,12 +165,8 @@ fn declare(q: &[String], layout: &Layout, finder: &Finder<'_>) -> Result<Coordin
         let polar = layout.polar.iter().any(|polar| polar.name == *name);
         polar || layout.angles.iter().any(|a| a == name || a == "all")
     };
-    let is_alone = |own: &&str| {
-        q.iter()
-            .filter(|name| Stated::without_unit(name) == *own)
-            .count()
-            == 1
-    };
+    let bare: Vec<&str> = q.iter().map(|name| Stated::without_unit(name)).collect();
+    let is_alone = |own: &&str| bare.iter().filter(|bare| *bare == own).count() == 1;
     let coordinate = |name: &String| {
         let stated = Stated::of(name).unit.map(|unit| unit.si());
         let topology = match (layout.parameters.contains(name), is_angle(name)) {
