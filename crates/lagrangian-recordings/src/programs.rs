@@ -1,6 +1,6 @@
 //! Names that other programs give to columns: suggestions for a user whose file has them.
 
-use super::unit::Stated;
+use super::unit::{Stated, is_time};
 use lagrangian_motion::Signal;
 
 /// A program that is recognised by the columns of its files.
@@ -125,11 +125,14 @@ fn is_force(header: &str) -> bool {
 }
 
 fn is_run(header: &str) -> bool {
-    RUNS.contains(&&*bare(header))
+    let name = bare(header);
+    let counted = ["_no", "_nr", "_id", " no", " nr", "_number"];
+    let own = counted.iter().find_map(|end| name.strip_suffix(end));
+    RUNS.contains(&own.unwrap_or(&name))
 }
 
 /// Names of columns that separate motions.
-const RUNS: [&str; 7] = [
+const RUNS: [&str; 14] = [
     "run",
     "take",
     "shot",
@@ -137,19 +140,15 @@ const RUNS: [&str; 7] = [
     "episode",
     "experiment",
     "motion",
+    "test",
+    "clip",
+    "drop",
+    "throw",
+    "swing",
+    "repetition",
+    "series",
 ];
 
-/// Names of columns of time.
-const TIMES: [&str; 8] = [
-    "t",
-    "time",
-    "zeit",
-    "temps",
-    "tiempo",
-    "x_value",
-    "__time",
-    "timestamp",
-];
 /// Prefixes of columns that are not coordinates: rates, forces, and columns that separate motions.
 const OTHERS: [&str; 8] = ["qd", "tau", "trajectory", "v", "a_", "dq", "step", "frame"];
 
@@ -164,7 +163,7 @@ fn bare(header: &str) -> String {
 /// The column that looks like time.
 #[must_use]
 pub fn time(headers: &[String]) -> Option<String> {
-    let own = |header: &&String| TIMES.contains(&&*bare(header));
+    let own = |header: &&String| is_time(&bare(header));
     headers.iter().find(own).cloned()
 }
 
@@ -174,7 +173,7 @@ pub(super) fn sure_time(headers: &[String]) -> Option<String> {
         let states = Stated::of(header)
             .unit
             .is_some_and(|unit| unit.is_of_time());
-        *header == "__time" || states && TIMES.contains(&&*bare(header))
+        *header == "__time" || states && is_time(&bare(header))
     };
     let mut all = headers.iter().filter(own);
     all.next().filter(|_| all.next().is_none()).cloned()
@@ -186,7 +185,7 @@ const ANGLES: [&str; 11] = [
 ];
 
 /// The columns that look like coordinates: `q1 …`, else those that state a unit of position, else angles, else x and y, else the first after
-/// time. A column that states the unit of another quantity is excluded.
+/// time with those that differ from it by a number. A column that states the unit of another quantity is excluded.
 #[must_use]
 pub fn coordinates(headers: &[String]) -> Vec<String> {
     let time = time(headers);
@@ -207,7 +206,10 @@ pub fn coordinates(headers: &[String]) -> Vec<String> {
     let measured = measured.map(|h| (*h).clone()).collect();
     let sets = [of(&["q"]), measured, of(&ANGLES), of(&["x", "y", "z"])];
     let found = sets.into_iter().find(|found| !found.is_empty());
-    found.unwrap_or_else(|| rest.first().map(|h| (*h).clone()).into_iter().collect())
+    // Channels of one instrument differ by their numbers.
+    let letters = |header: &str| header.replace(|c: char| c.is_ascii_digit(), "");
+    let alike = |h: &&&String| letters(h) == letters(rest[0]);
+    found.unwrap_or_else(|| rest.iter().filter(alike).map(|h| (*h).clone()).collect())
 }
 
 /// Whether the name of a column denotes an angle.
@@ -234,6 +236,11 @@ mod tests {
         let text = advice(&furuta).unwrap_or_default();
         let wanted = "perhaps `t` 't [s]' `q` 'arm [deg],rope (m)' `angles` 'arm [deg]' `tau` 'I [mA]' `trajectory` 'run', and in `actuated`";
         assert!(text.starts_with(wanted), "{text}");
+        let channels = names(&["time_s", "CH1_mC", "CH2_mC", "torque", "test_no"]);
+        assert_eq!(
+            advice(&channels).unwrap_or_default(),
+            "perhaps `t` 'time_s' `q` 'CH1_mC,CH2_mC' `trajectory` 'test_no'"
+        );
         let alone = names(&["t", "x", "trial"]);
         assert_eq!(
             advice(&alone).unwrap_or_default(),

@@ -16,10 +16,19 @@ const MANY_TRAJECTORIES: usize = 1000;
 /// Largest number of trajectories of a file: each takes some kilobytes beside its rows.
 const MOST_TRAJECTORIES: usize = 1 << 18;
 
+/// A shorter run is no log of its own where time starts again, rows.
+const SHORTEST_RUN: usize = 8;
+
 /// Collects rows; the memory grows with the rows that are kept, not with the size that a header claims.
 pub(super) struct Rows {
     resolved: Resolved,
     file: String,
+    /// The times of the current log of a file that does not name its trajectories, and the name of the log.
+    times: Times,
+    log: String,
+    /// Number of logs after the first, and of rows that repeat the one before.
+    restarts: usize,
+    repeated: usize,
     partial: Vec<Partial>,
     by_name: HashMap<String, usize>,
     current: usize,
@@ -30,10 +39,36 @@ pub(super) struct Rows {
     least: u64,
 }
 
+/// The times of a log: of its first two rows and of the last, and how many they are.
+#[derive(Default)]
+struct Times {
+    first: [f64; 2],
+    last: f64,
+    rows: usize,
+}
+
+impl Times {
+    /// Adds the next time; returns whether it starts again, within the first step of a log that is long enough to be one.
+    fn restart(&mut self, t: f64) -> bool {
+        let again = self.rows >= SHORTEST_RUN && t < self.last && t < self.first[1];
+        if again {
+            *self = Self::default();
+        }
+        if let Some(first) = self.first.get_mut(self.rows) {
+            *first = t;
+        }
+        self.last = t;
+        self.rows += 1;
+        again
+    }
+}
+
 /// One recording while it grows.
 struct Partial {
     recording: Recording,
     rows: usize,
+    /// The numbers of the previous row, as stored in the file.
+    previous: Vec<f64>,
     /// The angles of the previous row, kept or not, as stored in the file.
     last: Vec<f64>,
     turns: Vec<i32>,
@@ -68,6 +103,7 @@ impl Partial {
         Self {
             recording,
             rows: 0,
+            previous: Vec::new(),
             last: vec![f64::NAN; n],
             turns: vec![0; n],
             length: resolved.sample.map_or(usize::MAX, |s| s.length()),
@@ -77,6 +113,15 @@ impl Partial {
             low: vec![f64::INFINITY; n],
             high: vec![f64::NEG_INFINITY; n],
         }
+    }
+
+    /// Whether a row is the previous one once more, its time included.
+    fn repeats(&mut self, values: &[f64]) -> bool {
+        let mut pairs = self.previous.iter().zip(values);
+        let same = !self.previous.is_empty() && pairs.all(|(a, b)| a.total_cmp(b).is_eq());
+        self.previous.clear();
+        self.previous.extend(values);
+        same
     }
 
     /// Adds a row; returns whether it is kept. Stretches whose number is `least` or more are skipped.
@@ -264,6 +309,10 @@ impl Rows {
         Self {
             resolved,
             file: file.into(),
+            times: Times::default(),
+            log: file.into(),
+            restarts: 0,
+            repeated: 0,
             partial: Vec::new(),
             by_name: HashMap::new(),
             current: 0,
@@ -275,7 +324,12 @@ impl Rows {
 
     /// Adds one row: the numbers t and those of the signals (which it may change) of `trajectory`, if there are several.
     pub(super) fn push(&mut self, trajectory: Option<&str>, values: &mut [f64]) -> Result<()> {
-        let name = trajectory.unwrap_or(&self.file);
+        let timed = self.resolved.interval.is_none();
+        if timed && trajectory.is_none() && self.times.restart(values[0]) {
+            self.restarts += 1;
+            self.log = format!("{}#{}", self.file, self.restarts + 1);
+        }
+        let name = trajectory.unwrap_or(&self.log);
         self.rows += 1;
         let current = self.partial.get(self.current);
         if current.is_none_or(|p| p.recording.name != name) {
@@ -290,7 +344,12 @@ impl Rows {
             };
             self.refuse_a_name_per_row()?;
         }
-        let kept = self.partial[self.current].push(values, &self.resolved, self.least);
+        let current = &mut self.partial[self.current];
+        if timed && current.repeats(values) {
+            self.repeated += 1;
+            return Ok(());
+        }
+        let kept = current.push(values, &self.resolved, self.least);
         self.held += usize::from(kept);
         if self.resolved.sample.is_some_and(|s| self.held > s.held()) {
             self.thin();
@@ -339,10 +398,23 @@ impl Rows {
         let sampled = self.resolved.sample.is_some();
         let all = self.partial.into_iter();
         let recordings = all.map(|partial| partial.finish(sampled)).collect();
+        let mut notes = self.resolved.notes;
+        if self.restarts > 0 {
+            let (times, logs) = (self.restarts, self.restarts + 1);
+            notes.push(format!(
+                "time starts again, {times} times: {logs} motions are read"
+            ));
+        }
+        if self.repeated > 0 {
+            let rows = self.repeated;
+            notes.push(format!(
+                "{rows} rows repeat the one before, time included: left out"
+            ));
+        }
         Ok(Readings {
             recordings,
             columns: self.resolved.columns,
-            notes: self.resolved.notes,
+            notes,
         })
     }
 }

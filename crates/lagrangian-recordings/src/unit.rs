@@ -70,7 +70,11 @@ const POWERS: [(&str, &str); 6] = [
 ];
 
 /// Units at the end of a name without brackets, after `_`.
-const ENDINGS: [&str; 9] = ["ms", "us", "ns", "deg", "degrees", "rad", "mm", "cm", "rpm"];
+const ENDINGS: [&str; 10] = [
+    "ms", "us", "ns", "deg", "degrees", "rad", "mm", "cm", "rpm", "Nm",
+];
+/// Those of times, which are letters of an index elsewhere.
+const OF_TIMES: [&str; 3] = ["s", "sec", "seconds"];
 
 impl Unit {
     /// The radian.
@@ -153,6 +157,24 @@ impl Unit {
     }
 }
 
+/// Names of columns of time.
+const TIMES: [&str; 9] = [
+    "t",
+    "time",
+    "zeit",
+    "temps",
+    "tiempo",
+    "x_value",
+    "__time",
+    "timestamp",
+    "elapsed",
+];
+
+/// Whether a name without a unit is one of time.
+pub(super) fn is_time(name: &str) -> bool {
+    TIMES.iter().any(|own| own.eq_ignore_ascii_case(name))
+}
+
 /// The name of a column, split from the unit in it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Stated<'a> {
@@ -175,7 +197,8 @@ impl<'a> Stated<'a> {
         };
         let ending = || {
             let (bare, written) = name.rsplit_once('_')?;
-            ENDINGS.contains(&written).then_some((bare, written))
+            let time = || is_time(bare) && OF_TIMES.contains(&written);
+            (ENDINGS.contains(&written) || time()).then_some((bare, written))
         };
         let found = bracket('(', ')')
             .or_else(|| bracket('[', ']'))

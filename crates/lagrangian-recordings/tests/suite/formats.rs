@@ -157,6 +157,35 @@ fn rows_of_trajectories_may_alternate_and_their_names_may_be_numbers() {
 }
 
 #[test]
+fn logs_that_were_written_one_after_the_other_are_motions_of_their_own() {
+    let log = |rows: u32| -> String {
+        let row = |k: u32| format!("{},{}\n", 0.1 * f64::from(k), k * k);
+        (0..rows).map(row).collect()
+    };
+    let text = format!("t,q1\n{}{}{}", log(9), log(12), log(10));
+    let readings = csv(&text, &Layout::default());
+    let names: Vec<&str> = readings.recordings.iter().map(|r| &*r.name).collect();
+    assert_eq!(names, ["file", "file#2", "file#3"]);
+    assert_eq!(readings.recordings[1].len(), 12);
+    assert!(readings.notes[0].contains("starts again, 2 times"));
+    // A clock that goes back otherwise is a mistake, as is a start after a few rows.
+    for text in [
+        format!("t,q1\n{}0.45,7\n0.55,8\n", log(9)),
+        format!("t,q1\n{}{}", log(7), log(9)),
+    ] {
+        assert_eq!(csv(&text, &Layout::default()).recordings.len(), 1);
+    }
+}
+
+#[test]
+fn a_row_that_was_written_twice_is_read_once() {
+    let text = "t,q1\n0,1\n0,1\n1,1\n2,4\n2,4\n2,4\n2,5\n";
+    let readings = csv(text, &Layout::default());
+    assert_eq!(readings.recordings[0].t, [0.0, 1.0, 2.0, 2.0]);
+    assert!(readings.notes[0].contains("3 rows repeat"));
+}
+
+#[test]
 fn a_wrapped_angle_is_unwrapped_even_where_thinning_hides_the_jumps() {
     let truth = |k: u32| 0.3 * f64::from(k);
     let wrapped = |k: u32| (truth(k) + PI).rem_euclid(TAU) - PI;
