@@ -38,12 +38,12 @@ pub(super) fn items(recordings: &[Recording]) -> Vec<Item> {
             .fold(0.0, f64::max)
     };
     let noises: Vec<f64> = (0..count).map(noise).collect();
-    let pairs = (0..count).flat_map(|b| (0..b).map(move |a| (a, b)));
-    pairs
-        .filter_map(|(a, b)| {
-            copy(first, &all, a, b).or_else(|| coupled(first, &all, [a, b], &noises))
-        })
-        .collect()
+    // One other column says enough of each: many may move alike.
+    let of_column = |b: usize| {
+        let is_copy = (0..b).find_map(|a| copy(first, &all, a, b));
+        is_copy.or_else(|| (0..b).find_map(|a| coupled(first, &all, [a, b], &noises)))
+    };
+    (0..count).filter_map(of_column).collect()
 }
 
 /// An item where column `b` is column `a` in every recording.

@@ -251,7 +251,8 @@ fn noise(recording: &Recording, columns: &[Column<'_>]) -> Item {
         let is_loud = sigma.min(c.steady_noise()) > MUCH_NOISE * deviation && deviation > 0.0;
         (sigma, format!("{sigma:.2e} ({percent:.2} %)"), is_loud)
     };
-    let remedy = "is mostly noise: filter it at the source, or omit it and let it be estimated";
+    let remedy =
+        "is mostly noise: filter it at its source (rates may be omitted: they are estimated)";
     let figures = columns.iter().map(|c| (c.name, figure(c)));
     let item = Item::pass("noise", "standard deviation (part of the signal's): ");
     let item = item.with_each(figures, remedy);

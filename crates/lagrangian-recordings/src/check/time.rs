@@ -4,6 +4,7 @@ use super::Item;
 use super::column::robust_deviation;
 use crate::derivatives::{GAP, SHORTEST};
 use crate::local_polynomial::{median_step, segments};
+use crate::unit::Stated;
 use crate::{Recording, TimeStep};
 use lagrangian_motion::statistics::root_mean_square;
 
@@ -61,7 +62,7 @@ pub(super) fn items(recording: &Recording) -> Vec<Item> {
     }
     let rate = rate(t);
     let even = rate.values["jitter"] < LITTLE_JITTER;
-    let mut items = vec![whole_numbers(t).unwrap_or(rate), gaps(recording)];
+    let mut items = vec![whole_numbers(recording).unwrap_or(rate), gaps(recording)];
     items.extend(dropped(t).filter(|_| even));
     items
 }
@@ -115,8 +116,12 @@ pub(super) fn jitter(recorded: &Recording, repaired: &Recording) -> Option<Item>
     (jitter > 0.0).then_some(item)
 }
 
-/// An item for time in whole numbers with large steps, which is unlikely to be in seconds.
-fn whole_numbers(t: &[f64]) -> Option<Item> {
+/// An item for time in whole numbers with large steps, which is unlikely to be in seconds, unless its name says so.
+fn whole_numbers(recording: &Recording) -> Option<Item> {
+    let (t, stated) = (&recording.t, Stated::of(&recording.columns.t).unit);
+    if stated.is_some_and(|own| own.is_of_time()) {
+        return None;
+    }
     let step = median_step(t);
     let whole = t.iter().all(|t| t.fract().abs() <= 0.0);
     if whole && t.windows(2).all(|w| w[1] - w[0] <= 1.0) {

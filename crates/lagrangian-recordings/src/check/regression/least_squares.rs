@@ -64,8 +64,14 @@ impl Part {
         }
     }
 
-    /// The sums of joint `i` over a stretch, with the forces of `columns`: the index of the delay and of the joint of each.
-    pub(super) fn of(s: &Signals, terms: &Terms<'_>, i: usize, columns: &[(usize, usize)]) -> Self {
+    /// The sums of joint `i` over the rows of a stretch in which it is not slower than `slowest`, with the forces of `columns`: the
+    /// index of the delay and of the joint of each.
+    pub(super) fn of(
+        s: &Signals,
+        terms: &Terms<'_>,
+        (i, slowest): (usize, f64),
+        columns: &[(usize, usize)],
+    ) -> Self {
         let (n, delays) = (terms.speeds.len(), s.delays());
         let unit: Vec<f64> = (0..n).map(|j| if j == i { 1.0 } else { 0.0 }).collect();
         let mut ones = Vec::new();
@@ -76,6 +82,9 @@ impl Part {
         for m in 0..s.q.len() / n {
             let state = m * n..(m + 1) * n;
             let (q, qd, qdd) = (&s.q[state.clone()], &s.qd[state.clone()], &s.qdd[state]);
+            if qd[i].abs() < slowest {
+                continue;
+            }
             terms.row(i, q, qd, qdd, &mut row);
             for (force, (k, j)) in forces.iter_mut().zip(columns) {
                 *force = s.tau[(m * delays + k) * n + j];

@@ -67,6 +67,8 @@ const ALIKE: f64 = 2.0;
 pub(in crate::check) const MOST_JOINTS: usize = 12;
 /// Second cut-off as a fraction of the first.
 const NARROWER: f64 = 0.7;
+/// A joint moves above this part of the root mean square of its speed.
+const MOVING: f64 = 0.3;
 
 /// The regression of one joint.
 #[derive(Debug, Clone, Copy)]
@@ -269,11 +271,18 @@ impl JointFit {
 
     /// Adds the difference to the estimate at another cut-off to the error.
     fn beside(self, other: Option<Self>) -> Self {
-        let difference = other.map_or(0.0, |o| o.delay - self.delay);
+        let delay = other.map_or(self.delay, |o| o.delay);
         let growth = other.map_or(0.0, |o| o.inertia.0 / self.inertia.0 - 1.0);
         Self {
             growth,
-            error: self.error.hypot(difference),
+            ..self.off(delay)
+        }
+    }
+
+    /// Adds the difference from another estimate of the delay to its error.
+    fn off(self, delay: f64) -> Self {
+        Self {
+            error: self.error.hypot(delay - self.delay),
             ..self
         }
     }
@@ -315,7 +324,7 @@ fn joints(filtered: &Filtered<'_>, shifts: usize, step: f64) -> Option<Vec<Optio
     let delays = (0..=2 * shifts).map(|k| (k as f64 - shifts as f64) * step);
     let delays: Vec<f64> = delays.collect();
     let stretches = filtered.signals([shifts as f64 * step; 2], &delays)?;
-    let joint = |i: usize| estimate(&stretches.parts(i), shifts, step);
+    let joint = |i: usize| stretches.estimate(i, shifts, step);
     Some((0..n).into_par_iter().map(joint).collect())
 }
 
@@ -409,14 +418,32 @@ struct Stretches<'a> {
 impl Stretches<'_> {
     /// The sums of joint `i` over each stretch.
     fn parts(&self, i: usize) -> Vec<Part> {
+        self.parts_above(i, 0.0)
+    }
+
+    /// The sums of joint `i` over the rows of each stretch in which it is not slower than this.
+    fn parts_above(&self, i: usize, slowest: f64) -> Vec<Part> {
         let columns: Vec<_> = (0..self.signals[0].delays()).map(|k| (k, i)).collect();
-        self.parts_with(&self.terms(), i, &columns)
+        let part = |s| Part::of(s, &self.terms(), (i, slowest), &columns);
+        self.signals.iter().map(part).collect()
     }
 
     /// The sums of joint `i` over each stretch, with the forces of `columns`: the index of a delay, and a joint.
     fn parts_with(&self, terms: &Terms<'_>, i: usize, columns: &[(usize, usize)]) -> Vec<Part> {
-        let part = |s| Part::of(s, terms, i, columns);
+        let part = |s| Part::of(s, terms, (i, 0.0), columns);
         self.signals.iter().map(part).collect()
+    }
+
+    /// The estimate of joint `i`. Where it turns back dry friction changes its sign a little before or after the velocity does, as after a
+    /// delay: what the rows tell in which it moves adds its difference to the error.
+    fn estimate(&self, i: usize, shifts: usize, step: f64) -> Option<JointFit> {
+        let found = estimate(&self.parts(i), shifts, step)?;
+        if found.delay.abs() <= step {
+            return Some(found);
+        }
+        let moving = estimate(&self.parts_above(i, MOVING * self.speeds[i]), shifts, step);
+        let moving = moving.filter(|own| !own.at_end);
+        Some(moving.map_or(found, |own| found.off(own.delay)))
     }
 
     fn terms(&self) -> Terms<'_> {
