@@ -230,6 +230,19 @@ impl JointSums {
         self
     }
 
+    /// The sums over all blocks.
+    pub fn total<'a>(blocks: impl IntoIterator<Item = &'a Self>) -> Option<Self> {
+        let mut blocks = blocks.into_iter();
+        let first = blocks.next()?.clone();
+        Some(blocks.fold(first, Self::plus))
+    }
+
+    /// The sums over all blocks but each in turn; nothing of fewer than two blocks.
+    pub fn without_each(blocks: &[Self]) -> Vec<Self> {
+        let without = |k: usize| Self::total(blocks[..k].iter().chain(&blocks[k + 1..]));
+        (0..blocks.len()).filter_map(without).collect()
+    }
+
     /// The sums, and the numbers of rows that they count, times `factor`.
     #[must_use]
     pub fn scaled(mut self, factor: f64) -> Self {
@@ -250,6 +263,17 @@ impl JointSums {
     pub fn forces(&self) -> Vec<f64> {
         let size = |own: &Quadratic| (own.square / own.rows.max(1) as f64).sqrt();
         self.joints.iter().map(size).collect()
+    }
+
+    /// The part of the square of each torque that drives its joint less the part that brakes it, from −1 to 1, `[n]`, by these smoothing
+    /// speeds.
+    #[must_use]
+    pub fn driving(&self, speeds: &[usize]) -> Vec<f64> {
+        let of_joint = |(own, k): (&Quadratic, &usize)| {
+            let by_load = own.right[own.size() - self.speeds + k];
+            by_load / own.square.max(f64::MIN_POSITIVE)
+        };
+        self.joints.iter().zip(speeds).map(of_joint).collect()
     }
 
     fn of_block(

@@ -73,16 +73,6 @@ impl Candidate {
     }
 }
 
-/// The sums without each of the blocks in turn.
-fn without_each(blocks: &[JointSums], n: usize) -> Vec<JointSums> {
-    let without = |k: usize| {
-        let others = blocks.iter().enumerate().filter(|(b, _)| *b != k);
-        let zero = JointSums::zero(n, SMOOTHING.len());
-        others.fold(zero, |all, (_, own)| all.plus(own))
-    };
-    (0..BLOCKS).map(without).collect()
-}
-
 /// Logarithm of what laws, each without one block, leave of the forces of others, in parts of their mean squares, with friction that changes its sign and
 /// without: the mean over the driven joints, and over blocks that the laws do not know.
 fn left(laws: &[JointSums], reference: &[JointSums], driven: &[bool]) -> [f64; 2] {
@@ -135,7 +125,7 @@ impl Comparison {
         let whole = without.blocks(robot);
         // What is left without a low-pass comes last.
         let blocks = sums.iter().chain([&whole]);
-        let laws: Vec<Vec<JointSums>> = blocks.map(|own| without_each(own, driven.len())).collect();
+        let laws: Vec<Vec<JointSums>> = blocks.map(|own| JointSums::without_each(own)).collect();
         let errors_at = |reference: &[JointSums]| -> Vec<f64> {
             let own = laws.par_iter().map(|own| left(own, reference, driven)[0]);
             own.collect()

@@ -141,32 +141,24 @@ impl Rows {
     /// How much later each joint moves than its force acts, rows, with the standard error; `None` where the robot does not tell.
     fn delays(&self, robot: &RigidBodies) -> Vec<Option<(f64, f64)>> {
         let length = self.shifted[0].len().div_ceil(BLOCKS).max(1);
-        let starts = (0..self.shifted[0].len()).step_by(length);
+        let starts: Vec<usize> = (0..self.shifted[0].len()).step_by(length).collect();
         let sums = |samples: &Samples, start: usize| {
             let range = start..(start + length).min(samples.len());
             JointSums::over_moving(samples, range, robot, &[SMOOTHING], &self.slowest)
         };
-        let blocks: Vec<Vec<JointSums>> = starts
-            .map(|start| self.shifted.iter().map(|own| sums(own, start)).collect())
-            .collect();
-        let without = |omitted: Option<usize>| -> Vec<Vec<f64>> {
-            let left = |shift: usize| {
-                let kept = blocks
-                    .iter()
-                    .enumerate()
-                    .filter(|(k, _)| Some(*k) != omitted);
-                let zero = JointSums::zero(robot.dof(), 1);
-                let all = kept.fold(zero, |all, (_, own)| all.plus(&own[shift]));
-                all.regressions(&all, RIDGE).concat()
-            };
-            (0..SHIFTS.len()).map(left).collect()
-        };
-        let whole = without(None);
-        let parts: Vec<Vec<Vec<f64>>> = (0..blocks.len()).map(|k| without(Some(k))).collect();
+        let (mut whole, mut parts) = (Vec::new(), vec![Vec::new(); starts.len()]);
+        let left = |all: &JointSums| all.regressions(all, RIDGE).concat();
+        for own in &self.shifted {
+            let blocks: Vec<JointSums> = starts.iter().map(|start| sums(own, *start)).collect();
+            whole.extend(JointSums::total(&blocks).as_ref().map(left));
+            let without = JointSums::without_each(&blocks);
+            let pairs = parts.iter_mut().zip(&without);
+            pairs.for_each(|(part, own)| part.push(left(own)));
+        }
         let of_joint = |j: usize| {
             let (n, tau) = (robot.dof(), &self.shifted[1].tau);
             let force = mean(&mut tau.iter().skip(j).step_by(n).map(|x| x * x));
-            let known = self.driven[j] && whole[1][j] < LEFT * force;
+            let known = self.driven[j] && whole.get(1)?[j] < LEFT * force;
             let delay = vertex(&whole, j).filter(|_| known)?;
             let left: Option<Vec<f64>> = parts.iter().map(|own| vertex(own, j)).collect();
             Some((delay, jackknife(left?.into_iter())))
@@ -177,7 +169,7 @@ impl Rows {
 
 /// The shift for which least is left of the force of joint `j`, from `[shifts][n]`: the vertex of a parabola.
 fn vertex(left: &[Vec<f64>], j: usize) -> Option<f64> {
-    let [before, here, after] = [left[0][j], left[1][j], left[2][j]];
+    let [before, here, after] = [left.first()?[j], left.get(1)?[j], left.get(2)?[j]];
     let curvature = before - 2.0 * here + after;
     let vertex = 0.5 * (before - after) / curvature;
     (curvature > 0.0 && vertex.is_finite()).then_some(vertex)

@@ -98,9 +98,7 @@ impl Refinement<'_> {
         let robot = RigidBodies::of_screws(screws, self.coordinates).ok()?;
         let blocks = blocks(self.samples, &robot);
         let mut errors = vec![0.0; screws.len()];
-        for (left, own) in blocks.iter().enumerate() {
-            let others = blocks[..left].iter().chain(&blocks[left + 1..]);
-            let others = others.fold(JointSums::zero(screws.len(), SPEEDS.len()), JointSums::plus);
+        for (own, others) in blocks.iter().zip(JointSums::without_each(&blocks)) {
             let (_, values) = self.reweighted(&others)?;
             let own = self.scale.relative(own, &values, &Friction::Every);
             let pairs = errors.iter_mut().zip(own);
@@ -217,10 +215,11 @@ impl Refinement<'_> {
     }
 
     fn stiffness(&self, k: usize) -> f64 {
-        match (k >= 2 && (k - 2) % 4 >= 2, self.aligned) {
-            (true, _) => TRANSLATION,
-            (false, true) => ALIGNED,
-            (false, false) => ROTATION,
+        let turns = unknown(k).1.angular.iter().any(|x| *x != 0.0);
+        match (turns, self.aligned) {
+            (false, _) => TRANSLATION,
+            (true, true) => ALIGNED,
+            (true, false) => ROTATION,
         }
     }
 

@@ -320,7 +320,8 @@ impl Problem {
             0 => &self.train,
             _ => &self.validation,
         };
-        let relative = self.scale.relative(scored, &values, friction);
+        let mut relative = self.scale.relative(scored, &values, friction);
+        self.by_drive(scored, (&values, friction), &mut relative);
         let score = relative.iter().map(|r| r.max(1e-30).ln()).sum::<f64>();
         let known = score.is_finite() && self.moves(&values, friction);
         known.then_some(Candidate {
@@ -331,6 +332,25 @@ impl Problem {
             values,
             score,
         })
+    }
+
+    /// Turns errors of what gears pass on into those of what drives exert. A share l of the load leaves 1 − l of a force that drives, of its
+    /// noise too, so that any torque that always drives would be explained by a large share.
+    fn by_drive(
+        &self,
+        sums: &JointSums,
+        (values, friction): (&[f64], &Friction),
+        errors: &mut [f64],
+    ) {
+        let Friction::Loaded(speeds) = friction else {
+            return;
+        };
+        let shares = &values[values.len() - self.robot.dof()..];
+        let each = errors.iter_mut().zip(shares);
+        for ((error, share), driving) in each.zip(sums.driving(speeds)) {
+            let [drives, brakes] = [1.0, -1.0].map(|sign| (1.0 - sign * share).powi(-2));
+            *error *= 0.5 * ((1.0 + driving) * drives + (1.0 - driving) * brakes);
+        }
     }
 
     /// Whether every gear passes enough of its torque on.
