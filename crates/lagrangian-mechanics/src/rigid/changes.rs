@@ -69,6 +69,8 @@ pub struct Changes {
 pub struct Certainty {
     pub(crate) prior: Mat<f64>,
     pub(crate) posterior: Mat<f64>,
+    /// After the data alone, with a prior that counts as one torque: what a stronger one decides is known to its own size.
+    pub(crate) alone: Mat<f64>,
 }
 
 impl Certainty {
@@ -81,19 +83,20 @@ impl Certainty {
         strength: f64,
         values: &[f64],
     ) -> Self {
-        let inverse = |data: &Quadratic| {
+        let inverse = |data: &Quadratic, strength: f64| {
             covariance(&information(data, prior, strength, values)) * faer::Scale(1.0 / torques)
         };
         Self {
-            prior: inverse(&Quadratic::zero(values.len())),
-            posterior: inverse(data),
+            prior: inverse(&Quadratic::zero(values.len()), strength),
+            posterior: inverse(data, strength),
+            alone: inverse(data, strength.min(torques.recip())),
         }
     }
 
     /// Standard error of each parameter, `[K]`.
     pub fn errors(&self) -> Vec<f64> {
-        let size = self.posterior.nrows();
-        (0..size).map(|k| self.posterior[(k, k)].sqrt()).collect()
+        let size = self.alone.nrows();
+        (0..size).map(|k| self.alone[(k, k)].sqrt()).collect()
     }
 }
 
@@ -138,7 +141,7 @@ impl Known<'_> {
                 unit,
                 before: before.map(|values| values[k]),
                 after: after[k],
-                standard_error: variance(&self.certainty.posterior).sqrt(),
+                standard_error: variance(&self.certainty.alone).sqrt(),
                 determined: removed(
                     variance(&self.certainty.prior),
                     variance(&self.certainty.posterior),
@@ -180,7 +183,7 @@ impl Known<'_> {
                 unit: if turns { of.unit } else { of.sliding },
                 before,
                 after,
-                standard_error: variance(&self.certainty.posterior).sqrt(),
+                standard_error: variance(&self.certainty.alone).sqrt(),
                 determined: removed(
                     variance(&self.certainty.prior),
                     variance(&self.certainty.posterior),
