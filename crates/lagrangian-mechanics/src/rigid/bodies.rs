@@ -161,6 +161,14 @@ impl RigidBodies {
         &self.tree.joints
     }
 
+    /// Whether each joint turns, in the order of the coordinates; the others slide.
+    pub fn turns(&self) -> Vec<bool> {
+        let mut turns = vec![true; self.dof()];
+        let bodies = self.tree.bodies.iter();
+        bodies.for_each(|body| turns[body.coordinate] = body.turns);
+        turns
+    }
+
     /// This robot with other inertial parameters, ten for each joint in the order of [`RigidBodies::inertial_parameters`].
     ///
     /// Any finite numbers are allowed: identified parameters are fixed in some combinations only, and need not be a body.

@@ -74,14 +74,17 @@ impl<L: Identifiable> IdentifiedBodies<L> {
     }
 }
 
-/// A parameter with this name, from which its unit follows.
-pub(super) fn parameter(name: String, value: f64) -> Parameter {
-    let unit = match name.split('_').next() {
-        Some("inertia" | "rotor") => "kg·m²",
-        Some("gravity") => "J",
-        Some("viscous") => "N·m·s/rad",
-        Some("load") => "",
-        _ => "N·m",
+/// A parameter with this name, from which its unit follows, of a joint that turns or slides.
+pub(super) fn parameter(name: String, value: f64, turns: bool) -> Parameter {
+    let unit = match (name.split('_').next(), turns) {
+        (Some("inertia" | "rotor"), true) => "kg·m²",
+        (Some("inertia" | "rotor"), false) => "kg",
+        (Some("gravity"), _) => "J",
+        (Some("viscous"), true) => "N·m·s/rad",
+        (Some("viscous"), false) => "N·s/m",
+        (Some("load"), _) => "",
+        (_, true) => "N·m",
+        (_, false) => "N",
     };
     Parameter {
         name,

@@ -53,7 +53,9 @@ impl Identifiable for RigidChain {
             values.extend(friction.viscous.iter().chain(&friction.coulomb));
         }
         let named = names.into_iter().zip(values);
-        named.map(|(name, value)| parameter(name, value)).collect()
+        named
+            .map(|(name, value)| parameter(name, value, true))
+            .collect()
     }
 
     fn stored(&self) -> Result<Stored> {

@@ -90,9 +90,9 @@ impl Identifiable for RigidBodies {
             values.extend(friction.viscous.iter().chain(&friction.coulomb));
             values.extend(friction.load.iter().flatten());
         }
-        let named = names.into_iter().zip(values).enumerate();
-        let parameter = |(k, (name, value))| {
-            let mut parameter = parameter(name, value);
+        let (named, turns) = (names.into_iter().zip(values).enumerate(), robot.turns());
+        let parameter = |(k, (name, value)): (usize, (String, f64))| {
+            let mut parameter = parameter(name, value, turns[k % turns.len()]);
             if k < bodies {
                 parameter.unit = of_body(k).into();
             }
