@@ -82,7 +82,7 @@ impl Assessment {
         reasons.extend(of_motions(score));
         reasons.extend(match model.driven() {
             Some(_) => of_positions(motions, score),
-            None => of_forecast(score, &joints),
+            None => of_forecast(score, &joints, model.is_law()),
         });
         let assessment = Self {
             verdict: Grade::Good,
@@ -379,9 +379,14 @@ fn of_poles(model: &dyn Model, motions: &[Trajectory]) -> Option<Reason> {
 /// A forecast is good where new motions can expect less than this part of their deviation, and of no use where it errs by more than that.
 const NEAR: f64 = 0.05;
 const USELESS: f64 = 0.3;
+/// The latter of a machine all of whose joints are driven, and whose accelerations its inertia tells.
+const OF_DRIVEN: f64 = 1.0;
+
+/// Predictions over a smaller part of a natural period say little of a motion.
+const BRIEF: f64 = 0.05;
 
 /// The error a short time ahead, of motions whose accelerations can be predicted.
-fn of_forecast(score: &Score, joints: &[Forward]) -> Option<Reason> {
+fn of_forecast(score: &Score, joints: &[Forward], law: bool) -> Option<Reason> {
     let Some(forecast) = &score.forecast else {
         let short = !score.rollouts.is_empty() && score.torque.is_none() && score.stopped == 0;
         let finding =
@@ -396,9 +401,19 @@ fn of_forecast(score: &Score, joints: &[Forward]) -> Option<Reason> {
     }
     let all_driven = joints.iter().all(|joint| joint.inertial_share <= PASSIVE);
     let grade = match (forecast.own(), most) {
+        (_, most) if most <= NEAR && forecast.periods < BRIEF && !law => {
+            let finding = format!(
+                "its predictions can be compared over {:.2} periods of the motion alone: what it says of longer ones is not known",
+                forecast.periods
+            );
+            let remedy = "record several such motions, or give one to be judged by (`validate`)";
+            return Some(Reason::new(Grade::Fair, finding, remedy));
+        }
         (_, most) if most <= NEAR => return None,
-        // Torques may be right where motions are not; of a machine with a joint that no torque drives they are half of it.
+        // Torques may be right where motions are not, but not where those are lost; of a machine with a joint that no torque drives they
+        // are half of it.
         (own, _) if own > USELESS && !(torques && all_driven) => Grade::Poor,
+        (own, _) if own > OF_DRIVEN => Grade::Poor,
         (own, _) if own.is_nan() => Grade::Poor,
         _ => Grade::Fair,
     };

@@ -30,6 +30,9 @@ const WIDE: f64 = 0.6;
 const SPREAD: f64 = 0.4;
 /// The part of what noise explains that may be an error of the model, and the most that noise may explain in place of 1, squared.
 const NOISE_LEFT: f64 = 0.5;
+/// The same of a law, whose long rollouts err by noise alone: how much more than 1, squared, a few predictions may err by chance.
+const OF_LAW: f64 = 0.1;
+const BY_CHANCE: f64 = 1.5;
 const NOISE_MORE: f64 = 2.0;
 /// Fewer motions than these say little of others.
 const FEW: usize = 4;
@@ -79,11 +82,15 @@ impl Forecast {
             .sqrt()
     }
 
-    /// With the range for new motions (ADR 0131).
-    fn with_range(mut self) -> Self {
+    /// With the range for new motions of a model, or a law (ADR 0131).
+    fn with_range(mut self, law: bool) -> Self {
         let few = (self.motions as f64).sqrt().recip();
         let factor = (WIDE + few * (WIDE + SPREAD * self.spread)).exp();
-        let most = (self.own() + NOISE_LEFT * self.noise) * factor;
+        let left = match law {
+            true => self.less(BY_CHANCE) + OF_LAW * self.noise,
+            false => self.own() + NOISE_LEFT * self.noise,
+        };
+        let most = left * factor;
         let range = [self.less(NOISE_MORE) / factor, most.max(SLIGHT)];
         self.range = range.map(|error| if error < SLIGHT { 0.0 } else { error });
         self
@@ -107,17 +114,26 @@ impl Forecast {
             false if self.seconds < 0.1 => format!("{:.3} ms", 1e3 * self.seconds),
             false => format!("{:.2} s", self.seconds),
         };
+        let noise = match self.is_noise() {
+            true => ", most of it by the noise of the recorded states",
+            false => "",
+        };
         format!(
-            "{ahead} ahead ({:.2} periods of the motion) it errs by {} % of the motion's spread; on new motions expect {expected}",
+            "{ahead} ahead ({:.2} periods of the motion) it errs by {} % of the motion's spread{noise}; on new motions expect {expected}",
             self.periods,
             percent(self.error)
         )
     }
 
+    /// Whether noise explains most of the error, which is not slight.
+    fn is_noise(&self) -> bool {
+        self.noise >= self.own() && self.error > SLIGHT
+    }
+
     /// What limits the forecast most, and what to do.
     pub(super) fn remedy(&self) -> &'static str {
-        if self.noise >= self.own() {
-            "most of it is the noise of the recorded states: record more motions, or with less noise"
+        if self.is_noise() {
+            "record more motions, or with less noise"
         } else if self.motions < FEW {
             "more motions that are held back, or given for validation, would narrow the range; fit longer, or record more motions"
         } else {
@@ -200,7 +216,7 @@ pub(super) fn forecast(
         spread: deviation(&mut logarithms.iter().copied()),
         range: [0.0; 2],
     };
-    Ok((!options.stop.is_asked()).then(|| forecast.with_range()))
+    Ok((!options.stop.is_asked()).then(|| forecast.with_range(model.is_law())))
 }
 
 /// Whether each coordinate is an angle for the model, as the joint of a chain that was not declared as one: a whole turn changes no
