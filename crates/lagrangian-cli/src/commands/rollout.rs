@@ -120,7 +120,11 @@ fn follow(
 ) -> Result<Rollout> {
     let mut recordings = data::read(&[path.into()], data)?;
     fitted::require_coordinates(&recordings, model.coordinates())?;
-    recordings.truncate(1);
+    if recordings.len() > 1 {
+        let (path, count) = (path.display(), recordings.len());
+        note!("note: {path} holds {count} motions: the first one is followed");
+        recordings.truncate(1);
+    }
     let options = EstimateOptions {
         accelerations: false,
         ..estimate
