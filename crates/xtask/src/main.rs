@@ -159,7 +159,7 @@ const TEST: [Step; 18] = [
     },
     Step::chore("sanitizer", &["sanitize", "--where-possible"]),
     Step::chore("kill", &["kill", "--each", "3"]),
-    Step::chore("fuzz", &["fuzz"]),
+    Step::chore("fuzz", &["fuzz", "--seconds", "5"]),
     Step::chore("race", &["race", "--smoke"]),
 ];
 
