@@ -317,7 +317,7 @@ impl FittedModel for Cartesian {
         let points = &self.inner.lagrangian;
         let text = |style: Style| {
             let damped = self.inner.dissipation();
-            let beside = damped.map(|own| friction(&points.coordinates, own, style));
+            let beside = damped.map(|own| friction(&points.coordinates, (own, &[]), style));
             points.written(style) + &beside.unwrap_or_default()
         };
         let (verdict, meaning) = match points.shape.misfit {

@@ -54,6 +54,9 @@ pub struct Evidence {
     pub units: Vec<f64>,
     /// The standard error of each coefficient; 0 for the one that the others are measured by.
     pub errors: Vec<f64>,
+    /// The standard error of the coefficients of friction: viscous, Coulomb and by drag, `[3, n]`; empty where they are not known.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub friction: Vec<f64>,
     /// χ² of rollouts over its expectation: 1 where the formula errs by the noise of the data alone.
     pub misfit: f64,
     /// What the formula is.
@@ -87,6 +90,7 @@ impl NetworkShape for FormulaShape {
         Error::check_shape("units", evidence.units.len(), count, remedy)?;
         Error::check_shape("errors", evidence.errors.len(), count, remedy)?;
         Error::check_finite("errors", &evidence.errors)?;
+        Error::check_finite("errors of friction", &evidence.friction)?;
         if let Some(unit) = evidence
             .units
             .iter()
@@ -177,9 +181,14 @@ pub(super) fn push_term(text: &mut String, [c, error]: [f64; 2], product: &str, 
     }
 }
 
-/// What friction does, for each coordinate that has some.
-pub(crate) fn friction(coordinates: &Coordinates, friction: &Dissipation, style: Style) -> String {
-    let mut text = String::new();
+/// What friction does, for each coordinate that has some; the standard errors of its coefficients are `[3, n]`, or not known.
+pub(crate) fn friction(
+    coordinates: &Coordinates,
+    (friction, errors): (&Dissipation, &[f64]),
+    style: Style,
+) -> String {
+    let (mut text, n) = (String::new(), coordinates.dof());
+    let error = |at: usize| errors.get(at).copied().unwrap_or(0.0);
     for (i, coordinate) in coordinates.0.iter().enumerate() {
         let name = style.name(&coordinate.name);
         let rate = style.rate(&name);
@@ -198,8 +207,9 @@ pub(crate) fn friction(coordinates: &Coordinates, friction: &Dissipation, style:
         ];
         let kinds: Vec<String> = kinds
             .into_iter()
-            .filter(|(c, _)| *c > 0.0)
-            .map(|(c, of)| format!("{} {of}", short(c)))
+            .enumerate()
+            .filter(|(_, (c, _))| *c > 0.0)
+            .map(|(kind, (c, of))| format!("{} {of}", with_error(c, error(kind * n + i))))
             .collect();
         if !kinds.is_empty() {
             let against = match style {
@@ -248,7 +258,10 @@ impl LearnedLagrangian for Formula {
 
     fn written(&self, friction_beside: Option<&Dissipation>) -> Option<WrittenLaw> {
         let text = |style: Style| {
-            let beside = friction_beside.map(|own| friction(&self.shape.coordinates, own, style));
+            let beside = friction_beside.map(|own| {
+                let own = (own, &*self.shape.evidence.friction);
+                friction(&self.shape.coordinates, own, style)
+            });
             self.sum(style) + &beside.unwrap_or_default()
         };
         let verdict = self.shape.evidence.verdict;

@@ -301,7 +301,7 @@ impl FittedModel for LearnedLattice {
         let text = |style: Style| {
             let damped = self.lattice.dissipation();
             let first = Coordinates(vec![self.coordinates().0[0].clone()]);
-            let beside = damped.map(|own| friction(&first, own, style));
+            let beside = damped.map(|own| friction(&first, (own, &[]), style));
             self.sum(style) + &beside.unwrap_or_default()
         };
         let (verdict, meaning) = match (self.misfit.is_explained(), self.misfit.curved) {

@@ -312,6 +312,7 @@ fn settings() -> Shooting {
 fn none(units: Vec<f64>) -> Evidence {
     Evidence {
         errors: vec![0.0; units.len()],
+        friction: Vec::new(),
         units,
         misfit: 0.0,
         verdict: LawVerdict::None,
@@ -686,13 +687,12 @@ impl Refined {
         (verdict, held): (LawVerdict, f64),
     ) -> Result<Solution> {
         let count = self.units.len();
-        let errors: Vec<f64> = self.values[..count]
-            .iter()
-            .map(|[_, error]| *error)
-            .collect();
+        let errors: Vec<f64> = self.values.iter().map(|[_, error]| *error).collect();
+        let (errors, friction) = errors.split_at(count);
         let evidence = Evidence {
             units: self.units.clone(),
-            errors,
+            errors: errors.into(),
+            friction: friction.into(),
             misfit: self.misfit,
             verdict,
         };
