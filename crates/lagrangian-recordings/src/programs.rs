@@ -126,6 +126,10 @@ fn is_force(header: &str) -> bool {
 
 fn is_run(header: &str) -> bool {
     let name = bare(header);
+    // What states a unit is measured.
+    if Stated::of(header).unit.is_some() {
+        return false;
+    }
     let counted = ["_no", "_nr", "_id", " no", " nr", "_number"];
     let own = counted.iter().find_map(|end| name.strip_suffix(end));
     RUNS.contains(&own.unwrap_or(&name))
@@ -167,16 +171,15 @@ pub fn time(headers: &[String]) -> Option<String> {
     headers.iter().find(own).cloned()
 }
 
-/// The only column that looks like time and states its unit.
+/// The only column that looks like time, where it states its unit.
 pub(super) fn sure_time(headers: &[String]) -> Option<String> {
-    let own = |header: &&String| {
-        let states = Stated::of(header)
-            .unit
-            .is_some_and(|unit| unit.is_of_time());
-        *header == "__time" || states && is_time(&bare(header))
+    let states = |header: &&String| {
+        let unit = Stated::of(header).unit;
+        *header == "__time" || unit.is_some_and(|unit| unit.is_of_time())
     };
-    let mut all = headers.iter().filter(own);
-    all.next().filter(|_| all.next().is_none()).cloned()
+    let mut all = headers.iter().filter(|header| is_time(&bare(header)));
+    let only = all.next().filter(|_| all.next().is_none());
+    only.filter(states).cloned()
 }
 
 /// How the names of angles begin.
@@ -241,6 +244,13 @@ mod tests {
             advice(&channels).unwrap_or_default(),
             "perhaps `t` 'time_s' `q` 'CH1_mC,CH2_mC' `trajectory` 'test_no'"
         );
+        let joints = names(&["t", "swing_deg", "elbow_deg"]);
+        assert!(
+            advice(&joints)
+                .unwrap_or_default()
+                .contains("`q` 'swing_deg,elbow_deg'")
+        );
+        assert_eq!(sure_time(&names(&["time", "T_s", "q1"])), None);
         let alone = names(&["t", "x", "trial"]);
         assert_eq!(
             advice(&alone).unwrap_or_default(),

@@ -5,9 +5,11 @@ use std::f64::consts::{PI, TAU};
 use std::slice::ChunksExactMut;
 
 use super::columns::Resolved;
+use super::derivatives::GAP;
 use super::sample::{Flaw, Sampled, Stretch, TimeStep, Wrap, drop_stretches};
 use super::{Readings, Recording};
 use lagrangian_motion::Signals;
+use lagrangian_motion::statistics::upper_median;
 use lagrangian_motion::{Error, Result, shown};
 
 /// More trajectories than this, with hardly more than one row each, indicate a wrong column.
@@ -23,11 +25,15 @@ const SHORTEST_RUN: usize = 8;
 pub(super) struct Rows {
     resolved: Resolved,
     file: String,
-    /// The times of the current log of a file that does not name its trajectories, and the name of the log.
+    /// The times of the current log of a file that does not name its trajectories.
     times: Times,
+    /// The name of this log.
     log: String,
-    /// Number of logs after the first, and of rows that repeat the one before.
-    restarts: usize,
+    /// A row that may be the first of the next log.
+    waiting: Option<Vec<f64>>,
+    /// The rows of the file at which logs after the first begin.
+    begins: Vec<usize>,
+    /// Number of rows that repeat the one before.
     repeated: usize,
     partial: Vec<Partial>,
     by_name: HashMap<String, usize>,
@@ -39,27 +45,45 @@ pub(super) struct Rows {
     least: u64,
 }
 
-/// The times of a log: of its first two rows and of the last, and how many they are.
+/// The times of a log.
 #[derive(Default)]
 struct Times {
-    first: [f64; 2],
+    /// Those of its first rows, as many as make a log.
+    first: Vec<f64>,
     last: f64,
-    rows: usize,
+    /// The number of rows since time last went back.
+    rising: usize,
 }
 
 impl Times {
-    /// Adds the next time; returns whether it starts again, within the first step of a log that is long enough to be one.
-    fn restart(&mut self, t: f64) -> bool {
-        let again = self.rows >= SHORTEST_RUN && t < self.last && t < self.first[1];
-        if again {
-            *self = Self::default();
+    /// Adds the time of a row; one that stands still counts once.
+    fn add(&mut self, t: f64) {
+        if self.rising > 0 && t.total_cmp(&self.last).is_eq() {
+            return;
         }
-        if let Some(first) = self.first.get_mut(self.rows) {
-            *first = t;
-        }
+        let rises = self.rising > 0 && t > self.last;
+        self.rising = if rises { self.rising + 1 } else { 1 };
         self.last = t;
-        self.rows += 1;
-        again
+        if self.first.len() < SHORTEST_RUN {
+            self.first.push(t);
+        }
+    }
+
+    /// Whether a log may begin at this time: within a usual step of where this one began, after rows that make one.
+    fn may_end_before(&self, t: f64) -> bool {
+        let near = |step: f64| t <= self.first[0] + step;
+        self.rising >= SHORTEST_RUN && t < self.last && self.usual_step().is_some_and(near)
+    }
+
+    /// Whether two times follow each other as those of a log do: a single wrong stamp begins none.
+    fn go_on(&self, t: f64, next: f64) -> bool {
+        let usual = |step: f64| next > t && next - t <= GAP * step;
+        self.usual_step().is_some_and(usual)
+    }
+
+    fn usual_step(&self) -> Option<f64> {
+        let steps = self.first.windows(2).map(|own| own[1] - own[0]);
+        (self.first.len() > 1).then(|| upper_median(&mut steps.collect::<Vec<_>>()))
     }
 }
 
@@ -117,8 +141,7 @@ impl Partial {
 
     /// Whether a row is the previous one once more, its time included.
     fn repeats(&mut self, values: &[f64]) -> bool {
-        let mut pairs = self.previous.iter().zip(values);
-        let same = !self.previous.is_empty() && pairs.all(|(a, b)| a.total_cmp(b).is_eq());
+        let same = is_same(&self.previous, values);
         self.previous.clear();
         self.previous.extend(values);
         same
@@ -269,6 +292,12 @@ impl Partial {
     }
 }
 
+/// Whether two rows hold the same numbers.
+fn is_same(a: &[f64], b: &[f64]) -> bool {
+    let mut pairs = a.iter().zip(b);
+    a.len() == b.len() && pairs.all(|(a, b)| a.total_cmp(b).is_eq())
+}
+
 /// Adds the turns of angle `i` to the rows of a stretch.
 fn unwrap(rows: ChunksExactMut<'_, f64>, i: usize, wraps: &[Wrap]) {
     let mut wraps = wraps.iter().filter(|w| w.coordinate == i).peekable();
@@ -311,7 +340,8 @@ impl Rows {
             file: file.into(),
             times: Times::default(),
             log: file.into(),
-            restarts: 0,
+            waiting: None,
+            begins: Vec::new(),
             repeated: 0,
             partial: Vec::new(),
             by_name: HashMap::new(),
@@ -324,11 +354,36 @@ impl Rows {
 
     /// Adds one row: the numbers t and those of the signals (which it may change) of `trajectory`, if there are several.
     pub(super) fn push(&mut self, trajectory: Option<&str>, values: &mut [f64]) -> Result<()> {
-        let timed = self.resolved.interval.is_none();
-        if timed && trajectory.is_none() && self.times.restart(values[0]) {
-            self.restarts += 1;
-            self.log = format!("{}#{}", self.file, self.restarts + 1);
+        if let Some(name) = trajectory {
+            return self.put(Some(name), values);
         }
+        if self.resolved.interval.is_some() {
+            return self.put(None, values);
+        }
+        if let Some(mut first) = self.waiting.take() {
+            if is_same(&first, values) {
+                self.repeated += 1;
+                self.waiting = Some(first);
+                return Ok(());
+            }
+            if self.times.go_on(first[0], values[0]) {
+                self.begins.push(self.rows + 1);
+                self.log = format!("{}#{}", self.file, self.begins.len() + 1);
+                self.times = Times::default();
+            }
+            self.times.add(first[0]);
+            self.put(None, &mut first)?;
+        }
+        if self.times.may_end_before(values[0]) {
+            self.waiting = Some(values.to_vec());
+            return Ok(());
+        }
+        self.times.add(values[0]);
+        self.put(None, values)
+    }
+
+    /// Adds a row to a trajectory, or to the current log.
+    fn put(&mut self, trajectory: Option<&str>, values: &mut [f64]) -> Result<()> {
         let name = trajectory.unwrap_or(&self.log);
         self.rows += 1;
         let current = self.partial.get(self.current);
@@ -345,7 +400,7 @@ impl Rows {
             self.refuse_a_name_per_row()?;
         }
         let current = &mut self.partial[self.current];
-        if timed && current.repeats(values) {
+        if self.resolved.interval.is_none() && current.repeats(values) {
             self.repeated += 1;
             return Ok(());
         }
@@ -391,6 +446,9 @@ impl Rows {
     }
 
     pub(super) fn finish(mut self) -> Result<Readings> {
+        if let Some(mut last) = self.waiting.take() {
+            self.put(None, &mut last)?;
+        }
         if self.partial.is_empty() {
             return Err(Error::too_short(format!("file '{}'", self.file), 0, 2));
         }
@@ -399,16 +457,16 @@ impl Rows {
         let all = self.partial.into_iter();
         let recordings = all.map(|partial| partial.finish(sampled)).collect();
         let mut notes = self.resolved.notes;
-        if self.restarts > 0 {
-            let (times, logs) = (self.restarts, self.restarts + 1);
+        if let Some(first) = self.begins.first() {
+            let motions = self.begins.len() + 1;
             notes.push(format!(
-                "time starts again, {times} times: {logs} motions are read"
+                "time starts again, first in row {first}, as in logs one after the other or with a counter that wraps: motions: {motions}"
             ));
         }
         if self.repeated > 0 {
             let rows = self.repeated;
             notes.push(format!(
-                "{rows} rows repeat the one before, time included: left out"
+                "rows written twice, time and values alike, are read once: {rows}"
             ));
         }
         Ok(Readings {

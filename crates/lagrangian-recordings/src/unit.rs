@@ -73,8 +73,8 @@ const POWERS: [(&str, &str); 6] = [
 const ENDINGS: [&str; 10] = [
     "ms", "us", "ns", "deg", "degrees", "rad", "mm", "cm", "rpm", "Nm",
 ];
-/// Those of times, which are letters of an index elsewhere.
-const OF_TIMES: [&str; 3] = ["s", "sec", "seconds"];
+/// Those after a name of time alone: elsewhere `_s` is an index.
+const OF_TIMES: [&str; 4] = ["s", "sec", "secs", "seconds"];
 
 impl Unit {
     /// The radian.
@@ -197,7 +197,8 @@ impl<'a> Stated<'a> {
         };
         let ending = || {
             let (bare, written) = name.rsplit_once('_')?;
-            let time = || is_time(bare) && OF_TIMES.contains(&written);
+            // T is a period, or a temperature.
+            let time = || bare != "T" && is_time(bare) && OF_TIMES.contains(&written);
             (ENDINGS.contains(&written) || time()).then_some((bare, written))
         };
         let found = bracket('(', ')')

@@ -75,8 +75,15 @@ fn remedy_of_order(t: &[f64], back: usize) -> &'static str {
     let shortest = shortest_piece(t);
     if back + 1 == t.len() {
         "time runs backwards: reverse the rows, and the sign of velocities that were differences of them"
-    } else if restarts.count() == back && back > 0 && shortest >= 8 {
-        "time starts again: several logs are in one file; tell them apart with a column and `trajectory`, or divide the file"
+    } else if restarts.count() == back && back > 0 {
+        match shortest >= 8 {
+            true => {
+                "time starts again: several logs are in one file; tell them apart with a column and `trajectory`, or divide the file"
+            }
+            false => {
+                "time starts again after fewer than 8 rows: remove such pieces, or tell them apart with a column and `trajectory`"
+            }
+        }
     } else {
         "sort the rows by time, remove repeats, or tell trajectories apart with `trajectory`"
     }

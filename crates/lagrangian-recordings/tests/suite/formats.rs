@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use std::io::Cursor;
 
 use lagrangian_motion::{Coordinates, Signals, Topology, Trajectory};
-use lagrangian_recordings::{EstimateOptions, Format, Layout, Readings};
+use lagrangian_recordings::{EstimateOptions, Format, Layout, Readings, Recording};
 use proptest::prelude::*;
 
 fn csv(text: &str, layout: &Layout) -> Readings {
@@ -167,13 +167,26 @@ fn logs_that_were_written_one_after_the_other_are_motions_of_their_own() {
     let names: Vec<&str> = readings.recordings.iter().map(|r| &*r.name).collect();
     assert_eq!(names, ["file", "file#2", "file#3"]);
     assert_eq!(readings.recordings[1].len(), 12);
-    assert!(readings.notes[0].contains("starts again, 2 times"));
-    // A clock that goes back otherwise is a mistake, as is a start after a few rows.
+    assert!(readings.notes[0].contains("first in row 10") && readings.notes[0].contains(": 3"));
+    // Each row twice, in one log or several.
+    let twice: String = text
+        .lines()
+        .skip(1)
+        .flat_map(|row| [row, "\n", row, "\n"])
+        .collect();
+    let readings = csv(&format!("t,q1\n{twice}"), &Layout::default());
+    let lengths: Vec<usize> = readings.recordings.iter().map(Recording::len).collect();
+    assert_eq!(lengths, [9, 12, 10]);
+    // A clock that goes back otherwise is a mistake, as are one wrong stamp, a start after a few rows, and rows from last to first.
+    let backwards: String = log(40).lines().rev().flat_map(|row| [row, "\n"]).collect();
     for text in [
         format!("t,q1\n{}0.45,7\n0.55,8\n", log(9)),
+        format!("t,q1\n{}0,7\n0.9,81\n1,100\n", log(9)),
+        format!("t,q1\n{}0,7\n", log(9)),
         format!("t,q1\n{}{}", log(7), log(9)),
+        format!("t,q1\n{backwards}"),
     ] {
-        assert_eq!(csv(&text, &Layout::default()).recordings.len(), 1);
+        assert_eq!(csv(&text, &Layout::default()).recordings.len(), 1, "{text}");
     }
 }
 
@@ -182,7 +195,7 @@ fn a_row_that_was_written_twice_is_read_once() {
     let text = "t,q1\n0,1\n0,1\n1,1\n2,4\n2,4\n2,4\n2,5\n";
     let readings = csv(text, &Layout::default());
     assert_eq!(readings.recordings[0].t, [0.0, 1.0, 2.0, 2.0]);
-    assert!(readings.notes[0].contains("3 rows repeat"));
+    assert!(readings.notes[0].contains("read once: 3"));
 }
 
 #[test]

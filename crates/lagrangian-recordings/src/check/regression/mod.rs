@@ -275,12 +275,12 @@ impl JointFit {
         let growth = other.map_or(0.0, |o| o.inertia.0 / self.inertia.0 - 1.0);
         Self {
             growth,
-            ..self.off(delay)
+            ..self.widened_by(delay)
         }
     }
 
     /// Adds the difference from another estimate of the delay to its error.
-    fn off(self, delay: f64) -> Self {
+    fn widened_by(self, delay: f64) -> Self {
         Self {
             error: self.error.hypot(delay - self.delay),
             ..self
@@ -442,8 +442,10 @@ impl Stretches<'_> {
             return Some(found);
         }
         let moving = estimate(&self.parts_above(i, MOVING * self.speeds[i]), shifts, step);
-        let moving = moving.filter(|own| !own.at_end);
-        Some(moving.map_or(found, |own| found.off(own.delay)))
+        let is_sound =
+            |own: &JointFit| !own.at_end && own.inertia.0 > 0.0 && own.explained.0 > KNOWN;
+        let moving = moving.filter(is_sound);
+        Some(moving.map_or(found, |own| found.widened_by(own.delay)))
     }
 
     fn terms(&self) -> Terms<'_> {
