@@ -122,7 +122,7 @@ fn follow(
     fitted::require_coordinates(&recordings, model.coordinates())?;
     if recordings.len() > 1 {
         let (path, count) = (path.display(), recordings.len());
-        note!("note: {path} holds {count} motions: the first one is followed");
+        note!("note: '{path}' holds {count} motions: the first one is followed");
         recordings.truncate(1);
     }
     let options = EstimateOptions {

@@ -162,6 +162,7 @@ impl RigidBodies {
     }
 
     /// Whether each joint turns, in the order of the coordinates; the others slide.
+    #[must_use]
     pub fn turns(&self) -> Vec<bool> {
         let mut turns = vec![true; self.dof()];
         let bodies = self.tree.bodies.iter();

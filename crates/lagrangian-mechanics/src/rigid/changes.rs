@@ -69,8 +69,8 @@ pub struct Changes {
 pub struct Certainty {
     pub(crate) prior: Mat<f64>,
     pub(crate) posterior: Mat<f64>,
-    /// After the data alone, with a prior that counts as one torque: what a stronger one decides is known to its own size.
-    pub(crate) alone: Mat<f64>,
+    /// After a prior that counts as one torque: what a stronger one decides is known to its own size.
+    pub(crate) weak_prior: Mat<f64>,
 }
 
 impl Certainty {
@@ -89,14 +89,14 @@ impl Certainty {
         Self {
             prior: inverse(&Quadratic::zero(values.len()), strength),
             posterior: inverse(data, strength),
-            alone: inverse(data, strength.min(torques.recip())),
+            weak_prior: inverse(data, strength.min(torques.recip())),
         }
     }
 
     /// Standard error of each parameter, `[K]`.
     pub fn errors(&self) -> Vec<f64> {
-        let size = self.alone.nrows();
-        (0..size).map(|k| self.alone[(k, k)].sqrt()).collect()
+        let size = self.weak_prior.nrows();
+        (0..size).map(|k| self.weak_prior[(k, k)].sqrt()).collect()
     }
 }
 
@@ -141,7 +141,7 @@ impl Known<'_> {
                 unit,
                 before: before.map(|values| values[k]),
                 after: after[k],
-                standard_error: variance(&self.certainty.alone).sqrt(),
+                standard_error: variance(&self.certainty.weak_prior).sqrt(),
                 determined: removed(
                     variance(&self.certainty.prior),
                     variance(&self.certainty.posterior),
@@ -183,7 +183,7 @@ impl Known<'_> {
                 unit: if turns { of.unit } else { of.sliding },
                 before,
                 after,
-                standard_error: variance(&self.certainty.alone).sqrt(),
+                standard_error: variance(&self.certainty.weak_prior).sqrt(),
                 determined: removed(
                     variance(&self.certainty.prior),
                     variance(&self.certainty.posterior),

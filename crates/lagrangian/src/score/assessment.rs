@@ -379,11 +379,8 @@ fn of_poles(model: &dyn Model, motions: &[Trajectory]) -> Option<Reason> {
 /// A forecast is good where new motions can expect less than this part of their deviation, and of no use where it errs by more than that.
 const NEAR: f64 = 0.05;
 const USELESS: f64 = 0.3;
-/// The latter of a machine all of whose joints are driven, and whose accelerations its inertia tells.
+/// Of a machine all of whose joints are driven, and whose accelerations its inertia tells, it is of no use where it errs by more than that.
 const OF_DRIVEN: f64 = 1.0;
-
-/// Predictions over a smaller part of a natural period say little of a motion.
-const BRIEF: f64 = 0.05;
 
 /// The error a short time ahead, of motions whose accelerations can be predicted.
 fn of_forecast(score: &Score, joints: &[Forward], law: bool) -> Option<Reason> {
@@ -401,9 +398,9 @@ fn of_forecast(score: &Score, joints: &[Forward], law: bool) -> Option<Reason> {
     }
     let all_driven = joints.iter().all(|joint| joint.inertial_share <= PASSIVE);
     let grade = match (forecast.own(), most) {
-        (_, most) if most <= NEAR && forecast.periods < BRIEF && !law => {
+        (_, most) if most <= NEAR && forecast.is_brief() && !law => {
             let finding = format!(
-                "its predictions can be compared over {:.2} periods of the motion alone: what it says of longer ones is not known",
+                "its predictions can be compared over {:.2} periods of the motion only: what it says of longer ones is not known",
                 forecast.periods
             );
             let remedy = "record several such motions, or give one to be judged by (`validate`)";

@@ -18,8 +18,10 @@ use lagrangian_motion::{Coordinates, Result, Trajectory};
 /// The time ahead, s, where it suits the recordings …
 const AHEAD: f64 = RESTARTS[0];
 /// … and is of the order of their natural period; else this part of that period.
-const PERIODS: std::ops::Range<f64> = 0.02..5.0;
+const PERIODS: std::ops::Range<f64> = BRIEF..5.0;
 const PART: f64 = 0.25;
+/// A smaller part of a natural period says little of a motion.
+const BRIEF: f64 = 0.05;
 /// The fewest samples within that time: with fewer each step would be taken for a gap.
 const SAMPLES: f64 = 6.0;
 /// The largest number of predictions.
@@ -30,10 +32,11 @@ const WIDE: f64 = 0.6;
 const SPREAD: f64 = 0.4;
 /// The part of what noise explains that may be an error of the model, and the most that noise may explain in place of 1, squared.
 const NOISE_LEFT: f64 = 0.5;
-/// The same of a law, whose long rollouts err by noise alone: how much more than 1, squared, a few predictions may err by chance.
+const NOISE_MORE: f64 = 2.0;
+/// The part of it that may be an error of a law, whose long rollouts err by noise alone, and what noise may explain by chance in place of
+/// 1, squared.
 const OF_LAW: f64 = 0.1;
 const BY_CHANCE: f64 = 1.5;
-const NOISE_MORE: f64 = 2.0;
 /// Fewer motions than these say little of others.
 const FEW: usize = 4;
 /// Errors below this part of the deviation are as good as none.
@@ -123,6 +126,11 @@ impl Forecast {
             self.periods,
             percent(self.error)
         )
+    }
+
+    /// Whether it is over a part of a natural period that says little of a motion.
+    pub(super) fn is_brief(&self) -> bool {
+        self.periods < BRIEF
     }
 
     /// Whether noise explains most of the error, which is not slight.
