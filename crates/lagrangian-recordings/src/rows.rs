@@ -25,14 +25,7 @@ const SHORTEST_RUN: usize = 8;
 pub(super) struct Rows {
     resolved: Resolved,
     file: String,
-    /// The times of the current log of a file that does not name its trajectories.
-    times: Times,
-    /// The name of this log.
-    log: String,
-    /// A row that may be the first of the next log.
-    waiting: Option<Vec<f64>>,
-    /// The rows of the file at which logs after the first begin.
-    begins: Vec<usize>,
+    logs: Logs,
     /// Number of rows that repeat the one before.
     repeated: usize,
     partial: Vec<Partial>,
@@ -85,6 +78,17 @@ impl Times {
         let steps = self.first.windows(2).map(|own| own[1] - own[0]);
         (self.first.len() > 1).then(|| upper_median(&mut steps.collect::<Vec<_>>()))
     }
+}
+
+/// The logs of a file that does not name its trajectories: each begins where time starts again.
+struct Logs {
+    /// The times of the current log, and its name.
+    times: Times,
+    name: String,
+    /// A row that may be the first of the next log.
+    waiting: Option<Vec<f64>>,
+    /// The rows of the file at which logs after the first begin.
+    begins: Vec<usize>,
 }
 
 /// One recording while it grows.
@@ -338,10 +342,12 @@ impl Rows {
         Self {
             resolved,
             file: file.into(),
-            times: Times::default(),
-            log: file.into(),
-            waiting: None,
-            begins: Vec::new(),
+            logs: Logs {
+                times: Times::default(),
+                name: file.into(),
+                waiting: None,
+                begins: Vec::new(),
+            },
             repeated: 0,
             partial: Vec::new(),
             by_name: HashMap::new(),
@@ -360,31 +366,31 @@ impl Rows {
         if self.resolved.interval.is_some() {
             return self.put(None, values);
         }
-        if let Some(mut first) = self.waiting.take() {
+        if let Some(mut first) = self.logs.waiting.take() {
             if is_same(&first, values) {
                 self.repeated += 1;
-                self.waiting = Some(first);
+                self.logs.waiting = Some(first);
                 return Ok(());
             }
-            if self.times.go_on(first[0], values[0]) {
-                self.begins.push(self.rows + 1);
-                self.log = format!("{}#{}", self.file, self.begins.len() + 1);
-                self.times = Times::default();
+            if self.logs.times.go_on(first[0], values[0]) {
+                self.logs.begins.push(self.rows + 1);
+                self.logs.name = format!("{}#{}", self.file, self.logs.begins.len() + 1);
+                self.logs.times = Times::default();
             }
-            self.times.add(first[0]);
+            self.logs.times.add(first[0]);
             self.put(None, &mut first)?;
         }
-        if self.times.may_end_before(values[0]) {
-            self.waiting = Some(values.to_vec());
+        if self.logs.times.may_end_before(values[0]) {
+            self.logs.waiting = Some(values.to_vec());
             return Ok(());
         }
-        self.times.add(values[0]);
+        self.logs.times.add(values[0]);
         self.put(None, values)
     }
 
     /// Adds a row to a trajectory, or to the current log.
     fn put(&mut self, trajectory: Option<&str>, values: &mut [f64]) -> Result<()> {
-        let name = trajectory.unwrap_or(&self.log);
+        let name = trajectory.unwrap_or(&self.logs.name);
         self.rows += 1;
         let current = self.partial.get(self.current);
         if current.is_none_or(|p| p.recording.name != name) {
@@ -446,7 +452,7 @@ impl Rows {
     }
 
     pub(super) fn finish(mut self) -> Result<Readings> {
-        if let Some(mut last) = self.waiting.take() {
+        if let Some(mut last) = self.logs.waiting.take() {
             self.put(None, &mut last)?;
         }
         if self.partial.is_empty() {
@@ -457,8 +463,8 @@ impl Rows {
         let all = self.partial.into_iter();
         let recordings = all.map(|partial| partial.finish(sampled)).collect();
         let mut notes = self.resolved.notes;
-        if let Some(first) = self.begins.first() {
-            let motions = self.begins.len() + 1;
+        if let Some(first) = self.logs.begins.first() {
+            let motions = self.logs.begins.len() + 1;
             notes.push(format!(
                 "time starts again, first in row {first}, as in logs one after the other or with a counter that wraps: motions: {motions}"
             ));
