@@ -31,14 +31,14 @@ impl Figures {
         };
         let predictions = predict_all(model, motions, &options)?;
         let score = score_predictions(model, motions, &predictions, &options)?;
-        let assessment = Assessment::new(model, motions, &score);
+        let assessment = Assessment::of_learned(model, motions, &score);
         Ok(Self { score, assessment })
     }
 
     /// The figures on samples that need not follow each other.
     pub(crate) fn of_samples(model: &Learned, samples: &Trajectory) -> lagrangian::Result<Self> {
         let score = score_samples(model, std::slice::from_ref(samples))?;
-        let assessment = Assessment::new(model, std::slice::from_ref(samples), &score);
+        let assessment = Assessment::of_learned(model, std::slice::from_ref(samples), &score);
         Ok(Self { score, assessment })
     }
 }

@@ -420,7 +420,7 @@ impl FitReport {
             let (model, motions) = (&self.fit.model, &self.evaluation.motions);
             let predictions = predict_all(model, motions, options)?;
             let score = score_predictions(model, motions, &predictions, options)?;
-            let assessment = Assessment::new(model, motions, &score);
+            let assessment = Assessment::of_learned(model, motions, &score);
             let assessment = assessment.of_selected(&self.tried);
             return Ok((score, assessment.of_checked(&self.evaluation.check)));
         };

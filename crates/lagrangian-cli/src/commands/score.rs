@@ -43,7 +43,7 @@ pub(super) fn run(args: &ScoreArgs, mode: OutputMode) -> Result<u8> {
         "cannot score",
         "`lagrangian check` shows what is wrong with the data",
     )?;
-    let assessment = Assessment::new(&model, &trajectories, &score);
+    let assessment = Assessment::of_learned(&model, &trajectories, &score);
     drop(task);
     motion::note_stopped(&score);
     motion::note_outside(&model, &trajectories);

@@ -73,11 +73,6 @@ pub trait Model: Send + Sync {
         None
     }
 
-    /// Whether it is a law that explains the data of its fit to their noise.
-    fn is_law(&self) -> bool {
-        false
-    }
-
     /// What integrates its motion.
     fn integration(&self) -> Integration<'_> {
         Integration::Plain

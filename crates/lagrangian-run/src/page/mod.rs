@@ -96,7 +96,7 @@ impl Page<'_> {
         let motions = &self.evaluation.motions;
         let predictions = predict_all(self.model, motions, options)?;
         let score = score_predictions(self.model, motions, &predictions, options)?;
-        let assessment = Assessment::new(self.model, motions, &score);
+        let assessment = Assessment::of_learned(self.model, motions, &score);
         let mut assessment = assessment
             .of_selected(&self.record.tried)
             .of_checked(&self.evaluation.check);

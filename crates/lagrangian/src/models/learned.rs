@@ -360,10 +360,6 @@ impl Model for Learned {
         self.model.driven()
     }
 
-    fn is_law(&self) -> bool {
-        self.written().is_some_and(|law| law.is_law())
-    }
-
     fn integration(&self) -> Integration<'_> {
         self.model.integration()
     }

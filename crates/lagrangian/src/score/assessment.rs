@@ -8,7 +8,7 @@ use super::judgement::PASSIVE;
 use super::speed::weakened;
 use super::work::unknown_work;
 use super::{Errors, Forecast, RestartScore, RolloutScore, Score, SignalError, add_torques};
-use crate::models::Entry;
+use crate::models::{Entry, Learned};
 use lagrangian_mechanics::Model;
 use lagrangian_motion::statistics::sort_by_number;
 use lagrangian_motion::{Coordinates, Trajectory};
@@ -68,6 +68,26 @@ impl Assessment {
     /// Assesses a model by its score on motions that it has not seen.
     #[must_use]
     pub fn new(model: &dyn Model, motions: &[Trajectory], score: &Score) -> Self {
+        Self::with_forecast(model, motions, score, score.forecast)
+    }
+
+    /// The same of a model that was learned: a law says more of new motions.
+    #[must_use]
+    pub fn of_learned(model: &Learned, motions: &[Trajectory], score: &Score) -> Self {
+        let is_law = model.written().is_some_and(|own| own.is_law());
+        let forecast = score.forecast.map(|own| match is_law {
+            true => own.of_law(),
+            false => own,
+        });
+        Self::with_forecast(model, motions, score, forecast)
+    }
+
+    fn with_forecast(
+        model: &dyn Model,
+        motions: &[Trajectory],
+        score: &Score,
+        forecast: Option<Forecast>,
+    ) -> Self {
         let inertia = spectrum(model, motions);
         let joints = forwards(model, motions, score);
         let mut reasons = Vec::new();
@@ -82,13 +102,13 @@ impl Assessment {
         reasons.extend(of_motions(score));
         reasons.extend(match model.driven() {
             Some(_) => of_positions(motions, score),
-            None => of_forecast(score, &joints, model.is_law()),
+            None => of_forecast((score, forecast), &joints),
         });
         let assessment = Self {
             verdict: Grade::Good,
             reasons: Vec::new(),
-            forecast: score.forecast,
-            expectation: score.forecast.map_or(String::new(), |own| own.sentence()),
+            forecast,
+            expectation: forecast.map_or(String::new(), |own| own.sentence()),
             joints,
             inertia,
         };
@@ -383,8 +403,11 @@ const USELESS: f64 = 0.3;
 const OF_DRIVEN: f64 = 1.0;
 
 /// The error a short time ahead, of motions whose accelerations can be predicted.
-fn of_forecast(score: &Score, joints: &[Forward], law: bool) -> Option<Reason> {
-    let Some(forecast) = &score.forecast else {
+fn of_forecast(
+    (score, forecast): (&Score, Option<Forecast>),
+    joints: &[Forward],
+) -> Option<Reason> {
+    let Some(forecast) = forecast else {
         let short = !score.rollouts.is_empty() && score.torque.is_none() && score.stopped == 0;
         let finding =
             "the motions that it is judged by are too short to tell how far its predictions hold";
@@ -398,7 +421,7 @@ fn of_forecast(score: &Score, joints: &[Forward], law: bool) -> Option<Reason> {
     }
     let all_driven = joints.iter().all(|joint| joint.inertial_share <= PASSIVE);
     let grade = match (forecast.own(), most) {
-        (_, most) if most <= NEAR && forecast.is_brief() && !law => {
+        (_, most) if most <= NEAR && forecast.is_brief() => {
             let finding = format!(
                 "its predictions can be compared over {:.2} periods of the motion only: what it says of longer ones is not known",
                 forecast.periods

@@ -69,6 +69,9 @@ pub struct Forecast {
     pub spread: f64,
     /// The range that holds the error on new motions like these in nine of ten cases, least and largest.
     pub range: [f64; 2],
+    /// Whether it is that of a law, which holds beyond what was compared.
+    #[serde(skip)]
+    pub law: bool,
 }
 
 impl Forecast {
@@ -85,11 +88,16 @@ impl Forecast {
             .sqrt()
     }
 
-    /// With the range for new motions of a model, or a law (ADR 0131).
-    fn with_range(mut self, law: bool) -> Self {
+    /// With the range of a law, whose long rollouts err by noise alone.
+    pub(super) fn of_law(self) -> Self {
+        Self { law: true, ..self }.with_range()
+    }
+
+    /// With the range for new motions (ADR 0131).
+    fn with_range(mut self) -> Self {
         let few = (self.motions as f64).sqrt().recip();
         let factor = (WIDE + few * (WIDE + SPREAD * self.spread)).exp();
-        let left = match law {
+        let left = match self.law {
             true => self.less(BY_CHANCE) + OF_LAW * self.noise,
             false => self.own() + NOISE_LEFT * self.noise,
         };
@@ -130,7 +138,7 @@ impl Forecast {
 
     /// Whether it is over a part of a natural period that says little of a motion.
     pub(super) fn is_brief(&self) -> bool {
-        self.periods < BRIEF
+        self.periods < BRIEF && !self.law
     }
 
     /// Whether noise explains most of the error, which is not slight.
@@ -223,8 +231,9 @@ pub(super) fn forecast(
         noise: root(&noise),
         spread: deviation(&mut logarithms.iter().copied()),
         range: [0.0; 2],
+        law: false,
     };
-    Ok((!options.stop.is_asked()).then(|| forecast.with_range(model.is_law())))
+    Ok((!options.stop.is_asked()).then(|| forecast.with_range()))
 }
 
 /// Whether each coordinate is an angle for the model, as the joint of a chain that was not declared as one: a whole turn changes no
