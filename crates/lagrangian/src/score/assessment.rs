@@ -421,7 +421,7 @@ fn of_forecast(
     }
     let all_driven = joints.iter().all(|joint| joint.inertial_share <= PASSIVE);
     let grade = match (forecast.own(), most) {
-        (_, most) if most <= NEAR && forecast.is_brief() => {
+        (_, most) if most <= NEAR && forecast.brief => {
             let finding = format!(
                 "its predictions can be compared over {:.2} periods of the motion only: what it says of longer ones is not known",
                 forecast.periods

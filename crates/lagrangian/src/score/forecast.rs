@@ -69,9 +69,9 @@ pub struct Forecast {
     pub spread: f64,
     /// The range that holds the error on new motions like these in nine of ten cases, least and largest.
     pub range: [f64; 2],
-    /// Whether it is that of a law, which holds beyond what was compared.
+    /// Whether it is over parts of motions that say little of them, and no law, which holds beyond what was compared.
     #[serde(skip)]
-    pub law: bool,
+    pub brief: bool,
 }
 
 impl Forecast {
@@ -89,22 +89,24 @@ impl Forecast {
     }
 
     /// With the range of a law, whose long rollouts err by noise alone.
-    pub(super) fn of_law(self) -> Self {
-        Self { law: true, ..self }.with_range()
+    pub(super) fn of_law(mut self) -> Self {
+        self.brief = false;
+        self.range = self.expected(self.less(BY_CHANCE) + OF_LAW * self.noise);
+        self
     }
 
     /// With the range for new motions (ADR 0131).
     fn with_range(mut self) -> Self {
+        self.range = self.expected(self.own() + NOISE_LEFT * self.noise);
+        self
+    }
+
+    /// The range for new motions of a model whose own error may be this.
+    fn expected(&self, own: f64) -> [f64; 2] {
         let few = (self.motions as f64).sqrt().recip();
         let factor = (WIDE + few * (WIDE + SPREAD * self.spread)).exp();
-        let left = match self.law {
-            true => self.less(BY_CHANCE) + OF_LAW * self.noise,
-            false => self.own() + NOISE_LEFT * self.noise,
-        };
-        let most = left * factor;
-        let range = [self.less(NOISE_MORE) / factor, most.max(SLIGHT)];
-        self.range = range.map(|error| if error < SLIGHT { 0.0 } else { error });
-        self
+        let range = [self.less(NOISE_MORE) / factor, (own * factor).max(SLIGHT)];
+        range.map(|error| if error < SLIGHT { 0.0 } else { error })
     }
 
     /// The forecast in words.
@@ -134,11 +136,6 @@ impl Forecast {
             self.periods,
             percent(self.error)
         )
-    }
-
-    /// Whether it is over a part of a natural period that says little of a motion.
-    pub(super) fn is_brief(&self) -> bool {
-        self.periods < BRIEF && !self.law
     }
 
     /// Whether noise explains most of the error, which is not slight.
@@ -173,6 +170,16 @@ fn horizon(coordinates: &Coordinates, motions: &[Trajectory]) -> Option<[f64; 2]
         false => (PART * period).min(0.5 * longest).max(SAMPLES * step),
     };
     Some([seconds, period])
+}
+
+/// The time from the first sample of all motions to the last, s: more than that of one motion where they are parts of recordings.
+fn span(motions: &[Trajectory]) -> f64 {
+    let times = || motions.iter().flat_map(|m| [m.t.first(), m.t.last()]);
+    let all = times().flatten().copied();
+    let [least, most] = all.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], t| {
+        [f64::min(a, t), f64::max(b, t)]
+    });
+    most - least
 }
 
 /// The forecast of a model on motions that it has not seen, with the predictions of [`AHEAD`] where these are known; `None` for a model
@@ -231,7 +238,7 @@ pub(super) fn forecast(
         noise: root(&noise),
         spread: deviation(&mut logarithms.iter().copied()),
         range: [0.0; 2],
-        law: false,
+        brief: seconds < BRIEF * period && seconds < PART * span(motions),
     };
     Ok((!options.stop.is_asked()).then(|| forecast.with_range()))
 }

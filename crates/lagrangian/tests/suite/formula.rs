@@ -101,7 +101,7 @@ fn of_heights(motions: Vec<Vec<[f64; 2]>>) -> (WrittenLaw, Grade) {
     let candidates = FitConfig::candidates(&prepared.dataset, &prepared.estimates, &spec).unwrap();
     let fit = fit(&prepared.dataset, &candidates[0].config, None, &mut ()).unwrap();
     let score = score(&fit.model, &prepared.motions, &RolloutOptions::truth()).unwrap();
-    let assessment = Assessment::new(&fit.model, &prepared.motions, &score);
+    let assessment = Assessment::of_learned(&fit.model, &prepared.motions, &score);
     (fit.model.written().unwrap(), assessment.verdict)
 }
 
