@@ -271,7 +271,7 @@ impl Fitted {
             return Err(Error::argument("low_pass", value, must));
         }
         let margin = LowPass::margin(cutoff, step);
-        let shortest = 2 * margin + SHORTEST;
+        let shortest = margin.saturating_mul(2).saturating_add(SHORTEST);
         let longest = self.segments.iter().map(Range::len).max().unwrap_or(0);
         if longest < shortest {
             let what = format!("trajectory '{name}', after a low-pass of {cutoff} Hz,");
