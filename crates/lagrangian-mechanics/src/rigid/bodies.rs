@@ -164,10 +164,9 @@ impl RigidBodies {
     /// Whether each joint turns, in the order of the coordinates; the others slide.
     #[must_use]
     pub fn turns(&self) -> Vec<bool> {
-        let mut turns = vec![true; self.dof()];
-        let bodies = self.tree.bodies.iter();
-        bodies.for_each(|body| turns[body.coordinate] = body.turns);
-        turns
+        let bodies = &self.tree.bodies;
+        let turns = |i: usize| bodies.iter().any(|b| b.coordinate == i && b.turns);
+        (0..self.dof()).map(turns).collect()
     }
 
     /// This robot with other inertial parameters, ten for each joint in the order of [`RigidBodies::inertial_parameters`].

@@ -159,11 +159,7 @@ impl Known<'_> {
     fn joint(&self, i: usize) -> PartChange {
         let robot = self.robot;
         let n = robot.dof();
-        let turns = robot
-            .tree()
-            .bodies
-            .iter()
-            .any(|b| b.coordinate == i && b.turns);
+        let turns = robot.turns()[i];
         let tree = self.described.tree();
         let mut kinds = vec![
             (ROTOR, None, robot.rotor()[i]),
