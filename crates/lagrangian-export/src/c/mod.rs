@@ -41,7 +41,7 @@ impl Code {
     /// Upper bound of the stack of a call, bytes, with `number` bytes for each number.
     #[must_use]
     pub fn stack_bytes(&self, number: usize) -> usize {
-        number * self.stack + 512
+        number * self.stack + 640
     }
 }
 

@@ -64,6 +64,9 @@ impl Balance {
                 false => (gear.friction(motor, v, v.signum()) - gear.damping(v) * v) * v.signum(),
             };
         }
+        if let Some(dissipation) = applied.dissipation {
+            dissipation.add_between(qd, &mut self.force, -1.0);
+        }
         match self.is_finite() {
             true => outcome,
             false => Evaluation::NotFinite {

@@ -129,6 +129,10 @@ impl Dissipation {
             let speed = qd.map(Function::Absolute);
             own = own + learned("dissipation/drag", drag) * qd * speed;
         }
+        if let Some(between) = &self.between {
+            let weights = graph.weights("dissipation/between", between);
+            own = own + qd.times_matrix(weights.matrix(0, qd.len(), qd.len()));
+        }
         let mut dry = match is_zero(&self.coulomb) {
             true => zero,
             false => learned("dissipation/coulomb", &self.coulomb),

@@ -4,12 +4,13 @@
 use serde::{Deserialize, Serialize};
 
 use super::{GearFriction, Load};
+use lagrangian_motion::solve::{diagonalise, dot};
 use lagrangian_motion::{Error, Result};
 
 /// Friction dᵢ = bᵢ q̇ᵢ + aᵢ q̇ᵢ |q̇ᵢ| + tanh(q̇ᵢ / vₛᵢ) [cᵢ + lᵢ |Fᵢ| + hᵢ exp(−(q̇ᵢ / vₕᵢ)²)], which opposes the motion: M q̈ + c = F − d
 /// with the force F of the drive (theory.md, equations 4, 24, 36 and 130); [`Directional`] adds terms of the force out of the gear.
 ///
-/// All coefficients are non-negative, so that the dissipated power d·q̇ is never negative.
+/// Dampers between coordinates add D q̇. All coefficients are non-negative and D is positive semidefinite, so that the dissipated power d·q̇ is never negative.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Dissipation {
@@ -31,6 +32,10 @@ pub struct Dissipation {
     /// Losses of gears by the direction of the power, if any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub directional: Option<Directional>,
+    /// Dampers between coordinates, if any: what the symmetric matrix D of viscous friction d = D q̇ (Rayleigh 1873) has beside its
+    /// diagonal, which is `viscous`; N·s/m or N·m·s/rad, row-major `[n, n]`, with zeros on the diagonal.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub between: Option<Vec<f64>>,
 }
 
 /// Friction by the force out of a gear, y = F − d, and by the squares of F and y near standstill: with σ = exp(−(q̇ / vₕ)²),
@@ -99,7 +104,8 @@ impl Dissipation {
     ///
     /// # Errors
     /// [`Error::Shape`] unless there are `n` of each coefficient; [`Error::Argument`] where one is negative or not
-    /// finite, a speed is not positive, or the shares of one force add up to 1 or more.
+    /// finite, a speed is not positive, the shares of one force add up to 1 or more, or dampers between coordinates
+    /// would put energy in.
     pub fn validate(&self, n: usize) -> Result<()> {
         let mut lists = vec![
             ("viscous friction", &self.viscous, COEFFICIENT),
@@ -148,7 +154,70 @@ impl Dissipation {
                 return Err(Error::argument(name, value, must));
             }
         }
+        self.check_between(n)?;
         self.check_shares(n)
+    }
+
+    /// Returns an error for a matrix of viscous friction that is not symmetric, or not positive semidefinite.
+    fn check_between(&self, n: usize) -> Result<()> {
+        let Some(between) = &self.between else {
+            return Ok(());
+        };
+        let name = "friction between coordinates";
+        Error::check_shape(name, between.len(), n * n, "give a matrix of n × n")?;
+        Error::check_finite(name, between)?;
+        let is_right = |k: &usize| match (k / n, k % n) {
+            (i, j) if i == j => between[*k].abs() <= 0.0,
+            (i, j) => (between[*k] - between[j * n + i]).abs() <= 0.0,
+        };
+        if let Some(k) = (0..n * n).find(|k| !is_right(k)) {
+            let must = "symmetric, with zeros on its diagonal: that is viscous friction";
+            return Err(Error::argument(name, between[k], must));
+        }
+        let [least, most] = self.rates(between);
+        match least < -ROUNDING * most {
+            true => Err(Error::argument(name, least, COEFFICIENT)),
+            false => Ok(()),
+        }
+    }
+
+    /// The least eigenvalue of D, and the size of the largest.
+    fn rates(&self, between: &[f64]) -> [f64; 2] {
+        let n = self.viscous.len();
+        let mut matrix = between.to_vec();
+        (0..n).for_each(|i| matrix[i * n + i] = self.viscous[i]);
+        diagonalise(&mut matrix, &mut vec![0.0; n * n], n);
+        let rates = (0..n).map(|i| matrix[i * n + i]);
+        rates.fold([f64::INFINITY, 0.0_f64], |[least, most], x| {
+            [x.min(least), x.abs().max(most)]
+        })
+    }
+
+    /// With dampers between coordinates, row-major `[n, n]`, and as much more viscous friction of these as D must have to put no energy
+    /// in: estimates of one that does nothing in some motion err to either side.
+    #[must_use]
+    pub fn with_between(mut self, between: Vec<f64>) -> Self {
+        let lacks = (-self.rates(&between)[0]).max(0.0);
+        let rows = between.chunks_exact(self.viscous.len().max(1));
+        for (own, row) in self.viscous.iter_mut().zip(rows) {
+            if row.iter().any(|x| *x != 0.0) {
+                *own += lacks;
+            }
+        }
+        self.between = Some(between);
+        self
+    }
+
+    /// Adds D q̇ without the diagonal of D, times `sign`.
+    pub(crate) fn add_between(&self, qd: &[f64], force: &mut [f64], sign: f64) {
+        let (Some(between), n) = (&self.between, self.viscous.len().max(1)) else {
+            return;
+        };
+        for (qd, force) in qd.chunks_exact(n).zip(force.chunks_exact_mut(n)) {
+            for (force, row) in force.iter_mut().zip(between.chunks_exact(n)) {
+                *force += sign * dot(row, qd);
+            }
+        }
     }
 
     /// Returns an error for a gear that loses all of a force, which cannot move.
@@ -194,6 +263,7 @@ impl Dissipation {
         self.each(qd, force, |force, gear, Motion { v, direction }| {
             *force = gear.damping(v) * v + direction * gear.dry(UNLOADED, v);
         });
+        self.add_between(qd, force, 1.0);
     }
 
     /// Replaces the forces F of `m` drives by F − d, `[m, n]`.
@@ -201,6 +271,7 @@ impl Dissipation {
         self.each(qd, force, |force, gear, Motion { v, direction }| {
             *force -= gear.friction(*force, v, direction);
         });
+        self.add_between(qd, force, -1.0);
     }
 
     /// Replaces the forces F of `m` drives by d, `[m, n]`.
@@ -208,10 +279,12 @@ impl Dissipation {
         self.each(qd, force, |force, gear, Motion { v, direction }| {
             *force = gear.friction(*force, v, direction);
         });
+        self.add_between(qd, force, 1.0);
     }
 
     /// Replaces the forces that `m` motions need by those that the drives must exert, F − d = needed, `[m, n]`.
     pub fn put_in(&self, qd: &[f64], force: &mut [f64]) {
+        self.add_between(qd, force, 1.0);
         self.each(qd, force, |force, gear, Motion { v, direction }| {
             *force = gear.motor_torque(*force, -*force, v, direction);
         });
@@ -245,6 +318,8 @@ const UNLOADED: Load = Load {
     motor: 0.0,
     external: 0.0,
 };
+/// What rounding leaves of a rate that is zero.
+const ROUNDING: f64 = 1e-9;
 const COEFFICIENT: &str = "finite and not negative: friction takes energy out";
 const SHARE: &str = "below 1: a gear that takes all of the force does not move";
 const SPEED: &str = "a positive speed: take one below the slowest motion of interest";
@@ -330,6 +405,36 @@ mod tests {
             ..gear
         };
         assert!(all.validate(1).is_err());
+    }
+
+    #[test]
+    fn a_damper_between_two_bodies_brakes_what_they_move_against_each_other() {
+        let d = Dissipation::viscous(vec![0.3, 0.2]).with_between(vec![0.0, -0.2, -0.2, 0.0]);
+        d.validate(2).unwrap();
+        let (qd, mut force) = ([1.0, 1.0, 1.0, -1.0], [0.0; 4]);
+        d.force(&qd, &mut force);
+        let expected = [0.1, 0.0, 0.5, -0.4];
+        let same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12);
+        assert!(same(&force, &expected), "{force:?}");
+        let mut drive = [2.0, -1.0, 0.5, 0.0];
+        d.put_in(&qd, &mut drive);
+        d.take_out(&qd, &mut drive);
+        assert!(same(&drive, &[2.0, -1.0, 0.5, 0.0]), "{drive:?}");
+        // An estimate that would put energy in gets what it lacks.
+        let drawn = Dissipation::viscous(vec![0.2, 0.2]).with_between(vec![0.0, -0.21, -0.21, 0.0]);
+        drawn.validate(2).unwrap();
+        assert!((drawn.viscous[0] - 0.21).abs() < 1e-12, "{drawn:?}");
+        for wrong in [
+            vec![0.0, -0.21, -0.21, 0.0],
+            vec![0.0, 0.1, 0.0, 0.0],
+            vec![0.0; 3],
+        ] {
+            let wrong = Dissipation {
+                between: Some(wrong),
+                ..Dissipation::viscous(vec![0.2, 0.2])
+            };
+            assert!(wrong.validate(2).is_err());
+        }
     }
 
     #[test]

@@ -106,6 +106,18 @@ impl<'a> Named<'a> {
 
     fn dissipation(&mut self, d: &Dissipation) {
         self.add("viscous", &d.viscous, viscous);
+        if let Some(between) = &d.between {
+            let each = self.coordinates.0.iter().enumerate();
+            let pairs = each
+                .clone()
+                .flat_map(|(i, a)| each.clone().skip(i + 1).map(move |b| (i, a, b)));
+            self.list.extend(pairs.map(|(i, a, (j, b))| Parameter {
+                name: format!("viscous_{}_{}", a.name, b.name),
+                value: between[i * d.viscous.len() + j],
+                unit: viscous(&a.unit),
+                standard_error: None,
+            }));
+        }
         if let Some(drag) = &d.drag {
             let unit = |q: &str| either(q, "N·m·s²/rad²", "N·s²/m²");
             self.add("drag", drag, unit);

@@ -11,7 +11,7 @@ use crate::train::{
     TrainingTask, Work, remainder,
 };
 use lagrangian_mechanics::dynamics::Mechanical;
-use lagrangian_mechanics::lagrangian::Lagrangian;
+use lagrangian_mechanics::forces::Dissipation;
 use lagrangian_mechanics::rigid::RigidBodies;
 use lagrangian_motion::solve::Regularity;
 use lagrangian_motion::{Error, Result};
@@ -102,21 +102,25 @@ impl Setup {
         lagrangian: impl LearnedLagrangian + Clone,
         extra: &[f64],
     ) -> Result<Learned> {
-        match &self.nominal {
-            None => Ok(self.mechanical(lagrangian, extra)?.into()),
-            Some(nominal) => {
-                let rest: Arc<dyn LearnedLagrangian> = Arc::new(lagrangian);
-                Learned::with_nominal(nominal.clone(), self.mechanical(rest, extra)?)
-            }
-        }
+        self.damped(lagrangian, self.forces.dissipation(extra), extra)
     }
 
-    fn mechanical<L: Lagrangian>(&self, lagrangian: L, extra: &[f64]) -> Result<Mechanical<L>> {
-        Mechanical::with_forces(
-            lagrangian,
-            self.forces.dissipation(extra),
-            self.forces.actuation(self.terms, extra)?,
-        )
+    /// The model of a Lagrangian with this friction.
+    pub(crate) fn damped(
+        &self,
+        lagrangian: impl LearnedLagrangian + Clone,
+        friction: Option<Dissipation>,
+        extra: &[f64],
+    ) -> Result<Learned> {
+        let actuation = self.forces.actuation(self.terms, extra)?;
+        match &self.nominal {
+            None => Ok(Mechanical::with_forces(lagrangian, friction, actuation)?.into()),
+            Some(nominal) => {
+                let rest: Arc<dyn LearnedLagrangian> = Arc::new(lagrangian);
+                let rest = Mechanical::with_forces(rest, friction, actuation)?;
+                Learned::with_nominal(nominal.clone(), rest)
+            }
+        }
     }
 }
 

@@ -113,6 +113,11 @@ fn energy_changes_by_the_power_of_inputs_and_friction_alone() {
             }),
             load: Some(vec![0.3; n]),
             drag: Some(vec![0.05; n]),
+            between: Some(
+                (0..n * n)
+                    .map(|k| if k / n == k % n { 0.0 } else { -0.05 })
+                    .collect(),
+            ),
             directional: Some(Directional {
                 external: vec![0.2; n],
                 stribeck_motor: vec![0.1; n],

@@ -3,16 +3,16 @@
 
 use lagrangian::analytic::{by_name, normal};
 use lagrangian::dataset::random_starts;
-use lagrangian::mechanics::Quantities;
+use lagrangian::mechanics::{Dissipation, Mechanical, Quantities};
 use lagrangian::models::WrittenLaw;
 use lagrangian::rollout::{free, rollout_many, sines, times};
 use lagrangian::score::{Assessment, Grade};
 use lagrangian::train::FitSpec;
 use lagrangian::trajectory::{Coordinate, Topology};
 use lagrangian::{
-    Budget, Coordinates, Dataset, Distilled, Fit, FitConfig, Learned, LnnConfig, Prepared,
-    Provenance, Recording, RolloutOptions, SavedModel, Signals, TrainingTask, Trajectory, distil,
-    fit, score, split,
+    Budget, Coordinates, Dataset, Distilled, Fit, FitConfig, Learned, LnnConfig, Model, Prepared,
+    Provenance, Recording, RolloutOptions, SavedModel, Signals, State, TrainingTask, Trajectory,
+    distil, fit, score, split,
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -21,8 +21,12 @@ use rand_chacha::ChaCha8Rng;
 fn recordings(system: &str, count: usize, deviation: f64) -> Vec<Recording> {
     let system = by_name(system, &[]).unwrap();
     let starts = random_starts(&*system, count, 5);
+    of_motions(&*system, &starts, deviation)
+}
+
+fn of_motions(system: &dyn Model, starts: &[State], deviation: f64) -> Vec<Recording> {
     let times = times(3.0, 0.02).unwrap();
-    let motions = rollout_many(&*system, &starts, &times, &free, &RolloutOptions::truth()).unwrap();
+    let motions = rollout_many(system, starts, &times, &free, &RolloutOptions::truth()).unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(4);
     let recording = |motion: lagrangian::Rollout| {
         let exact = motion.trajectory.signals.q.iter();
@@ -256,6 +260,47 @@ fn two_springs(noise: f64) -> Vec<Recording> {
         Recording::new(format!("motion {k}"), Coordinates::lines(2), t, signals)
     };
     (0..8).map(motion).collect()
+}
+
+#[test]
+fn a_damper_between_two_angles_is_found_with_the_law() {
+    let system = by_name("double-pendulum", &[]).unwrap();
+    let starts = random_starts(&*system, 6, 5);
+    let friction = Dissipation::viscous(vec![0.3, 0.2]).with_between(vec![0.0, -0.2, -0.2, 0.0]);
+    let damped = Mechanical::dissipative(system.lagrangian(), friction.clone()).unwrap();
+    for deviation in [0.0, 2e-3] {
+        let (fit, written) = found(of_motions(&damped, &starts, deviation));
+        assert!(written.is_law(), "{}", written.text);
+        // Of the true one q1'^2 has the coefficient 1.
+        let parameters = fit.model.parameters();
+        let factor = parameters
+            .iter()
+            .find(|own| own.name == "q1'^2")
+            .unwrap()
+            .value;
+        let learned = fit.model.dissipation().unwrap();
+        let between = learned.between.as_deref().unwrap();
+        for (own, exact) in learned.viscous.iter().zip(&friction.viscous) {
+            assert!(
+                (own / factor - exact).abs() < 0.02 * exact,
+                "{}",
+                written.text
+            );
+        }
+        assert!((between[1] / factor + 0.2).abs() < 4e-3, "{}", written.text);
+        assert!(
+            written.text.contains(") q2'; friction of q2"),
+            "{}",
+            written.text
+        );
+        let bytes = fit.model.save(Provenance::default()).unwrap().to_bytes();
+        let saved = SavedModel::from_bytes(&bytes.unwrap()).unwrap();
+        let loaded = Learned::load(&saved).unwrap();
+        assert_eq!(loaded.written(), Some(written));
+        let state = ([0.4, -1.1], [1.2, 0.3], [0.0, 0.0]);
+        let of = |model: &Learned| model.forward_dynamics(&state.0, &state.1, &state.2);
+        assert_eq!(of(&loaded).unwrap(), of(&fit.model).unwrap());
+    }
 }
 
 #[test]

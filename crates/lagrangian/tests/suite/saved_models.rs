@@ -324,6 +324,7 @@ mod families {
             smoothing: vec![0.01; 2],
             stribeck: None,
             load: Some(vec![0.1, 0.0]),
+            between: Some(vec![0.0, -0.1, -0.1, 0.0]),
             directional: Some(Directional {
                 external: vec![0.2, 1.0 / 3.0],
                 ..Directional::none(2)

@@ -1,12 +1,13 @@
 //! Formulas as a family: their losses and data, their saved form.
 
 use super::term::MOST_COORDINATES;
-use super::{Formula, FormulaConfig, FormulaShape, search};
+use super::{Evidence, Formula, FormulaConfig, FormulaShape, search};
 use crate::dataset::Dataset;
 use crate::models::family::{
     self, Abilities, BoxedLearner, Candidate, Entry, Family, Plan, Residuals, Trained,
 };
 use crate::models::learned::Learned;
+use crate::models::network::NetworkShape;
 use crate::models::setup::Setup;
 use crate::saved::SavedModel;
 use crate::train::{Loss, TrainingTask};
@@ -25,7 +26,7 @@ pub(crate) const ENTRY: Entry = Entry {
     load: |saved| load(saved),
     candidates: &[Candidate {
         on: |data, robot| {
-            let few = !data.forced || data.coordinates.dof() == 1;
+            let few = !data.forced || data.coordinates.dof() <= FEW_DRIVEN;
             !robot && few && data.train.goal.is_empty() && can_be_searched(data)
         },
         ..Candidate::of_motion(0, "", &[])
@@ -37,6 +38,8 @@ pub(crate) const NAME: &str = "formula";
 
 /// The largest number of coordinates of a system whose law is sought where no family is named.
 const FEW: usize = 3;
+/// … and of one whose forces are recorded: the joints of robots have friction that no law has.
+const FEW_DRIVEN: usize = 2;
 
 fn can_be_searched(data: &Dataset) -> bool {
     data.coordinates.dof() <= FEW && data.train_times.longest() >= search::WINDOW
@@ -85,6 +88,44 @@ impl Family for FormulaConfig {
     }
 }
 
+impl FormulaShape {
+    /// The part that is a Lagrangian with its parameters, and the matrix of the dampers between coordinates with their standard errors
+    /// among the evidence; empty where there are none.
+    fn without_dampers(&self, parameters: &[f64]) -> Result<(Self, Vec<f64>, Vec<f64>)> {
+        let terms = &self.config.terms;
+        if !terms.iter().any(|term| term.damps) {
+            return Ok((self.clone(), parameters.to_vec(), Vec::new()));
+        }
+        let n = self.coordinates.dof();
+        let mut matrices = [vec![0.0; n * n], vec![0.0; n * n]];
+        for (k, term) in terms.iter().enumerate().filter(|(_, term)| term.damps) {
+            let (i, j) = (term.speeds[0], term.speeds[1]);
+            let own = [
+                parameters[k] * self.evidence.units[k],
+                self.evidence.errors[k],
+            ];
+            for (matrix, value) in matrices.iter_mut().zip(own) {
+                (matrix[i * n + j], matrix[j * n + i]) = (value, value);
+            }
+        }
+        let [between, errors] = matrices;
+        let kept: Vec<usize> = (0..terms.len()).filter(|k| !terms[*k].damps).collect();
+        let of = |all: &[f64]| kept.iter().map(|k| all[*k]).collect::<Vec<f64>>();
+        let mut evidence = Evidence {
+            units: of(&self.evidence.units),
+            errors: of(&self.evidence.errors),
+            ..self.evidence.clone()
+        };
+        evidence.friction.resize(3 * n, 0.0);
+        evidence.friction.extend(errors);
+        let config = FormulaConfig {
+            terms: kept.iter().map(|k| terms[*k].clone()).collect(),
+        };
+        let shape = Self::new(self.coordinates.clone(), config, evidence)?;
+        Ok((shape, of(parameters), between))
+    }
+}
+
 impl Trained for FormulaShape {
     fn learner<'a, T: Real>(&'a self, setup: &'a Setup, of: Residuals) -> BoxedLearner<'a, T> {
         Box::new(setup.learner(self, of))
@@ -92,7 +133,13 @@ impl Trained for FormulaShape {
 
     fn assemble(&self, setup: &Setup, parameters: &[f64]) -> Result<Learned> {
         let (weights, extra) = parameters.split_at(self.config.terms.len());
-        setup.learned(Formula::assemble(self.clone(), weights.to_vec())?, extra)
+        let (shape, weights, between) = self.without_dampers(weights)?;
+        let friction = setup.forces.dissipation(extra);
+        let friction = match between.is_empty() {
+            true => friction,
+            false => friction.map(|own| own.with_between(between)),
+        };
+        setup.damped(Formula::assemble(shape, weights)?, friction, extra)
     }
 }
 

@@ -54,7 +54,8 @@ pub struct Evidence {
     pub units: Vec<f64>,
     /// The standard error of each coefficient; 0 for the one that the others are measured by.
     pub errors: Vec<f64>,
-    /// The standard error of the coefficients of friction: viscous, Coulomb and by drag, `[3, n]`; empty where they are not known.
+    /// The standard error of the coefficients of friction: viscous, Coulomb and by drag, `[3, n]`, then of dampers between coordinates,
+    /// `[n, n]`, where there are any; empty where they are not known.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub friction: Vec<f64>,
     /// χ² of rollouts over its expectation: 1 where the formula errs by the noise of the data alone.
@@ -211,13 +212,22 @@ pub(crate) fn friction(
             .filter(|(_, (c, _))| *c > 0.0)
             .map(|(kind, (c, of))| format!("{} {of}", with_error(c, error(kind * n + i))))
             .collect();
-        if !kinds.is_empty() {
+        let mut own = kinds.join(" + ");
+        for j in 0..n {
+            let at = i * n + j;
+            let c = friction.between.as_ref().map_or(0.0, |own| own[at]);
+            if c != 0.0 {
+                let of = style.rate(&style.name(&coordinates.0[j].name));
+                push_term(&mut own, [c, error(3 * n + at)], &of, style);
+            }
+        }
+        if !own.is_empty() {
             let against = match style {
                 Style::Text => format!("; friction of {name}: "),
                 Style::Latex => format!(",\\quad d_{{{name}}} = "),
             };
             text.push_str(&against);
-            text.push_str(&kinds.join(" + "));
+            text.push_str(&own);
         }
     }
     text

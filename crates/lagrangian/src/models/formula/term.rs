@@ -22,6 +22,10 @@ pub struct Term {
     /// The coordinates whose velocities are multiplied, at most two, in increasing order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub speeds: Vec<usize>,
+    /// Whether it is a term of the dissipation function (Rayleigh 1873) while a law is sought, so that a damper between two coordinates
+    /// is found as any term is; a formula has it among its friction.
+    #[serde(skip)]
+    pub(super) damps: bool,
 }
 
 /// The largest number of coordinates.
@@ -42,13 +46,25 @@ impl Term {
     /// Whether it is a part of the kinetic energy: a product of two velocities.
     #[must_use]
     pub fn is_kinetic(&self) -> bool {
-        self.speeds.len() == 2
+        self.speeds.len() == 2 && !self.damps
+    }
+
+    /// The dampers between these coordinates: each a term q̇ᵢ q̇ⱼ of the dissipation function.
+    pub(super) fn dampers(moving: &[usize]) -> impl Iterator<Item = Self> {
+        let pairs = moving.iter().enumerate();
+        let pairs = pairs.flat_map(|(at, a)| moving[at + 1..].iter().map(move |b| vec![*a, *b]));
+        pairs.map(|speeds| Self {
+            speeds,
+            damps: true,
+            ..Self::default()
+        })
     }
 
     /// Whether it couples two velocities, whatever the place.
     pub(crate) fn couples_alone(&self) -> bool {
         let still = |all: &[i8]| all.iter().all(|k| *k == 0);
-        matches!(*self.speeds, [a, b] if a != b) && still(&self.powers) && still(&self.turns)
+        let two = matches!(*self.speeds, [a, b] if a != b);
+        two && !self.damps && still(&self.powers) && still(&self.turns)
     }
 
     /// Whether its value changes with coordinate `i`.
@@ -73,6 +89,7 @@ impl Term {
             [] => 0.3,
             [_] => 0.9,
             [a, b] if a == b => 0.5,
+            _ if self.damps => 1.5,
             // A coupling alone is rare, and of a linear system another Lagrangian has it.
             _ if sum == 0.0 => 3.0,
             _ => 0.8,
@@ -165,17 +182,24 @@ impl Term {
     /// ∂²/∂q̇ᵢ∂q̇ⱼ of the product of its velocities.
     pub(crate) fn by_speeds(&self, i: usize, j: usize) -> f64 {
         match *self.speeds {
-            [a, b] => f64::from(u8::from((a, b) == (i, j)) + u8::from((b, a) == (i, j))),
+            [a, b] if !self.damps => {
+                f64::from(u8::from((a, b) == (i, j)) + u8::from((b, a) == (i, j)))
+            }
             _ => 0.0,
         }
     }
 
-    /// The left side d/dt ∂/∂q̇ᵢ − ∂/∂qᵢ of the Euler–Lagrange equation of this term, `[n]` and zeros, over any scalar.
+    /// The left side d/dt ∂/∂q̇ᵢ − ∂/∂qᵢ of the Euler–Lagrange equation of this term, or the friction ∂/∂q̇ᵢ of one that damps, `[n]` and
+    /// zeros, over any scalar.
     pub(crate) fn balance<D: DualNum<Primitive = f64> + Copy>(
         &self,
         (q, qd): (&[D], &[D]),
         qdd: &[D],
     ) -> Row<D> {
+        if self.damps {
+            let each = |i| self.by_speed(qd, i);
+            return std::array::from_fn(|i| if i < q.len() { each(i) } else { D::from(0.0) });
+        }
         let Position { value, slope } = self.position(q);
         let speed = self.speed(qd);
         let along: D = slope.iter().zip(qd).map(|(g, v)| *g * *v).sum();

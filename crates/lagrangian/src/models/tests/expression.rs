@@ -41,6 +41,11 @@ fn forces(n: usize) -> (Dissipation, Actuation) {
         coulomb: list(0.3),
         smoothing: list(0.05),
         load: Some(list(0.1)),
+        between: Some(
+            (0..n * n)
+                .map(|k| if k / n == k % n { 0.0 } else { -0.02 })
+                .collect(),
+        ),
         ..Dissipation::viscous(list(0.2))
     };
     let mut matrix: Vec<f64> = (0..n * n).map(|k| 0.05 * (k as f64).sin()).collect();

@@ -397,6 +397,7 @@ impl Forces {
                 speed: each(|gear| gear.speed),
             }),
             load: has(Term::Load).then(|| each(|gear| gear.motor)),
+            between: None,
             directional: has(Term::External).then(|| Directional {
                 external: each(|gear| gear.external),
                 stribeck_motor: each(|gear| gear.stribeck_motor),

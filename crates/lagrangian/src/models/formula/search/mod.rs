@@ -439,7 +439,7 @@ impl Search<'_> {
     ) -> Result<(Start, Refined, bool)> {
         let mut refined = refine::refine(self.dataset, &start, self.given, observer)?;
         let rounds = if start.len() > MANY { 1 } else { ROUNDS };
-        for _ in 0..rounds {
+        for round in 0..=rounds {
             let ended = observer.stage("looking for other terms", 0.5).is_break();
             if ended || self.is_after(LONGEST) {
                 break;
@@ -447,7 +447,8 @@ impl Search<'_> {
             let mut next = start.clone();
             if !next.without(&refined, SIGNIFICANT) {
                 let most = if self.is_after(SOON) { POOR } else { HOPELESS };
-                if !(EXACT..most).contains(&refined.misfit) || next.len() >= MOST_TERMS {
+                let full = round == rounds || next.len() >= MOST_TERMS;
+                if !(EXACT..most).contains(&refined.misfit) || full {
                     break;
                 }
                 let missing = self.missing(&start, &refined)?;

@@ -135,8 +135,24 @@ impl Start {
                 reference: None,
             });
         }
+        own.complete_damping();
         own.scale(&forces);
         own
+    }
+
+    /// Whether a damper between this coordinate and another needs its viscous friction: without it D is not semidefinite.
+    fn is_damped(&self, i: usize) -> bool {
+        let mut dampers = self.terms.iter().filter(|term| term.damps);
+        dampers.any(|term| term.uses(i))
+    }
+
+    /// Adds the viscous friction of coordinates with dampers between them.
+    fn complete_damping(&mut self) {
+        for i in 0..self.friction.len() / KINDS {
+            if self.is_damped(i) && self.friction[i] == 0.0 {
+                self.friction[i] = f64::MIN_POSITIVE;
+            }
+        }
     }
 
     /// Whether the mass matrix of its coordinates is definite at samples of the data.
@@ -182,6 +198,7 @@ impl Start {
             }
             None => self.friction[value - all.len()] = f64::MIN_POSITIVE,
         }
+        self.complete_damping();
     }
 
     /// Multiplies the part of each group so that the force has the coefficient 1, or its largest kinetic term ½.
@@ -219,23 +236,22 @@ impl Start {
             references.contains(&i) || value.abs() >= significant * error
         };
         let kept: Vec<usize> = (0..count).filter(|i| keeps(*i)).collect();
-        let friction: Vec<f64> = (0..self.friction.len())
-            .map(|i| {
-                if keeps(count + i) {
-                    refined.values[count + i][0]
-                } else {
-                    0.0
-                }
-            })
-            .collect();
+        self.coefficients = kept.iter().map(|i| refined.values[*i][0]).collect();
+        self.terms = kept.iter().map(|i| self.terms[*i].clone()).collect();
+        let n = self.friction.len() / KINDS;
+        let friction = (0..self.friction.len()).map(|i| {
+            let stays = keeps(count + i) || (i < n && self.is_damped(i));
+            let own = refined.values[count + i][0];
+            if stays { own } else { 0.0 }
+        });
+        let friction: Vec<f64> = friction.collect();
         let gone = kept.len() < count
             || friction
                 .iter()
                 .zip(&self.friction)
                 .any(|(new, old)| *new == 0.0 && *old != 0.0);
-        self.coefficients = kept.iter().map(|i| refined.values[*i][0]).collect();
-        self.terms = kept.iter().map(|i| self.terms[*i].clone()).collect();
         self.friction = friction;
+        self.complete_damping();
         let force = |own: &Group| own.reference.is_none().then_some(1.0);
         self.scale(&self.groups.iter().map(force).collect::<Vec<_>>());
         gone
@@ -654,7 +670,8 @@ impl Refined {
         let all = || start.terms.iter().enumerate();
         let of = |(_, term): &(usize, &Term)| {
             let series = |other: &&Term| {
-                other.speeds == term.speeds && other.turns.is_empty() == term.turns.is_empty()
+                let alike = |of: &Term| (of.damps, of.turns.is_empty());
+                other.speeds == term.speeds && alike(other) == alike(term)
             };
             let own: Vec<(u32, f64)> = all()
                 .filter(|(_, other)| series(other))

@@ -271,6 +271,12 @@ impl Window<'_> {
             let [q, qd, tau] =
                 [&state.q, &state.qd, &self.stretch.samples.tau].map(|x| &x[k * n..][..n]);
             for (at, term) in terms.iter().enumerate() {
+                if term.damps {
+                    for (i, row) in rows.iter_mut().enumerate() {
+                        row[at] -= term.by_speed(qd, i) * w.value;
+                    }
+                    continue;
+                }
                 let Position { value, slope } = term.position(q);
                 let speed = term.speed(qd);
                 for (i, row) in rows.iter_mut().enumerate() {
