@@ -139,6 +139,8 @@ def test_a_film_is_read_from_what_users_have(tmp_path, capsys):
     assert not _command.takes(["fit", str(damaged)]) and _command.takes(["fit", "film.npy"])
     page = (out / "report.html").read_text()
     assert 'class="card film"' in page and "Potential" in page
+    with Image.open(out / "preview.png") as shown:
+        assert shown.mode == "RGB" and min(shown.size) > 100
     assert _command.main(arguments) == 2
     assert "--force" in capsys.readouterr().err
     assert _command.main(["fit", str(folder), "--out", str(tmp_path / "other")]) == 2
@@ -190,10 +192,9 @@ def test_a_film_that_shows_no_coordinate_is_refused_in_words():
     with pytest.raises(lg.errors.DataError, match="several things"):
         lg.pixels.fit(np.maximum(blob(one, -0.5), blob(other, 0.5)), 0.04)
     wide = scene(300, rng)
-    held = np.round([4.0 * np.sin(0.9 * t), 3.0 * np.cos(0.7 * t)]).astype(int)
-    shaken = np.stack([np.roll(own, k, (0, 1)) for own, k in zip(wide, held.T)])
+    panned = np.stack([np.roll(own, k, 1) for own, k in zip(wide, np.round(1.5 * t / 0.04).astype(int))])
     with pytest.raises(lg.errors.DataError, match="camera"):
-        lg.pixels.fit(np.maximum(shaken, blob(one, 0.0, 96, 96)), 0.04)
+        lg.pixels.fit(np.maximum(panned, blob(one, 0.0, 96, 96)), 0.04)
     dark = np.maximum(wide, blob(one, 0.0, 96, 96))
     with pytest.raises(lg.errors.DataError, match="light"):
         lg.pixels.fit(np.clip(dark * rng.uniform(0.2, 1.6, 300)[:, None, None], 0.0, 1.0), 0.04)
@@ -201,6 +202,25 @@ def test_a_film_that_shows_no_coordinate_is_refused_in_words():
     assert any("flicker" in note for note in flickers.notes)
     with pytest.raises(lg.errors.DataError, match="followed"):
         lg.pixels.fit(drawn(np.cumsum(rng.uniform(1.5, 4.5, (4, 80)), 1)), 0.04)
+
+
+def test_the_shake_of_a_hand_is_taken_out():
+    rng = np.random.default_rng(7)
+    t = 0.04 * np.arange(300)
+    steady = np.maximum(scene(300, rng), blob(0.6 * np.cos(3.0 * t), 0.0, 96, 96))
+    shake = np.stack([np.convolve(own, np.exp(-np.arange(40) / 8.0), "same") for own in rng.normal(size=(2, 300))], 1)
+    shake *= 1.5 / shake.std()
+    at = np.arange(96)
+    moved = np.stack([[np.interp(at + x, at, row) for row in own] for own, x in zip(steady, shake[:, 1])])
+    moved = np.stack([np.stack([np.interp(at + y, at, row) for row in own.T], 1) for own, y in zip(moved, shake[:, 0])])
+    model = lg.pixels.fit(moved + 0.01 * rng.normal(size=moved.shape), 0.04, steps=100)
+    assert any("camera shook" in note for note in model.notes)
+    found = model.encode(moved)[:, 0]
+    line = np.polynomial.Polynomial.fit(found, np.cos(3.0 * t), 5)
+    assert np.std(line(found) - np.cos(3.0 * t)) < 0.02
+    assert model.score.verdict == "good"
+    fixed = lg.pixels.fit(steady + 0.01 * rng.normal(size=moved.shape), 0.04, steps=50)
+    assert not any("camera" in note for note in fixed.notes)
 
 
 def test_pictures_of_another_size_are_refused(pendulum):

@@ -16,9 +16,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._film import Film, View, read
+from ._film import Film, read
 from ._fit import fit
 from ._model import PixelModel, Score, load
+from ._view import View
 
 __all__ = ["Film", "PixelModel", "Score", "View", "drawn", "fit", "load", "read"]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+import time
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,7 +13,7 @@ from zipfile import BadZipFile, ZipFile
 
 from ..errors import LagrangianError, LagrangianWarning
 from ._film import FILMS, PICTURES
-from ._fit import fit
+from ._fit import PREVIEW, fit
 
 #: Exit codes, those of the program: a model that must not be used, wrong arguments, and Ctrl-C before there is one.
 _POOR, _WRONG, _INTERRUPTED = 1, 2, 130
@@ -44,6 +45,7 @@ def main(arguments: Sequence[str]) -> int:
     if (folder / "model.safetensors").exists() and not given.force:
         return _fail(f"{folder} holds a model", "give another --out, or --force to replace it")
     said: list[str] = []
+    began = time.time() - 1.0
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always", LagrangianWarning)
@@ -64,7 +66,8 @@ def main(arguments: Sequence[str]) -> int:
         if model.held:
             model.report(page)
     except (LagrangianError, OSError) as error:
-        return _fail(str(error))
+        shown = folder / PREVIEW
+        return _fail(str(error), f"{shown} shows what was seen of the pictures" if shown.exists() and shown.stat().st_mtime >= began else "")
     except KeyboardInterrupt:
         print("interrupted before there was a model", file=sys.stderr)
         return _INTERRUPTED
@@ -78,6 +81,7 @@ def main(arguments: Sequence[str]) -> int:
     for note in notes:
         print(f"note: {note}")
     print(f"model: {folder / 'model.safetensors'}, with {folder / 'pictures.npz'}")
+    print(f"seen:  {folder / PREVIEW}")
     print(f"verdict: {verdict}")
     if model.held:
         print(f"  from five pictures, {score.valid:.0f} of {score.longest} are predicted before the error is half that of the mean picture")

@@ -1,4 +1,4 @@
-"""Films: pictures of motions, read, judged, cut to what moves and scaled."""
+"""Films: pictures of motions, read from what users have, and scaled."""
 
 from __future__ import annotations
 
@@ -36,11 +36,13 @@ class Film:
         motions: The pictures of each motion, shape ``(m, height, width, colours)``, from 0 (dark) to 1.
         dt: The time between two pictures, s.
         notes: What was done to the pictures.
+        still: What stands still in the pictures of a camera that shook, ``(height, width, colours)``.
     """
 
     motions: list[Frames]
     dt: float
     notes: list[str] = field(default_factory=list)
+    still: Frames | None = None
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -158,9 +160,6 @@ def _reduced(frames: Frames) -> Frames:
         return frames
     size = [max(4, round(side * _LARGEST / longest)) for side in frames.shape[1:3]]
     return scaled(frames, size[0], size[1])
-
-
-# Reading.
 
 
 def _motions(video: Any) -> tuple[list[Frames], float | None]:
@@ -285,128 +284,3 @@ def _of_movie(path: Path) -> tuple[list[Frames], float | None]:
         rate = stream.average_rate
         motion = _gathered((own.to_ndarray(format="rgb24") for own in file.decode(stream)), path)
     return [motion], 1.0 / float(rate) if rate else None
-
-
-# What of the pictures the model sees.
-
-
-@dataclass
-class View:
-    """The part of a picture that moves, and the size at which it is seen.
-
-    Attributes:
-        box: Top, bottom, left and right of the part, pixels.
-        whole: Height, width and colours of the pictures.
-        height, width: Its size after scaling, pixels.
-    """
-
-    box: tuple[int, int, int, int]
-    whole: tuple[int, ...]
-    height: int
-    width: int
-
-    @property
-    def shape(self) -> tuple[int, int, int]:
-        """Height, width and colours of what is seen."""
-        return (self.height, self.width, self.whole[2])
-
-    def of(self, frames: Frames) -> Frames:
-        """What is seen of pictures ``(m, h, w, c)``: of whole ones, or of such as are seen already."""
-        if frames.shape[1:] == self.shape:
-            return frames
-        if frames.shape[1:] != self.whole:
-            raise InvalidInput(f"the pictures have the shape {frames.shape[1:]}: give {self.whole} as in the film, or {self.shape}")
-        top, bottom, left, right = self.box
-        return scaled(frames[:, top:bottom, left:right], self.height, self.width)
-
-
-def viewed(film: Film, size: int) -> View:
-    """The part of the pictures in which nearly all motion is."""
-    excess = _moving(film).sum(-1)
-    if not excess.max() > 1e-8:
-        raise DataError("nothing moves in the film: is it the right one, and does the camera see the motion?")
-    box: list[int] = []
-    for axis in (1, 0):
-        share = np.cumsum(excess.sum(axis)) / excess.sum()
-        first, last = (int(np.searchsorted(share, part)) for part in (0.002, 0.998))
-        margin = max(2, round(0.08 * (last - first)))
-        box += [max(0, first - margin), min(len(share), last + 1 + margin)]
-    top, bottom, left, right = box
-    if (bottom - top) * (right - left) > 0.8 * excess.size:
-        top, bottom, left, right = 0, excess.shape[0], 0, excess.shape[1]
-    high, wide = bottom - top, right - left
-    scale = size / max(high, wide)
-    sides = [max(4, min(own, round(own * min(scale, 1.0)))) for own in (high, wide)]
-    return View((top, bottom, left, right), film.shape, sides[0], sides[1])
-
-
-def noise_variance(film: Film) -> NDArray[np.float64]:
-    """The variance of the noise of each pixel, ``(h, w, c)``: what neighbours in time do not share."""
-    parts = [np.square(np.diff(own, 2, axis=0)).sum(0, dtype=np.float64) for own in film.motions]
-    count = sum(len(own) - 2 for own in film.motions)
-    each = np.sum(parts, axis=0) / (6.0 * count)
-    # Of a pixel that something passes quickly the differences are motion: noise is what quiet pixels have.
-    floor: NDArray[np.float64] = np.minimum(each, 2.0 * np.median(each))
-    return floor
-
-
-def _moving(film: Film) -> NDArray[np.float64]:
-    """The variance of each pixel above that of its noise, ``(h, w, c)``."""
-    count = len(film)
-    mean = sum(own.sum(0, dtype=np.float64) for own in film.motions) / count
-    variance = sum(np.square(own - mean).sum(0, dtype=np.float64) for own in film.motions) / count
-    floor = noise_variance(film)
-    return np.where(variance > 2.0 * floor, variance - floor, 0.0)
-
-
-# What is wrong with a film.
-
-
-def judged(film: Film) -> Film:
-    """The film without flicker.
-
-    Raises:
-        DataError: The camera moves, or the light changes too much.
-    """
-    steady = _without_flicker(film)
-    _refuse_moving_camera(steady)
-    return steady
-
-
-def _without_flicker(film: Film) -> Film:
-    """Divides by the brightness of what does not move."""
-    moving = _moving(film).sum(-1)
-    quiet = moving <= np.quantile(moving, 0.5)
-    light = [own[:, quiet].mean((1, 2), dtype=np.float64) for own in film.motions]
-    every = np.concatenate(light)
-    mean, noise = float(every.mean()), float(np.sqrt(noise_variance(film)[quiet].mean() / quiet.sum()))
-    change = float(every.std())
-    if mean < 0.02 or change < max(4.0 * noise, 0.004 * mean):
-        return film
-    if change > 0.3 * mean:
-        raise DataError(f"the light changes by {change / mean:.0%}: film in steady light, with fixed exposure")
-    motions = [(own * (mean / each)[:, None, None, None]).astype(np.float32) for own, each in zip(film.motions, light, strict=True)]
-    return Film(motions, film.dt, [*film.notes, f"flicker of {change / mean:.1%} was divided out"])
-
-
-def _refuse_moving_camera(film: Film) -> None:
-    height, width, _ = film.shape
-    ring = np.ones((height, width), bool)
-    edge = max(1, round(0.08 * min(height, width)))
-    ring[edge:-edge, edge:-edge] = False
-    moving = _moving(film).sum(-1)
-    changes = float(np.mean(moving[ring] > 0.01 * moving.max()))
-    if changes > 0.6:
-        raise DataError(
-            f"the picture changes along {changes:.0%} of its border: the camera moves, or the motion leaves the picture; "
-            "fix the camera, film from farther away, or steady the film first"
-        )
-
-
-def sequences(frames: Any, view: View, name: str) -> tuple[list[Frames], bool]:
-    """What is seen of pictures of one motion, or of several; and whether they were several."""
-    colours = view.whole[2]
-    flat = frames if isinstance(frames, (list, tuple)) else np.asarray(frames)
-    motions = arrays(flat, name)
-    several = len(motions) > 1 or isinstance(flat, np.ndarray) and flat.ndim == (4 if colours == 1 else 5) and flat.shape[-1] != 1
-    return [view.of(own) for own in motions], several

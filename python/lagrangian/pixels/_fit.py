@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,10 +14,14 @@ from .._families import Delan
 from .._model import Model
 from .._trajectory import Trajectories, Trajectory, _whole
 from ..errors import DataError, FitInterrupted, FitWarning, InvalidInput
+from ._camera import judged
 from ._curve import Array, Components, Curve, continuous, curve, embedding, first_places, jumps, smoothed, through
-from ._film import Frames, blurred, judged, read, viewed
+from ._film import Frames, blurred, read
 from ._model import PixelModel, Score, scored
+from ._view import preview, viewed, write_png
 
+#: The file of a run that shows what the model sees.
+PREVIEW = "preview.png"
 #: Steps of a fit of the Lagrangian.
 _STEPS = 400
 #: Units of a hidden layer: the Lagrangian of one coordinate is a simple function.
@@ -35,6 +40,8 @@ _FAST = 1.0
 _GRADUAL = 0.4
 #: The deviation of energies, in parts of the largest, below which a film shows one amplitude.
 _ONE_AMPLITUDE = 0.03
+#: The part of its energy that a motion loses from its first third to its last above which the film shows friction.
+_LOST = 0.05
 #: The part of the motion in the pictures that one coordinate must explain.
 _EXPLAINED = 0.8
 
@@ -63,7 +70,7 @@ def fit(
         steps: Steps of the fit of the Lagrangian, 400 by default. The same seed and steps give the same bits.
         seed: Seed of what is random.
         progress: Whether to show a bar; by default where the output is a terminal or a notebook.
-        run: A folder to save the model to.
+        run: A folder to save the model to; ``preview.png`` in it shows from the start what of the pictures is seen.
 
     Returns:
         The model. Ctrl-C ends the fit and keeps the best until then, with a ``FitInterrupted`` warning.
@@ -85,10 +92,13 @@ def fit(
         raise InvalidInput(f"size is {size}: give 8 to 128 pixels")
     film = judged(read(video, dt))
     view = viewed(film, size)
+    if run is not None:
+        Path(run).mkdir(parents=True, exist_ok=True)
+        write_png(preview(film, view), Path(run) / PREVIEW)
     watch = _Watch(progress, (), "pixels")
     with watch:
         watch.tell({"stage": "the curve of the pictures is sought", "share": 0.0})
-        seen = [view.of(own) for own in film.motions]
+        seen = [view.cut(own) for own in film.motions]
         trained, held = _split(seen, seed)
         components, motions = _components(trained, seed)
         best, places = _curve(trained, motions, coordinate, seed)
@@ -111,7 +121,7 @@ def fit(
             model, best, places = other, even, evened
     if friction and not ended:
         other, ended = tried(best, places, False)
-        if not other.score.worse(model.score):
+        if not other.score.worse(model.score) and _lost(other, _trajectories(best, places, film.dt)) < _LOST:
             model = other
     if ended:
         warnings.warn("the fit was interrupted: the best model until then is kept", FitInterrupted, stacklevel=2)
@@ -281,11 +291,23 @@ def _notes(model: PixelModel) -> list[str]:
     return notes
 
 
-def _energies_spread(model: PixelModel) -> float:
-    """The deviation of the energies of the motions, in parts of the largest above the least potential."""
-    levels, least = [], np.inf
-    for own in model.trajectories:
+def _energies(model: PixelModel, motions: Trajectories) -> list[Array]:
+    """The energy along each motion, above the least potential."""
+    along, least = [], np.inf
+    for own in motions:
         speed = np.gradient(own.q[:, 0], model.dt)[:, None]
-        levels.append(float(np.median(np.asarray(model.energy(own.q, speed)))))
+        along.append(np.asarray(model.energy(own.q, speed)).reshape(-1))
         least = min(least, float(np.min(np.asarray(model.energy(own.q, np.zeros_like(speed))))))
-    return float(np.std(levels)) / max(max(levels) - least, 1e-300)
+    return [own - least for own in along]
+
+
+def _energies_spread(model: PixelModel) -> float:
+    """The deviation of the energies of the motions, in parts of the largest."""
+    levels = [float(np.median(own)) for own in _energies(model, model.trajectories)]
+    return float(np.std(levels)) / max(*levels, 1e-300)
+
+
+def _lost(model: PixelModel, motions: Trajectories) -> float:
+    """The part of its energy that a motion loses from its first third to its last, median over the motions."""
+    thirds = [(own[: len(own) // 3].mean(), own[-(len(own) // 3) :].mean()) for own in _energies(model, motions) if len(own) >= 3]
+    return float(np.median([1.0 - last / max(first, 1e-300) for first, last in thirds])) if thirds else 0.0

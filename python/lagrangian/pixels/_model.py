@@ -16,7 +16,8 @@ from .._model import Model, load as load_model
 from .._trajectory import Trajectories, Trajectory, _whole
 from ..errors import InvalidInput, ModelError, RolloutWarning
 from ._curve import Array, Components, Curve, continuous
-from ._film import Frames, View, sequences
+from ._film import Frames
+from ._view import View, sequences
 
 if TYPE_CHECKING:
     from .._report import Report
@@ -225,6 +226,8 @@ class PixelModel:
             "error": self.score.error,
             "notes": np.array(self.notes, np.str_),
         }
+        if self.view.still is not None:
+            held["still"] = self.view.still
         buffer = io.BytesIO()
         np.savez_compressed(buffer, **held)
         part = path / (_FILE + ".part")
@@ -255,7 +258,7 @@ def load(folder: str | os.PathLike[str]) -> PixelModel:
             held = {name: file[name] for name in file.files}
         if int(held["format"]) > _FORMAT:
             raise ModelError(f"{path / _FILE} is of a later version: update the package")
-        view = View(tuple(held["box"].tolist()), tuple(held["whole"].tolist()), *held["seen"].tolist()[:2])
+        view = View(tuple(held["box"].tolist()), tuple(held["whole"].tolist()), *held["seen"].tolist()[:2], held.get("still"))
         curve = Curve(str(held["kind"]), held["coefficients"])
         model = PixelModel(dynamics, curve, Components(held["mean"], held["basis"]), view, float(held["dt"]))
         model.score = Score(float(held["valid"]), int(held["longest"]), held["error"])
@@ -268,7 +271,7 @@ def load(folder: str | os.PathLike[str]) -> PixelModel:
     except Exception as error:
         raise ModelError(f"{path / _FILE} is damaged ({error}): write the model again") from error
     pixels = int(np.prod(view.shape))
-    if shapes != ((pixels,), pixels, held["basis"].shape[1]) or dynamics.n != 1 or curve.kind not in ("circle", "line"):
+    if shapes != ((pixels,), pixels, held["basis"].shape[1]) or held.get("still", np.empty(view.whole)).shape != view.whole or dynamics.n != 1 or curve.kind not in ("circle", "line"):
         raise ModelError(f"{path} holds parts of different models: write the model again")
     return model
 
