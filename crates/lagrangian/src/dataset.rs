@@ -35,6 +35,8 @@ pub struct Dataset {
     pub validation_times: Timeline,
     /// The coordinates that no network may depend on, see [`Scaling::cyclic`].
     pub cyclic: Vec<usize>,
+    /// The same recordings without the low-pass that was chosen for them: a law is sought in what was measured, of which it knows the noise.
+    pub unfiltered: Option<Box<Self>>,
 }
 
 /// The times of samples: those of a trajectory follow each other.
@@ -113,6 +115,7 @@ impl Dataset {
             train_times,
             validation_times,
             cyclic: Vec::new(),
+            unfiltered: None,
         })
     }
 
@@ -137,6 +140,7 @@ impl Dataset {
             train_times: Timeline::default(),
             validation_times: Timeline::default(),
             cyclic: Vec::new(),
+            unfiltered: None,
         })
     }
 
@@ -163,6 +167,7 @@ impl Dataset {
             train_times: Timeline::default(),
             validation_times: Timeline::default(),
             cyclic: Vec::new(),
+            unfiltered: None,
         })
     }
 

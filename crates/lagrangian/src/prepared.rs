@@ -158,8 +158,13 @@ impl Prepared {
             }
             let (whole, asked) = ((&own.dataset, &robot), (spec, &estimates));
             let low_pass = cutoff::choose(&spare.0, whole, asked);
-            if delay.is_some() || low_pass.is_some() {
-                own = ready(std::mem::take(spare), low_pass)?;
+            let delayed = delay.is_some();
+            if delayed || low_pass.is_some() {
+                let unfiltered =
+                    std::mem::replace(&mut own, ready(std::mem::take(spare), low_pass)?);
+                let was_filtered = unfiltered.low_pass.is_some() || options.low_pass.is_some();
+                own.dataset.unfiltered =
+                    (!(delayed || was_filtered)).then(|| Box::new(unfiltered.dataset));
             }
         }
         let (kept, cyclic) = spec.cyclic(&own.dataset)?;

@@ -59,6 +59,7 @@ impl Bags {
         Dataset {
             train,
             train_times: times,
+            unfiltered: None,
             ..all.clone()
         }
     }

@@ -40,5 +40,6 @@ fn unit(coordinates: Coordinates) -> Result<Dataset> {
         train_times: Default::default(),
         validation_times: Default::default(),
         cyclic: Vec::new(),
+        unfiltered: None,
     })
 }

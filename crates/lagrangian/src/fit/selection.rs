@@ -64,7 +64,7 @@ impl FitConfig {
         let known = DataFacts::of(dataset, estimates);
         let noise = noise(dataset, estimates, &known);
         let mut candidates = spec.checked()?.candidates(dataset, &known)?;
-        if known.filtered {
+        if known.filtered && dataset.unfiltered.is_none() {
             // What a low-pass leaves is not white.
             candidates.retain(|own| !own.seeks_law());
         }
@@ -238,9 +238,10 @@ pub fn select(
         .into_iter()
         .partition(|own| own.part == Part::Law);
     let (mut tried, mut series) = (Vec::new(), None);
+    let measured = dataset.unfiltered.as_deref();
     if resume.is_none() {
         for law in laws {
-            match formula_first(dataset, law, &mut tried, observer) {
+            match formula_first(measured.unwrap_or(dataset), law, &mut tried, observer) {
                 Some(mut own) if is_law(&own) => {
                     own.tried = tried;
                     return Ok(own);
@@ -251,8 +252,14 @@ pub fn select(
     }
     let mut kept = select_others(dataset, candidates, resume, observer)?;
     // What is no law may be nearer to it than any network.
-    let errors = |own: &Selection| screening::held_out(&own.fit, dataset, 0);
-    if let Some(series) = series.filter(|own| errors(&kept).exceed(&errors(own))) {
+    let errors = |own: &Selection| Explained::of(&own.fit, dataset);
+    let is_nearer = |own: &Selection| {
+        let [own, kept] = [errors(own), errors(&kept)];
+        // Accelerations of a real machine tell less of it than its torques.
+        let torques = measured.is_none() || own.torque <= kept.torque;
+        torques && kept.errors.exceed(&own.errors)
+    };
+    if let Some(series) = series.filter(is_nearer) {
         let others = std::mem::replace(&mut kept, series).tried;
         kept.tried = others;
         tried.iter_mut().for_each(|own| own.failure = None);

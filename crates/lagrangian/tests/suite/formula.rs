@@ -3,9 +3,10 @@
 
 use lagrangian::analytic::{by_name, normal};
 use lagrangian::dataset::random_starts;
+use lagrangian::fit::select;
 use lagrangian::mechanics::{Dissipation, Mechanical, Quantities};
 use lagrangian::models::WrittenLaw;
-use lagrangian::rollout::{free, rollout_many, sines, times};
+use lagrangian::rollout::{free, rollout, rollout_many, sines, times};
 use lagrangian::score::{Assessment, Grade};
 use lagrangian::train::FitSpec;
 use lagrangian::trajectory::{Coordinate, Topology};
@@ -207,6 +208,52 @@ fn a_formula_is_saved_to_the_bit_and_has_the_derivatives_of_its_text() {
     assert_eq!(own, again);
     for (own, exact) in own.iter().zip(&exact) {
         assert!((own - exact).abs() < 1e-4 * exact.abs(), "{own} {exact}");
+    }
+}
+
+#[test]
+fn the_law_of_two_driven_coordinates_is_sought_in_what_was_measured() {
+    let system = by_name("two-link-arm", &[]).unwrap();
+    let friction = Dissipation::viscous(vec![0.2, 0.1]);
+    let arm = Mechanical::dissipative(system.lagrangian(), friction).unwrap();
+    let times = times(5.0, 0.01).unwrap();
+    let recording = |k: u64| {
+        let force = sines(2, 8.0, k);
+        let [q, qd] = [[0.3, -0.4], [0.0, 0.0]];
+        let motion = rollout(&arm, &q, &qd, &times, &force, &RolloutOptions::truth()).unwrap();
+        let mut motion = motion.trajectory;
+        (motion.signals.qd, motion.signals.qdd) = Default::default();
+        let coordinates = arm.coordinates().clone();
+        Recording::new(format!("arm {k}"), coordinates, motion.t, motion.signals)
+    };
+    let prepared = |low_pass: f64| {
+        let mut spec = FitSpec::default();
+        spec.prepare.low_pass = Some(low_pass);
+        let recordings = (1..4).map(recording).collect();
+        (Prepared::new(recordings, Vec::new(), &spec).unwrap(), spec)
+    };
+    let (mut filtered, spec) = prepared(20.0);
+    let candidates =
+        |own: &Prepared| FitConfig::candidates(&own.dataset, &own.estimates, &spec).unwrap();
+    let names = |own: &Prepared| candidates(own).into_iter().map(|own| own.name);
+    // What a low-pass leaves is not white; what was measured is.
+    assert!(!names(&filtered).any(|name| name == "formula"));
+    filtered.dataset.unfiltered = Some(Box::new(prepared(0.0).0.dataset));
+    let selection = select(&filtered.dataset, candidates(&filtered), None, &mut ()).unwrap();
+    let model = selection.fit.model;
+    assert!(
+        model.written().is_some_and(|own| own.is_law()),
+        "{:?}",
+        selection.tried
+    );
+    let state = ([0.4, -1.1], [1.2, 0.3], [2.0, 1.0]);
+    let of = |model: &dyn Model| {
+        model
+            .forward_dynamics(&state.0, &state.1, &state.2)
+            .unwrap()
+    };
+    for (own, exact) in of(&model).iter().zip(of(&arm)) {
+        assert!((own - exact).abs() < 1e-3 * exact.abs(), "{own} {exact}");
     }
 }
 
