@@ -39,7 +39,9 @@ pub(crate) fn main(flags: &[&str]) -> Result<(), Failure> {
         "pyproject.toml",
     ];
     run("stubtest", &stubtest)?;
-    run("pytest", &[&["-m", "pytest", "-q"], flags].concat())?;
+    // A core each: fits are short, and much of a test waits.
+    let side_by_side = ["-m", "pytest", "-q", "-n", "2", "--dist", "loadfile"];
+    run("pytest", &[&side_by_side, flags].concat())?;
     with_torch(&python, &package)?;
     Ok(())
 }

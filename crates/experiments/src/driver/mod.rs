@@ -57,7 +57,7 @@ const GOOD: f64 = 0.05;
 /// A peer with this part of an error is ahead.
 const AHEAD: f64 = 0.8;
 /// Cases of a quick run.
-const QUICK: usize = 24;
+const QUICK: usize = 12;
 
 fn run(lab: &mut Lab) -> Result<()> {
     let chosen = chosen(lab)?;
