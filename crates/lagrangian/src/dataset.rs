@@ -35,7 +35,7 @@ pub struct Dataset {
     pub validation_times: Timeline,
     /// The coordinates that no network may depend on, see [`Scaling::cyclic`].
     pub cyclic: Vec<usize>,
-    /// The same recordings without the low-pass that was chosen for them: a law is sought in what was measured, of which it knows the noise.
+    /// The recordings without the low-pass that was chosen for them: the search of a law needs white noise.
     pub unfiltered: Option<Box<Self>>,
 }
 

@@ -6,6 +6,7 @@ mod held;
 
 use crate::dataset::{Dataset, PrepareOptions, split};
 use crate::models::Momenta;
+use crate::models::formula::family::FEW_DRIVEN;
 use crate::score::accelerations_at;
 use crate::train::{AutoSetting, DataFacts, FitSpec, Loss};
 use lagrangian_mechanics::Model;
@@ -158,16 +159,20 @@ impl Prepared {
             }
             let (whole, asked) = ((&own.dataset, &robot), (spec, &estimates));
             let low_pass = cutoff::choose(&spare.0, whole, asked);
-            let delayed = delay.is_some();
-            if delayed || low_pass.is_some() {
+            if delay.is_some() || low_pass.is_some() {
                 let unfiltered =
                     std::mem::replace(&mut own, ready(std::mem::take(spare), low_pass)?);
                 let was_filtered = unfiltered.low_pass.is_some() || options.low_pass.is_some();
-                own.dataset.unfiltered =
-                    (!(delayed || was_filtered)).then(|| Box::new(unfiltered.dataset));
+                let few = unfiltered.dataset.coordinates.dof() <= FEW_DRIVEN;
+                if few && delay.is_none() && !was_filtered {
+                    own.dataset.unfiltered = Some(Box::new(unfiltered.dataset));
+                }
             }
         }
         let (kept, cyclic) = spec.cyclic(&own.dataset)?;
+        if let Some(unfiltered) = &mut own.dataset.unfiltered {
+            unfiltered.cyclic.clone_from(&kept);
+        }
         own.dataset.cyclic = kept;
         let held_out = !own.validation.is_empty();
         let mut motions = if held_out { own.validation } else { own.train };

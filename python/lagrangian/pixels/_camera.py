@@ -1,4 +1,4 @@
-"""What the camera did: flicker and the shake of a hand are taken out, more is refused."""
+"""What the camera did: flicker and the shake of a hand are taken out, larger changes are refused."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _ROUNDS, _STEPS = 2, 4
 _SHARED = 0.5
 #: The deviation of a shake that is left as it is, pixels.
 _LEAST = 0.03
-#: Pictures by which a shake is recognised, and such as are shifted at once.
+#: Pictures by which a shake is recognised, and the number of pictures that are shifted at a time.
 _SOME, _AT_ONCE = 80, 256
 #: The ratio of what the border shows of shifts in the best and the worst direction above which it shows one alone.
 _SEEN = 1e4
@@ -29,7 +29,9 @@ def judged(film: Film) -> Film:
     Raises:
         DataError: The camera moves, or the light changes, by more than can be taken out.
     """
-    return _without_flicker(_held_still(film))
+    film = _without_flicker(_held_still(film))
+    _refuse_moving_camera(film)
+    return film
 
 
 def noise_variance(film: Film) -> NDArray[np.float64]:
@@ -84,20 +86,18 @@ def _held_still(film: Film) -> Film:
     if shared > _SHARED and shake > _LEAST and margin < min(height, width) // 8:
         motions = [steadied(own, still) for own in film.motions]
         film = Film(motions, film.dt, [*film.notes, f"the camera shook by {shake:.2g} pixels: the film was steadied"], still)
-    _refuse_moving_camera(film, 0 if film.still is None else margin)
     return film
 
 
 def steadied(frames: Frames, still: Frames) -> Frames:
-    """Pictures of a camera that shakes as it would have seen them where it saw the still one, which fills what they do not show."""
+    """Pictures shifted to where the still picture is, which fills their margins."""
     by = _shifts(frames, still, _border(still.shape, _away(still.shape)))
     moved = shifted(frames, by)
     for axis in (1, 2):
         at = np.arange(frames.shape[axis]) + by[:, axis - 1, None]
         outside = (at < 0.0) | (at > frames.shape[axis] - 1)
-        moved = np.where(np.expand_dims(outside, (3 - axis, 3)), still, moved)
-    own: Frames = moved.astype(np.float32)
-    return own
+        np.copyto(moved, still, where=np.expand_dims(outside, (3 - axis, 3)))
+    return moved
 
 
 def _still(frames: Frames) -> Frames:
@@ -125,7 +125,7 @@ def _shifts(frames: Frames, still: Frames, border: NDArray[np.bool_]) -> NDArray
                 left = (shifted(pictures, shifts[own]) - reference)[:, border].reshape(len(pictures), -1).astype(np.float64)
                 scale = 4.0 * np.median(np.abs(left), 1, keepdims=True) + 1e-6
                 weights = np.square(np.clip(1.0 - np.square(left / scale), 0.0, None))
-                weighted = np.einsum("mp,pi,pj->mij", weights, slopes, slopes, optimize=True) + 1e-3 * normal
+                weighted = np.einsum("mp,pi,pj->mij", weights, slopes, slopes, optimize=True) + 1e-3 * normal + 1e-9 * np.trace(normal) * np.eye(3)
                 step = np.linalg.solve(weighted, ((weights * left) @ slopes)[..., None])[:, :2, 0]
                 shifts[own] -= np.clip(step, -2.0, 2.0)
     return shifts
@@ -171,8 +171,8 @@ def _border(shape: tuple[int, ...], margin: int, part: float = _BORDER) -> NDArr
     return border
 
 
-def _refuse_moving_camera(film: Film, margin: int) -> None:
-    ring = _border(film.shape, margin, 0.08)
+def _refuse_moving_camera(film: Film) -> None:
+    ring = _border(film.shape, 0, 0.08)
     change = moving(film).sum(-1)
     changes = float(np.mean(change[ring] > 0.01 * change.max()))
     if changes > 0.6:

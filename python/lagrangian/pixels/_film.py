@@ -105,7 +105,7 @@ def arrays(frames: Any, name: str) -> list[Frames]:
         )
     if given.size > _MOST:
         raise InvalidInput(f"{name} holds {given.size:.1e} values: give at most {_MOST:.0e}, of smaller or fewer pictures")
-    return [_reduced(_between_0_and_1(own, name)) for own in given[..., : 3 if given.shape[-1] == 4 else None]]
+    return [_reduced(_between_0_and_1(own, name)) for own in given[..., : {2: 1, 4: 3}.get(given.shape[-1])]]
 
 
 def _between_0_and_1(given: NDArray[Any], name: str) -> Frames:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +30,7 @@ class View:
     whole: tuple[int, ...]
     height: int
     width: int
-    still: Frames | None = None
+    still: Frames | None = field(default=None, compare=False, repr=False)
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -39,9 +39,9 @@ class View:
 
     def of(self, frames: Frames) -> Frames:
         """What is seen of pictures ``(m, h, w, c)``: of whole ones, or of such as are seen already."""
-        if frames.shape[1:] == self.shape:
-            return frames
         if frames.shape[1:] != self.whole:
+            if frames.shape[1:] == self.shape:
+                return frames
             raise InvalidInput(f"the pictures have the shape {frames.shape[1:]}: give {self.whole} as in the film, or {self.shape}")
         return self.cut(frames if self.still is None else steadied(frames, self.still))
 

@@ -1,9 +1,9 @@
-//! The balance of forces on a system with dry friction: M q̈ + s ∘ sgn(q̇) ∋ f − b ∘ q̇.
+//! The balance of forces on a system with dry friction: M q̈ + s ∘ sgn(q̇) ∋ f − b ∘ q̇ − D q̇.
 
 use super::{Evaluation, Evaluator};
 use crate::forces::Load;
 
-/// The balance M q̈ + s ∘ sgn(q̇) ∋ f − b ∘ q̇ of a state, with dry friction as a set of forces, sgn(0) = [−1, 1]
+/// The balance M q̈ + s ∘ sgn(q̇) ∋ f − b ∘ q̇ − D q̇ of a state, with dry friction as a set of forces, sgn(0) = [−1, 1]
 /// (theory.md, equation 130a).
 ///
 /// The smooth friction of [`crate::Dissipation`] replaces sgn(q̇) by tanh(q̇ / vₛ).
@@ -15,6 +15,8 @@ pub struct Balance {
     pub force: Vec<f64>,
     /// Viscous friction b, N·s/m or N·m·s/rad, `[n]`.
     pub viscous: Vec<f64>,
+    /// Dampers D between coordinates, row-major `[n, n]`, with zeros on the diagonal.
+    pub between: Vec<f64>,
     /// The largest dry friction s at the velocities of the state, N or N·m, `[n]`; 0 for a coordinate without dry friction.
     pub dry: Vec<f64>,
 }
@@ -28,6 +30,7 @@ impl Balance {
             mass_matrix: vec![0.0; n * n],
             force: zeros(),
             viscous: zeros(),
+            between: vec![0.0; n * n],
             dry: zeros(),
         }
     }
@@ -64,8 +67,8 @@ impl Balance {
                 false => (gear.friction(motor, v, v.signum()) - gear.damping(v) * v) * v.signum(),
             };
         }
-        if let Some(dissipation) = applied.dissipation {
-            dissipation.add_between(qd, &mut self.force, -1.0);
+        if let Some(between) = applied.dissipation.and_then(|own| own.between.as_ref()) {
+            self.between.copy_from_slice(between);
         }
         match self.is_finite() {
             true => outcome,

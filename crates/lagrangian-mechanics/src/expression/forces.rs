@@ -130,8 +130,7 @@ impl Dissipation {
             own = own + learned("dissipation/drag", drag) * qd * speed;
         }
         if let Some(between) = &self.between {
-            let weights = graph.weights("dissipation/between", between);
-            own = own + qd.times_matrix(weights.matrix(0, qd.len(), qd.len()));
+            own = own + qd.times_matrix(graph.matrix(qd.len(), qd.len(), between));
         }
         let mut dry = match is_zero(&self.coulomb) {
             true => zero,

@@ -32,8 +32,8 @@ pub struct Dissipation {
     /// Losses of gears by the direction of the power, if any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub directional: Option<Directional>,
-    /// Dampers between coordinates, if any: what the symmetric matrix D of viscous friction d = D q̇ (Rayleigh 1873) has beside its
-    /// diagonal, which is `viscous`; N·s/m or N·m·s/rad, row-major `[n, n]`, with zeros on the diagonal.
+    /// Dampers between coordinates, if any: the off-diagonal part of the symmetric matrix D of viscous friction d = D q̇ (Rayleigh 1873),
+    /// whose diagonal is `viscous`; N·s/m or N·m·s/rad, row-major `[n, n]`, with zeros on the diagonal.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub between: Option<Vec<f64>>,
 }
@@ -176,7 +176,14 @@ impl Dissipation {
         }
         let [least, most] = self.rates(between);
         match least < -ROUNDING * most {
-            true => Err(Error::argument(name, least, COEFFICIENT)),
+            true => {
+                let must = "not below 0: raise the viscous friction of these coordinates, since friction takes energy out";
+                Err(Error::argument(
+                    "the least eigenvalue of viscous friction",
+                    least,
+                    must,
+                ))
+            }
             false => Ok(()),
         }
     }
@@ -193,10 +200,15 @@ impl Dissipation {
         })
     }
 
-    /// With dampers between coordinates, row-major `[n, n]`, and as much more viscous friction of these as D must have to put no energy
-    /// in: estimates of one that does nothing in some motion err to either side.
-    #[must_use]
-    pub fn with_between(mut self, between: Vec<f64>) -> Self {
+    /// With dampers between coordinates, row-major `[n, n]`. Raises the viscous friction of these coordinates until D is positive
+    /// semidefinite: estimates of a D without full rank err to either side.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] unless there are n × n; [`Error::NotFinite`].
+    pub fn with_between(mut self, between: Vec<f64>) -> Result<Self> {
+        let (name, n) = ("friction between coordinates", self.viscous.len());
+        Error::check_shape(name, between.len(), n * n, "give a matrix of n × n")?;
+        Error::check_finite(name, &between)?;
         let lacks = (-self.rates(&between)[0]).max(0.0);
         let rows = between.chunks_exact(self.viscous.len().max(1));
         for (own, row) in self.viscous.iter_mut().zip(rows) {
@@ -205,11 +217,11 @@ impl Dissipation {
             }
         }
         self.between = Some(between);
-        self
+        Ok(self)
     }
 
     /// Adds D q̇ without the diagonal of D, times `sign`.
-    pub(crate) fn add_between(&self, qd: &[f64], force: &mut [f64], sign: f64) {
+    fn add_between(&self, qd: &[f64], force: &mut [f64], sign: f64) {
         let (Some(between), n) = (&self.between, self.viscous.len().max(1)) else {
             return;
         };
@@ -409,7 +421,9 @@ mod tests {
 
     #[test]
     fn a_damper_between_two_bodies_brakes_what_they_move_against_each_other() {
-        let d = Dissipation::viscous(vec![0.3, 0.2]).with_between(vec![0.0, -0.2, -0.2, 0.0]);
+        let d = Dissipation::viscous(vec![0.3, 0.2])
+            .with_between(vec![0.0, -0.2, -0.2, 0.0])
+            .unwrap();
         d.validate(2).unwrap();
         let (qd, mut force) = ([1.0, 1.0, 1.0, -1.0], [0.0; 4]);
         d.force(&qd, &mut force);
@@ -421,7 +435,9 @@ mod tests {
         d.take_out(&qd, &mut drive);
         assert!(same(&drive, &[2.0, -1.0, 0.5, 0.0]), "{drive:?}");
         // An estimate that would put energy in gets what it lacks.
-        let drawn = Dissipation::viscous(vec![0.2, 0.2]).with_between(vec![0.0, -0.21, -0.21, 0.0]);
+        let drawn = Dissipation::viscous(vec![0.2, 0.2])
+            .with_between(vec![0.0, -0.21, -0.21, 0.0])
+            .unwrap();
         drawn.validate(2).unwrap();
         assert!((drawn.viscous[0] - 0.21).abs() < 1e-12, "{drawn:?}");
         for wrong in [

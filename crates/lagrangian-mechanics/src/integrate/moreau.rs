@@ -3,6 +3,7 @@
 use super::{Failure, Sink, Solution, Span, Stepped, fixed};
 use crate::dynamics::Balance;
 use crate::forces::DrySolver;
+use lagrangian_motion::solve::dot;
 
 /// The balance of forces with dry friction: (t, q, q', balance).
 pub type Frictional<'a> = dyn FnMut(f64, &[f64], &[f64], &mut Balance) + 'a;
@@ -107,12 +108,14 @@ impl Moreau {
             mass_matrix,
             force,
             viscous,
+            between,
             dry,
         } = &self.balance;
-        for (i, &v) in v.iter().enumerate() {
-            let direction = if v == 0.0 { 0.0 } else { v.signum() };
-            self.rest[i] = force[i] - viscous[i] * v - dry[i] * direction;
-            self.limit[i] = if v == 0.0 { dry[i] } else { 0.0 };
+        for (i, &own) in v.iter().enumerate() {
+            let direction = if own == 0.0 { 0.0 } else { own.signum() };
+            let damping = viscous[i] * own + dot(&between[i * v.len()..][..v.len()], v);
+            self.rest[i] = force[i] - damping - dry[i] * direction;
+            self.limit[i] = if own == 0.0 { dry[i] } else { 0.0 };
         }
         self.system.copy_from_slice(mass_matrix);
         qdd.fill(0.0);
@@ -164,6 +167,10 @@ impl Moreau {
             let momentum: f64 = row.iter().zip(v).map(|(m, v)| m * v).sum();
             self.system[i * (n + 1)] += damping;
             self.rest[i] = momentum - damping * v[i] + h * balance.force[i];
+            for (j, between) in balance.between[i * n..][..n].iter().enumerate() {
+                self.system[i * n + j] += 0.5 * h * between;
+                self.rest[i] -= 0.5 * h * between * v[j];
+            }
             self.limit[i] = match self.stops[i] {
                 true => f64::INFINITY,
                 false => h * balance.dry[i],

@@ -238,10 +238,9 @@ pub fn select(
         .into_iter()
         .partition(|own| own.part == Part::Law);
     let (mut tried, mut series) = (Vec::new(), None);
-    let measured = dataset.unfiltered.as_deref();
     if resume.is_none() {
         for law in laws {
-            match formula_first(measured.unwrap_or(dataset), law, &mut tried, observer) {
+            match formula_first(dataset, law, &mut tried, observer) {
                 Some(mut own) if is_law(&own) => {
                     own.tried = tried;
                     return Ok(own);
@@ -256,7 +255,7 @@ pub fn select(
     let is_nearer = |own: &Selection| {
         let [own, kept] = [errors(own), errors(&kept)];
         // Accelerations of a real machine tell less of it than its torques.
-        let torques = measured.is_none() || own.torque <= kept.torque;
+        let torques = dataset.unfiltered.is_none() || own.torque <= kept.torque;
         torques && kept.errors.exceed(&own.errors)
     };
     if let Some(series) = series.filter(is_nearer) {

@@ -114,7 +114,10 @@ impl<'a> Named<'a> {
             self.list.extend(pairs.map(|(i, a, (j, b))| Parameter {
                 name: format!("viscous_{}_{}", a.name, b.name),
                 value: between[i * d.viscous.len() + j],
-                unit: viscous(&a.unit),
+                unit: match viscous(&a.unit) == viscous(&b.unit) {
+                    true => viscous(&a.unit),
+                    false => "N·s/rad".into(),
+                },
                 standard_error: None,
             }));
         }

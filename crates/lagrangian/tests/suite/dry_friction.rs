@@ -69,6 +69,28 @@ fn a_block_on_a_spring_loses_2c_over_k_each_half_swing_and_then_rests_for_hours(
 }
 
 #[test]
+fn dampers_between_coordinates_act_in_both_kinds_of_friction() {
+    let system = by_name("double-pendulum", &[]).unwrap();
+    let friction = Dissipation::viscous(vec![0.6, 0.5]).with_between(vec![0.0, -0.4, -0.4, 0.0]);
+    let damped = Mechanical::dissipative(system.lagrangian(), friction.unwrap()).unwrap();
+    let end = |options: &RolloutOptions| {
+        let motion = rollout(
+            &damped,
+            &[1.0, -0.5],
+            &[0.5, 1.0],
+            &[0.0, 2.0],
+            &free,
+            options,
+        );
+        last(&motion.unwrap())
+    };
+    let exact = end(&RolloutOptions::truth());
+    let [coarse, fine] = [0.02, 0.01].map(|step| distance(&end(&stepped(step)), &exact));
+    // Of second order, as without them.
+    assert!(fine < 2e-3 && fine < 0.4 * coarse, "{coarse:e} {fine:e}");
+}
+
+#[test]
 fn a_block_that_a_spring_drags_sticks_and_slips_by_the_closed_form() {
     // k (u t − x) pulls at 1 kg: it starts at t₀ = c / (k u), then ẋ = u (1 − cos ω (t − t₀)) until it sticks.
     let (k, u, c) = (4.0_f64, 0.5, 0.6);

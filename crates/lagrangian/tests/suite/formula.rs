@@ -313,7 +313,9 @@ fn two_springs(noise: f64) -> Vec<Recording> {
 fn a_damper_between_two_angles_is_found_with_the_law() {
     let system = by_name("double-pendulum", &[]).unwrap();
     let starts = random_starts(&*system, 6, 5);
-    let friction = Dissipation::viscous(vec![0.3, 0.2]).with_between(vec![0.0, -0.2, -0.2, 0.0]);
+    let friction = Dissipation::viscous(vec![0.3, 0.2])
+        .with_between(vec![0.0, -0.2, -0.2, 0.0])
+        .unwrap();
     let damped = Mechanical::dissipative(system.lagrangian(), friction.clone()).unwrap();
     for deviation in [0.0, 2e-3] {
         let (fit, written) = found(of_motions(&damped, &starts, deviation));

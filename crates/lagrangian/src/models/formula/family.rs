@@ -11,6 +11,7 @@ use crate::models::network::NetworkShape;
 use crate::models::setup::Setup;
 use crate::saved::SavedModel;
 use crate::train::{Loss, TrainingTask};
+use lagrangian_mechanics::forces::Dissipation;
 use lagrangian_motion::{Error, Result};
 use nets::simd::Real;
 
@@ -39,7 +40,7 @@ pub(crate) const NAME: &str = "formula";
 /// The largest number of coordinates of a system whose law is sought where no family is named.
 const FEW: usize = 3;
 /// … and of one whose forces are recorded: the joints of robots have friction that no law has.
-const FEW_DRIVEN: usize = 2;
+pub(crate) const FEW_DRIVEN: usize = 2;
 
 fn can_be_searched(data: &Dataset) -> bool {
     data.coordinates.dof() <= FEW && data.train_times.longest() >= search::WINDOW
@@ -83,7 +84,8 @@ impl Family for FormulaConfig {
         self.check(dataset, task)?;
         let (own, task) = (self.clone(), task.clone());
         Ok(Plan::Solve(Box::new(move |dataset, observer| {
-            search::find(dataset, &own, &task, observer)
+            let measured = dataset.unfiltered.as_deref().unwrap_or(dataset);
+            search::find(measured, &own, &task, observer)
         })))
     }
 }
@@ -137,7 +139,10 @@ impl Trained for FormulaShape {
         let friction = setup.forces.dissipation(extra);
         let friction = match between.is_empty() {
             true => friction,
-            false => friction.map(|own| own.with_between(between)),
+            false => {
+                let none = || Dissipation::viscous(vec![0.0; self.coordinates.dof()]);
+                Some(friction.unwrap_or_else(none).with_between(between)?)
+            }
         };
         setup.damped(Formula::assemble(shape, weights)?, friction, extra)
     }

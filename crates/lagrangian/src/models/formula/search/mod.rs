@@ -116,7 +116,15 @@ pub(super) fn find(
     let clock = Instant::now();
     let readings = match config.terms.is_empty() {
         true => readings(dataset, &clock, observer),
-        false => vec![Reading::of(dataset, config.terms.clone())],
+        false => {
+            let moving =
+                (0..dataset.coordinates.dof()).filter(|i| !dataset.coordinates.is_parameter(*i));
+            let dampers = Term::dampers(&moving.collect::<Vec<_>>()).collect();
+            vec![Reading::of(
+                dataset,
+                [config.terms.clone(), dampers].concat(),
+            )]
+        }
     };
     let mut best: Option<Found> = None;
     for reading in &readings {

@@ -135,8 +135,8 @@ impl Start {
                 reference: None,
             });
         }
-        own.complete_damping();
         own.scale(&forces);
+        own.complete_damping();
         own
     }
 
@@ -149,8 +149,8 @@ impl Start {
     /// Adds the viscous friction of coordinates with dampers between them.
     fn complete_damping(&mut self) {
         for i in 0..self.friction.len() / KINDS {
-            if self.is_damped(i) && self.friction[i] == 0.0 {
-                self.friction[i] = f64::MIN_POSITIVE;
+            if self.is_damped(i) {
+                self.friction[i] = self.friction[i].max(f64::MIN_POSITIVE);
             }
         }
     }
@@ -245,13 +245,10 @@ impl Start {
             if stays { own } else { 0.0 }
         });
         let friction: Vec<f64> = friction.collect();
-        let gone = kept.len() < count
-            || friction
-                .iter()
-                .zip(&self.friction)
-                .any(|(new, old)| *new == 0.0 && *old != 0.0);
-        self.friction = friction;
+        let before = std::mem::replace(&mut self.friction, friction);
         self.complete_damping();
+        let pairs = self.friction.iter().zip(&before);
+        let gone = kept.len() < count || { pairs }.any(|(new, old)| *new == 0.0 && *old != 0.0);
         let force = |own: &Group| own.reference.is_none().then_some(1.0);
         self.scale(&self.groups.iter().map(force).collect::<Vec<_>>());
         gone
