@@ -258,7 +258,8 @@ def load(folder: str | os.PathLike[str]) -> PixelModel:
             held = {name: file[name] for name in file.files}
         if int(held["format"]) > _FORMAT:
             raise ModelError(f"{path / _FILE} is of a later version: update the package")
-        view = View(tuple(held["box"].tolist()), tuple(held["whole"].tolist()), *held["seen"].tolist()[:2], still=held.get("still"))
+        height, width = held["seen"].tolist()[:2]
+        view = View(tuple(held["box"].tolist()), tuple(held["whole"].tolist()), height, width, held.get("still"))
         curve = Curve(str(held["kind"]), held["coefficients"])
         model = PixelModel(dynamics, curve, Components(held["mean"], held["basis"]), view, float(held["dt"]))
         model.score = Score(float(held["valid"]), int(held["longest"]), held["error"])
