@@ -34,8 +34,8 @@ pub fn fit_ensemble(
     check_count(members)?;
     // Members of a law are found in what was measured, as the law is.
     let measured = dataset.unfiltered.as_deref();
-    let is_law = config.family.abilities().solved;
-    let dataset = measured.filter(|_| is_law).unwrap_or(dataset);
+    let is_asked = config.family.abilities().unfiltered;
+    let dataset = measured.filter(|_| is_asked).unwrap_or(dataset);
     let bags = Bags::new(dataset, config, members)?;
     let watch = Watch {
         observer: Mutex::new((observer, vec![0.0; members])),

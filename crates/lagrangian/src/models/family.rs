@@ -102,6 +102,8 @@ pub struct Abilities {
     pub solved: bool,
     /// Whether the family can be kept from depending on a coordinate.
     pub cyclic: bool,
+    /// Whether the family is fitted to recordings without the low-pass that was chosen for others.
+    pub unfiltered: bool,
 }
 
 impl Abilities {
@@ -116,6 +118,7 @@ impl Abilities {
             rates: 1,
             solved: false,
             cyclic: true,
+            unfiltered: false,
         }
     }
 }

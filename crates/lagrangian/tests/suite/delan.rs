@@ -115,7 +115,7 @@ fn energy_changes_by_the_power_of_inputs_and_friction_alone() {
             drag: Some(vec![0.05; n]),
             between: Some(
                 (0..n * n)
-                    .map(|k| if k / n == k % n { 0.0 } else { -0.05 })
+                    .map(|k| if k / n == k % n { 0.0 } else { -0.02 })
                     .collect(),
             ),
             directional: Some(Directional {

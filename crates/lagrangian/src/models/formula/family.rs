@@ -63,6 +63,7 @@ impl Family for FormulaConfig {
             "omitted: a formula is found in the motion, and in the forces where they are recorded";
         Abilities {
             solved: true,
+            unfiltered: true,
             ..Abilities::of_losses(&[Loss::ACCELERATION, Loss::TORQUE], remedy)
         }
     }
