@@ -177,11 +177,11 @@ fn named() -> String {
 fn a_log_is_fitted_by_several_models_and_the_kept_one_has_a_verdict() {
     let bench = with_arm();
     let fit = bench
-        .succeed("fit data.npz --steps 200 --out run --json")
+        .succeed("fit data.npz --steps 200 --dissipation --out run --json")
         .json();
     let tried = fit["tried"].as_array().unwrap();
     let names: Vec<&str> = tried.iter().filter_map(|t| t["family"].as_str()).collect();
-    assert_eq!(names[..2], ["chain", "delan"]);
+    assert_eq!(names[..2], ["delan", "delan"]);
     assert_eq!(fit["verdict"], "good", "{fit}");
     let mut model = fit["choices"].as_array().unwrap().iter();
     let reason = model.find(|c| c["setting"] == "model").unwrap();
@@ -190,6 +190,20 @@ fn a_log_is_fitted_by_several_models_and_the_kept_one_has_a_verdict() {
     assert!(page.contains("Models that were tried") && page.contains("Verdict"));
     let score = bench.succeed("score run/model.safetensors data.npz");
     assert!(score.stdout.contains("verdict: good"), "{}", score.stdout);
+}
+
+#[test]
+fn the_law_of_an_arm_of_two_joints_is_found_by_the_plain_command() {
+    let bench = with_arm();
+    let fit = bench.succeed("fit data.npz --out run --json").json();
+    assert_eq!(fit["verdict"], "good", "{fit}");
+    let mut model = fit["choices"].as_array().unwrap().iter();
+    let reason = model.find(|c| c["setting"] == "model").unwrap();
+    let law = reason["reason"].as_str().unwrap();
+    assert!(
+        law.contains("cos(q1 + q2)") && law.contains("the law, as far as"),
+        "{law}"
+    );
 }
 
 #[test]
