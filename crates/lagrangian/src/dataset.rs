@@ -86,6 +86,14 @@ impl Timeline {
 }
 
 impl Dataset {
+    /// Sets the coordinates that no network may depend on.
+    pub(crate) fn keep_from(&mut self, cyclic: Vec<usize>) {
+        if let Some(unfiltered) = &mut self.unfiltered {
+            unfiltered.cyclic.clone_from(&cyclic);
+        }
+        self.cyclic = cyclic;
+    }
+
     /// All samples of these trajectories, which must have accelerations. `None` for τ is a free motion.
     ///
     /// # Errors

@@ -160,20 +160,14 @@ impl Prepared {
             let (whole, asked) = ((&own.dataset, &robot), (spec, &estimates));
             let low_pass = cutoff::choose(&spare.0, whole, asked);
             if delay.is_some() || low_pass.is_some() {
-                let unfiltered =
-                    std::mem::replace(&mut own, ready(std::mem::take(spare), low_pass)?);
-                let was_filtered = unfiltered.low_pass.is_some() || options.low_pass.is_some();
-                let few = unfiltered.dataset.coordinates.dof() <= FEW_DRIVEN;
-                if few && delay.is_none() && !was_filtered {
-                    own.dataset.unfiltered = Some(Box::new(unfiltered.dataset));
+                let before = std::mem::replace(&mut own, ready(std::mem::take(spare), low_pass)?);
+                if delay.is_none() {
+                    own.keep_unfiltered(before, options);
                 }
             }
         }
         let (kept, cyclic) = spec.cyclic(&own.dataset)?;
-        if let Some(unfiltered) = &mut own.dataset.unfiltered {
-            unfiltered.cyclic.clone_from(&kept);
-        }
-        own.dataset.cyclic = kept;
+        own.dataset.keep_from(kept);
         let held_out = !own.validation.is_empty();
         let mut motions = if held_out { own.validation } else { own.train };
         motions.sort_by_cached_key(|motion| with_long_numbers(&motion.name));
@@ -251,6 +245,14 @@ struct Ready {
 }
 
 impl Ready {
+    /// Keeps the recordings as they were before a low-pass was chosen, where a law may be sought in them.
+    fn keep_unfiltered(&mut self, before: Self, asked: &PrepareOptions) {
+        let was_filtered = before.low_pass.is_some() || asked.low_pass.is_some();
+        if before.dataset.coordinates.dof() <= FEW_DRIVEN && !was_filtered {
+            self.dataset.unfiltered = Some(Box::new(before.dataset));
+        }
+    }
+
     fn new(
         (training, validation): (Vec<Recording>, Vec<Recording>),
         (spec, chosen): (&FitSpec, Option<AutoSetting>),
