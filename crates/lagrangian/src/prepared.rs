@@ -127,10 +127,7 @@ impl Prepared {
         spec: &FitSpec,
     ) -> Result<Self> {
         let (needs, options) = (spec.needs()?, &spec.prepare);
-        if !needs.positions && options.baseline > 1 {
-            let remedy = "omit it, or take `loss` positions";
-            return Err(Error::setting("`baseline` is not for this loss", remedy));
-        }
+        check_baseline(options, needs.positions)?;
         let estimates = EstimateOptions {
             momenta: needs.momenta,
             raw: needs.positions || needs.horizon > 0,
@@ -291,6 +288,17 @@ impl Ready {
             validation,
             odd,
         })
+    }
+}
+
+/// Returns an error for a baseline under a loss that does not compare positions.
+fn check_baseline(options: &PrepareOptions, positions: bool) -> Result<()> {
+    match !positions && options.baseline > 1 {
+        true => Err(Error::setting(
+            "`baseline` is not for this loss",
+            "omit it, or take `loss` positions",
+        )),
+        false => Ok(()),
     }
 }
 
