@@ -86,6 +86,11 @@ impl Timeline {
 }
 
 impl Dataset {
+    /// The recordings without a low-pass that was chosen for them.
+    pub(crate) fn as_measured(&self) -> &Self {
+        self.unfiltered.as_deref().unwrap_or(self)
+    }
+
     /// Sets the coordinates that no network may depend on.
     pub(crate) fn keep_from(&mut self, cyclic: Vec<usize>) {
         if let Some(unfiltered) = &mut self.unfiltered {

@@ -163,16 +163,14 @@ impl Dissipation {
         let Some(between) = &self.between else {
             return Ok(());
         };
-        let name = "friction between coordinates";
-        Error::check_shape(name, between.len(), n * n, "give a matrix of n × n")?;
-        Error::check_finite(name, between)?;
+        check_matrix(between, n)?;
         let is_right = |k: &usize| match (k / n, k % n) {
             (i, j) if i == j => between[*k].abs() <= 0.0,
             (i, j) => (between[*k] - between[j * n + i]).abs() <= 0.0,
         };
         if let Some(k) = (0..n * n).find(|k| !is_right(k)) {
             let must = "symmetric, with zeros on its diagonal: that is viscous friction";
-            return Err(Error::argument(name, between[k], must));
+            return Err(Error::argument(BETWEEN, between[k], must));
         }
         let [least, most] = self.rates(between);
         match least < -ROUNDING * most {
@@ -206,11 +204,10 @@ impl Dissipation {
     /// # Errors
     /// [`Error::Shape`] unless there are n × n; [`Error::NotFinite`].
     pub fn with_between(mut self, between: Vec<f64>) -> Result<Self> {
-        let (name, n) = ("friction between coordinates", self.viscous.len());
-        Error::check_shape(name, between.len(), n * n, "give a matrix of n × n")?;
-        Error::check_finite(name, &between)?;
+        let n = self.viscous.len();
+        check_matrix(&between, n)?;
         let lacks = (-self.rates(&between)[0]).max(0.0);
-        let rows = between.chunks_exact(self.viscous.len().max(1));
+        let rows = between.chunks_exact(n.max(1));
         for (own, row) in self.viscous.iter_mut().zip(rows) {
             if row.iter().any(|x| *x != 0.0) {
                 *own += lacks;
@@ -330,6 +327,12 @@ const UNLOADED: Load = Load {
     motor: 0.0,
     external: 0.0,
 };
+fn check_matrix(between: &[f64], n: usize) -> Result<()> {
+    Error::check_shape(BETWEEN, between.len(), n * n, "give a matrix of n × n")?;
+    Error::check_finite(BETWEEN, between)
+}
+
+const BETWEEN: &str = "friction between coordinates";
 /// What rounding leaves of a rate that is zero.
 const ROUNDING: f64 = 1e-9;
 const COEFFICIENT: &str = "finite and not negative: friction takes energy out";

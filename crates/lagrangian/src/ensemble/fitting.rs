@@ -33,9 +33,10 @@ pub fn fit_ensemble(
 ) -> Result<Ensemble> {
     check_count(members)?;
     // Members of a law are found in what was measured, as the law is.
-    let measured = dataset.unfiltered.as_deref();
-    let is_asked = config.family.abilities().unfiltered;
-    let dataset = measured.filter(|_| is_asked).unwrap_or(dataset);
+    let dataset = match config.family.abilities().unfiltered {
+        true => dataset.as_measured(),
+        false => dataset,
+    };
     let bags = Bags::new(dataset, config, members)?;
     let watch = Watch {
         observer: Mutex::new((observer, vec![0.0; members])),

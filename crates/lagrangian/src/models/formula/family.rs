@@ -85,8 +85,7 @@ impl Family for FormulaConfig {
         self.check(dataset, task)?;
         let (own, task) = (self.clone(), task.clone());
         Ok(Plan::Solve(Box::new(move |dataset, observer| {
-            let measured = dataset.unfiltered.as_deref().unwrap_or(dataset);
-            search::find(measured, &own, &task, observer)
+            search::find(dataset.as_measured(), &own, &task, observer)
         })))
     }
 }

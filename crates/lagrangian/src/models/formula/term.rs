@@ -50,9 +50,10 @@ impl Term {
     }
 
     /// The dampers between these coordinates: each a term q̇ᵢ q̇ⱼ of the dissipation function.
-    pub(super) fn dampers(moving: &[usize]) -> impl Iterator<Item = Self> {
-        let pairs = moving.iter().enumerate();
-        let pairs = pairs.flat_map(|(at, a)| moving[at + 1..].iter().map(move |b| vec![*a, *b]));
+    pub(super) fn dampers(coordinates: &Coordinates) -> impl Iterator<Item = Self> {
+        let moving = || (0..coordinates.dof()).filter(|i| !coordinates.is_parameter(*i));
+        let pairs =
+            moving().flat_map(move |a| moving().filter(move |b| a < *b).map(move |b| vec![a, b]));
         pairs.map(|speeds| Self {
             speeds,
             damps: true,

@@ -75,7 +75,7 @@ pub(super) fn library(dataset: &Dataset, coordinates: &Coordinates) -> Vec<Term>
             all.extend(positions.iter().map(term));
         }
     }
-    all.extend(Term::dampers(&moving));
+    all.extend(Term::dampers(coordinates));
     all.retain(|term| cyclic.iter().all(|i| !term.depends_on(*i)));
     sort_by_number(&mut all, Term::complexity);
     independent(all, coordinates, data)

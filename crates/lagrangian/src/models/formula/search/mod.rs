@@ -117,13 +117,9 @@ pub(super) fn find(
     let readings = match config.terms.is_empty() {
         true => readings(dataset, &clock, observer),
         false => {
-            let moving =
-                (0..dataset.coordinates.dof()).filter(|i| !dataset.coordinates.is_parameter(*i));
-            let dampers = Term::dampers(&moving.collect::<Vec<_>>()).collect();
-            vec![Reading::of(
-                dataset,
-                [config.terms.clone(), dampers].concat(),
-            )]
+            let mut terms = config.terms.clone();
+            terms.extend(Term::dampers(&dataset.coordinates));
+            vec![Reading::of(dataset, terms)]
         }
     };
     let mut best: Option<Found> = None;
