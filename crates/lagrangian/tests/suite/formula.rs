@@ -258,6 +258,44 @@ fn the_law_of_two_driven_coordinates_is_sought_in_what_was_measured() {
 }
 
 #[test]
+fn forces_that_were_recorded_with_noise_have_a_law_with_honest_errors() {
+    let system = by_name("pendulum", &[]).unwrap();
+    let friction = Dissipation::viscous(vec![0.3]);
+    let pendulum = Mechanical::dissipative(system.lagrangian(), friction).unwrap();
+    let times = times(6.0, 0.02).unwrap();
+    let mut rng = ChaCha8Rng::seed_from_u64(9);
+    let mut recording = |k: u64| {
+        let force = sines(1, 6.0, k);
+        let motion = rollout(
+            &pendulum,
+            &[0.3],
+            &[0.0],
+            &times,
+            &force,
+            &RolloutOptions::truth(),
+        );
+        let mut motion = motion.unwrap().trajectory;
+        (motion.signals.qd, motion.signals.qdd) = Default::default();
+        let mut err =
+            |all: &mut [f64], by: f64| all.iter_mut().for_each(|x| *x += by * normal(&mut rng));
+        err(&mut motion.signals.q, 1e-4);
+        err(&mut motion.signals.tau, 0.06);
+        let coordinates = pendulum.coordinates().clone();
+        Recording::new(format!("swing {k}"), coordinates, motion.t, motion.signals)
+    };
+    let (fit, written) = found((1..5).map(&mut recording).collect());
+    assert!(written.is_law(), "{} {}", written.text, written.meaning);
+    let parameters = fit.model.parameters();
+    for (name, exact) in [("q1'^2", 0.5), ("cos(q1)", 9.8)] {
+        let own = parameters.iter().find(|own| own.name == name).unwrap();
+        let (off, error) = ((own.value - exact).abs(), own.standard_error.unwrap());
+        // A hundred times those of positions alone, since each error of the force stays in the motion.
+        assert!(off < 4.0 * error && error > 1e-4 * exact, "{own:?}");
+        assert!(error < 2e-3 * exact, "{own:?}");
+    }
+}
+
+#[test]
 fn what_no_sum_of_these_terms_explains_is_no_law() {
     // A relativistic particle: its mass grows with its speed.
     let recordings = recordings("relativistic-particle", 6, 0.0);

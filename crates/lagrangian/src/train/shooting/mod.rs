@@ -16,6 +16,7 @@
 //! parameters of a group that the data determine, so that neither held-out data nor an early end are needed.
 
 mod descent;
+mod disturbance;
 mod evidence;
 mod normal;
 mod path;

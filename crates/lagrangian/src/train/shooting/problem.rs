@@ -5,6 +5,7 @@ use std::ops::Range;
 use faer::Mat;
 use lagrangian_motion::parallel::prelude::*;
 
+use super::disturbance::Disturbance;
 use super::normal::{Normal, Reduced, eliminate};
 use super::path::{At, Course, Path, Wanted};
 use crate::train::learner::Learner;
@@ -43,6 +44,12 @@ const SLIGHT: f64 = 0.02;
 const LINEAR: f64 = 0.3;
 const LEAST: f64 = 3.0;
 
+/// What errors of forces that are taken for real leave of what exceeds the noise of positions.
+const EXPLAINED: f64 = 0.5;
+/// How often the error of a force is halved, and the factors by which the likeliest is then narrowed.
+const HALVES: i32 = 12;
+const NARROWED: [f64; 6] = [0.75, 0.85, 0.9, 0.95, 0.97, 0.98];
+
 /// A stretch of a recording that one rollout follows.
 #[derive(Debug, Clone)]
 pub(crate) struct Segment {
@@ -64,6 +71,8 @@ pub(crate) struct Problem<'a> {
     /// The deviation of each component of a state, `[2n]`.
     deviations: Vec<f64>,
     pub(super) course: Course,
+    /// The errors of recorded forces, where they are known.
+    disturbance: Option<Disturbance>,
 }
 
 impl<'a> Problem<'a> {
@@ -84,6 +93,7 @@ impl<'a> Problem<'a> {
                 substeps: 1,
                 held: true,
             },
+            disturbance: None,
         }
     }
 
@@ -91,6 +101,70 @@ impl<'a> Problem<'a> {
     pub(crate) fn with_noise_of(mut self, runs: Vec<(usize, Vec<f64>)>) -> Self {
         self.runs = runs;
         self
+    }
+
+    /// The same with errors of the recorded forces that have these deviations, `[n]`.
+    pub(crate) fn disturbed(mut self, theta: &[f64], sizes: &[f64]) -> Self {
+        let any = sizes.iter().any(|size| *size > 0.0);
+        self.disturbance = any.then(|| Disturbance::of(&self, theta, sizes));
+        self
+    }
+
+    /// The deviations of the errors of recorded forces, none beyond `most`, with which what these segments leave is most likely, which
+    /// this problem then has; `None` where these errors do not explain most of what exceeds the noise of positions.
+    pub(crate) fn likeliest(
+        &mut self,
+        (theta, segments): (&[f64], &[Segment]),
+        most: &[f64],
+    ) -> Option<Vec<f64>> {
+        let (residuals, starts) = self.counts(segments);
+        let at = self.at(theta);
+        let blocks = segments.par_chunks(BLOCK);
+        let rows: Vec<_> = blocks.map(|block| self.rows(&at, block, false)).collect();
+        let rows: Vec<_> = rows.into_iter().collect::<Option<Vec<_>>>()?;
+        let rows: Vec<_> = rows.into_iter().flatten().collect();
+        let mut own = Disturbance::of(self, theta, &vec![0.0; most.len()]);
+        let deviance = |own: &Disturbance| -> f64 {
+            let each = segments.par_iter().zip(&rows);
+            let each = each.map(|(segment, (rows, residual))| {
+                let noise = self.noise_of(segment);
+                let (mut rows, mut residual) = (rows.clone(), residual.clone());
+                own.whiten(segment, noise, &mut rows);
+                let logarithm = own.whiten(segment, noise, &mut residual);
+                let left = eliminate(rows, residual, 0, self.state()).residual;
+                dot(&left, &left) + logarithm
+            });
+            each.collect::<Vec<f64>>().iter().sum()
+        };
+        let none = deviance(&own) - (residuals - starts) as f64;
+        own.sizes.copy_from_slice(most);
+        let erring: Vec<usize> = (0..most.len()).filter(|i| most[*i] > 0.0).collect();
+        let mut least = (0.0, f64::INFINITY);
+        for _ in 0..erring.len().min(2) {
+            for &i in &erring {
+                let mut tried = |part: f64| {
+                    own.sizes[i] = part * most[i];
+                    (part, deviance(&own))
+                };
+                let halves = (0..HALVES).map(|k| 0.5_f64.powi(k)).chain([0.0]);
+                let best = |a: (f64, f64), b: (f64, f64)| if b.1 < a.1 { b } else { a };
+                least = halves.map(&mut tried).fold((0.0, f64::INFINITY), best);
+                for step in NARROWED {
+                    for part in [least.0 * step, (least.0 / step).min(1.0)] {
+                        least = best(least, tried(part));
+                    }
+                }
+                own.sizes[i] = least.0 * most[i];
+            }
+        }
+        let left = least.1 - (residuals - starts) as f64;
+        let first = self.disturbance.is_none();
+        if !left.is_finite() || (first && left > EXPLAINED * none) {
+            return None;
+        }
+        let sizes = own.sizes.clone();
+        self.disturbance = Some(own);
+        Some(sizes)
     }
 
     /// The noise of what is compared along a segment.
@@ -275,17 +349,36 @@ impl<'a> Problem<'a> {
             .collect()
     }
 
-    /// The residuals of a segment along these states.
-    fn residuals<'s>(&'s self, segment: &'s Segment, states: &'s [f64]) -> Vec<f64> {
-        let of_sample = |(j, x): (usize, &'s [f64])| {
-            let errors = x.iter().zip(self.noise_of(segment)).enumerate();
-            errors.map(move |(c, (x, sigma))| {
+    /// Predicted less recorded along these states of a segment, `[samples, seen]`.
+    fn errors(&self, segment: &Segment, states: &[f64]) -> Vec<f64> {
+        let of_sample = |(j, x): (usize, &[f64])| {
+            let of = |c: usize| {
                 let seen = self.recorded.measured(segment.begin + j, c);
-                self.recorded.difference(c, *x, seen) / sigma
-            })
+                self.recorded.difference(c, x[c], seen)
+            };
+            (0..self.noise.len()).map(of).collect::<Vec<f64>>()
         };
         let samples = states.chunks_exact(self.state()).enumerate();
         samples.flat_map(of_sample).collect()
+    }
+
+    /// The same over the noise.
+    fn residuals(&self, segment: &Segment, states: &[f64]) -> Vec<f64> {
+        let mut errors = self.errors(segment, states);
+        self.whiten(segment, &mut errors);
+        errors
+    }
+
+    /// Divides rows along a segment by their noise.
+    fn whiten(&self, segment: &Segment, rows: &mut [f64]) {
+        let noise = self.noise_of(segment);
+        if let Some(disturbance) = &self.disturbance {
+            disturbance.whiten(segment, noise, rows);
+            return;
+        }
+        let columns = rows.len() / (segment.samples * noise.len());
+        let each = rows.chunks_exact_mut(columns).zip(noise.iter().cycle());
+        each.for_each(|(row, sigma)| row.iter_mut().for_each(|x| *x /= sigma));
     }
 
     /// The residuals of each segment; ∞ where its rollout fails.
@@ -358,24 +451,40 @@ impl<'a> Problem<'a> {
         block: &[Segment],
         parameters: bool,
     ) -> Option<Vec<Reduced>> {
-        let (d, seen) = (self.state(), self.noise.len());
-        let (count, wanted) = match parameters {
-            true => (self.learner.parameters(), Wanted::All(seen)),
-            false => (0, Wanted::Starts(seen)),
+        let count = if parameters {
+            self.learner.parameters()
+        } else {
+            0
+        };
+        let each = block.iter().zip(self.rows(at, block, parameters)?);
+        let reduced = each.map(|(segment, (mut rows, mut residual))| {
+            self.whiten(segment, &mut rows);
+            self.whiten(segment, &mut residual);
+            eliminate(rows, residual, count, self.state())
+        });
+        Some(reduced.collect())
+    }
+
+    /// The slopes of what is compared, `[samples, seen, P + d]` or without those by parameters, and its errors, as they are; `None`
+    /// where a rollout fails.
+    fn rows(
+        &self,
+        at: &At<'_>,
+        block: &[Segment],
+        parameters: bool,
+    ) -> Option<Vec<(Vec<f64>, Vec<f64>)>> {
+        let seen = self.noise.len();
+        let wanted = match parameters {
+            true => Wanted::All(seen),
+            false => Wanted::Starts(seen),
         };
         let path = Path::of(at, block, wanted);
         if path.failed.contains(&true) {
             return None;
         }
         let each = block.iter().zip(&path.states).zip(path.slopes);
-        let reduced = each.map(|((segment, states), mut rows)| {
-            let scaled = rows
-                .chunks_exact_mut(count + d)
-                .zip(self.noise_of(segment).iter().cycle());
-            scaled.for_each(|(row, sigma)| row.iter_mut().for_each(|x| *x /= sigma));
-            eliminate(rows, self.residuals(segment, states), count, d)
-        });
-        Some(reduced.collect())
+        let own = each.map(|((segment, states), rows)| (rows, self.errors(segment, states)));
+        Some(own.collect())
     }
 
     /// Writes the states along the segments to `states`, `[samples, d]`.

@@ -293,6 +293,7 @@ impl Motion {
                 .map(|own| State {
                     q: part(&own.q),
                     qd: part(&own.qd),
+                    tau: part(&own.tau),
                 })
                 .collect(),
             impulses,
@@ -446,7 +447,7 @@ fn columns(
     impulses: &[usize],
 ) -> Mat<f64> {
     let n = speeds.len();
-    let State { q, qd } = &motion.states[copy];
+    let State { q, qd, .. } = &motion.states[copy];
     let k = terms.len();
     let mut all = Mat::zeros(q.len() / n, k + impulses.len());
     for s in 0..all.nrows() {

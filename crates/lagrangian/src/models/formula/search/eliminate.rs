@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 
 use lagrangian_motion::Coordinates;
 use lagrangian_motion::noise::normal;
-use lagrangian_motion::statistics::{sort_by_number, sort_numbers};
+use lagrangian_motion::statistics::{median_size, root_mean_square, sort_by_number, sort_numbers};
 
 use super::refine::sign;
 use super::rows::{COPIES, Row};
@@ -295,6 +295,45 @@ impl Inertia {
         };
         let tries = if near.len() > 1 { MIXES } else { 1 };
         (0..tries).map(mix).find(|c| self.is_definite(values, c))
+    }
+}
+
+/// Draws the noise of the forces in rows from the largest that it may be to what the most terms leave besides the noise of positions.
+pub(super) fn settle_forces(rows: &mut [Row], n: usize) {
+    let force = rows.first().map_or(0, |row| row.values.len() - 1);
+    let fitted: Vec<&Row> = rows.iter().filter(|row| !row.held).collect();
+    let active: Vec<usize> = (0..=force).collect();
+    let sums = Sums::of(&fitted, &vec![1.0; fitted.len()], &active);
+    if fitted.is_empty() || sums.noise[(force, force)] <= 0.0 {
+        return;
+    }
+    let unit = sums.units();
+    let scaled = Mat::from_fn(force, force, |i, j| {
+        let own = sums.rows[(i, j)] * unit[i] * unit[j];
+        if i == j { own + ROUNDING } else { own }
+    });
+    let Ok(factor) = scaled.llt(Side::Lower) else {
+        return;
+    };
+    let across = Mat::from_fn(force, 1, |i, _| -sums.rows[(i, force)] * unit[i]);
+    let solved = factor.solve(&across);
+    let mut c: Vec<f64> = (0..force).map(|i| solved[(i, 0)] * unit[i]).collect();
+    c.push(1.0);
+    let along = |values: &[f64]| -> f64 { values.iter().zip(&c).map(|(x, c)| x * c).sum() };
+    let part = |i: usize| {
+        let own = || fitted.iter().filter(|row| row.of == i);
+        let copies = || own().flat_map(|row| row.noise.chunks_exact(force + 1));
+        let left = median_size(&mut own().map(|row| along(&row.values))) / 0.6745;
+        let known = root_mean_square(&mut copies().map(|own| along(own) - own[force]));
+        let most = root_mean_square(&mut copies().map(|own| own[force]));
+        let part = (left * left - known * known).max(0.0).sqrt() / most;
+        if part.is_finite() { part.min(1.0) } else { 0.0 }
+    };
+    let parts: Vec<f64> = (0..n).map(part).collect();
+    for row in rows {
+        let part = parts[row.of];
+        let copies = row.noise.chunks_exact_mut(force + 1);
+        copies.for_each(|copy| copy[force] *= part);
     }
 }
 

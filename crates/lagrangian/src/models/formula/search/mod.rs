@@ -26,12 +26,12 @@ pub(crate) use rows::{STRIDE, Stretch, WINDOW, Weight, noise_sizes, positions, s
 use super::{FormulaConfig, Term};
 use crate::dataset::Dataset;
 use crate::models::family::Solution;
-use crate::train::{Observer, TrainingTask};
+use crate::train::{Budget, Observer, TrainingTask};
 use eliminate::{Candidate, Inertia, Limits};
 use lagrangian_motion::statistics::{size, sort_by_number};
 use lagrangian_motion::{Error, Result};
 use refine::{HeldOut, Refined, Start, part_of};
-use rows::Rows;
+use rows::{Noise, Rows};
 
 /// A misfit of rows up to this multiple of the least is as good.
 const NEARLY: f64 = 2.0;
@@ -49,7 +49,7 @@ const SIMPLE: usize = 8;
 const KNEES: usize = 1;
 /// A misfit of rollouts with which no other start is tried.
 const GOOD: f64 = 1.15;
-/// The time after which nothing more is tried, s.
+/// The time after which nothing more is tried, s, and sooner where a fit is to be shorter.
 const LONGEST: f64 = 30.0;
 /// … and after which no other reading of the coordinates is looked at, or searched.
 const READ: f64 = 6.0;
@@ -129,7 +129,7 @@ pub(super) fn find(
         let is_law = best
             .as_ref()
             .is_some_and(|own| own.judged.0 == LawVerdict::Law);
-        if is_law || clock.elapsed().as_secs_f64() > NEXT {
+        if is_law || clock.elapsed().as_secs_f64() > NEXT.min(seconds_of(task)) {
             break;
         }
     }
@@ -141,16 +141,27 @@ pub(super) fn find(
     refined.solution(dataset, &start, task, judged)
 }
 
+/// The seconds that a fit may take.
+fn seconds_of(task: &TrainingTask) -> f64 {
+    match task.budget {
+        Budget::Seconds(seconds) => seconds,
+        Budget::Steps(_) => f64::INFINITY,
+    }
+}
+
 /// The terms of one reading of the coordinates, and their rows.
 struct Reading {
     terms: Vec<Term>,
     rows: Vec<Rows>,
-    noise: Vec<f64>,
+    noise: Noise,
 }
 
 impl Reading {
     fn of(dataset: &Dataset, terms: Vec<Term>) -> Self {
-        let (rows, noise) = Rows::of(dataset, &terms);
+        let (mut rows, noise) = Rows::of(dataset, &terms);
+        for own in &mut rows {
+            eliminate::settle_forces(&mut own.rows, dataset.coordinates.dof());
+        }
         Self { terms, rows, noise }
     }
 
@@ -221,6 +232,7 @@ impl Found {
             given: (&reading.noise, task),
             clock: Instant::now(),
         };
+        let longest = LONGEST.min(seconds_of(task));
         let mut best: Option<(Start, Refined, bool)> = None;
         let is_found = |best: &Option<(Start, Refined, bool)>| {
             let good = GOOD.max(search.by_chance());
@@ -234,7 +246,7 @@ impl Found {
                 if best.as_ref().is_none_or(is_better) {
                     best = Some(own);
                 }
-                if is_found(&best) || search.is_after(LONGEST) {
+                if is_found(&best) || search.is_after(longest) {
                     break;
                 }
             }
@@ -429,7 +441,7 @@ impl Candidates<'_> {
 struct Search<'a> {
     dataset: &'a Dataset,
     terms: &'a [Term],
-    given: (&'a [f64], &'a TrainingTask),
+    given: (&'a Noise, &'a TrainingTask),
     clock: Instant,
 }
 
@@ -445,7 +457,7 @@ impl Search<'_> {
         let rounds = if start.len() > MANY { 1 } else { ROUNDS };
         for round in 0..=rounds {
             let ended = observer.stage("looking for other terms", 0.5).is_break();
-            if ended || self.is_after(LONGEST) {
+            if ended || self.is_after(LONGEST.min(seconds_of(self.given.1))) {
                 break;
             }
             let mut next = start.clone();

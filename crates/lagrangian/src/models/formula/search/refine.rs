@@ -4,9 +4,9 @@ use faer::linalg::solvers::{DenseSolveCore, Llt, Solve};
 use faer::{Mat, Side};
 
 use super::super::{Evidence, FormulaConfig, FormulaShape, Term};
-use super::LawVerdict;
 use super::eliminate::Candidate;
-use super::rows::{KINDS, noise_of_runs};
+use super::rows::{KINDS, Noise, noise_of_runs};
+use super::{FITS, LawVerdict, seconds_of};
 use crate::dataset::Dataset;
 use crate::models::family::{Residuals, Solution, Trained};
 use crate::models::network::NetworkShape;
@@ -19,6 +19,7 @@ use lagrangian_motion::statistics::{
     column, deviation, mean, root_mean_square, size, sort_by_number,
 };
 use lagrangian_motion::{Coordinates, Result, Samples};
+use nets::Instant;
 
 /// The least eigenvalue of a mass matrix over the largest, in units of the velocities of the data.
 const DEFINITE: f64 = 1e-4;
@@ -27,6 +28,9 @@ const HORIZONS: [usize; 2] = [40, 160];
 const STEPS: usize = 10;
 /// The longest refinement, s: one that is not done by then is not near a law.
 const SECONDS: f64 = 15.0;
+/// How often the noise of forces is looked at again, and the change, in parts of it, that is none.
+const NOISES: usize = 4;
+const ALIKE: f64 = 0.05;
 /// The samples whose forces give the units of coefficients.
 const LOOKED_AT: usize = 500;
 
@@ -60,6 +64,8 @@ pub(super) struct Refined {
     unit: f64,
     /// χ² over its expectation.
     pub(super) misfit: f64,
+    /// The noise of each recorded force, `[n]`.
+    forces: Vec<f64>,
     segments: Vec<Segment>,
 }
 
@@ -313,11 +319,12 @@ impl Start {
     }
 }
 
-fn settings() -> Shooting {
+/// … of a refinement that has taken so many seconds.
+fn settings(task: &TrainingTask, seconds: f64) -> Shooting {
     Shooting {
         horizons: HORIZONS.to_vec(),
         steps: STEPS,
-        seconds: SECONDS,
+        seconds: SECONDS.min(seconds_of(task)) - seconds,
     }
 }
 
@@ -341,24 +348,25 @@ fn task_of(start: &Start, task: &TrainingTask) -> TrainingTask {
     }
 }
 
-/// The rollouts that are compared with recordings, given the noise of each position; a run whose noise differs has its own.
+/// The rollouts that are compared with recordings, given the noise of each position and force; a run whose noise differs has its own.
 fn problem<'a>(
     learner: &'a dyn Learner<f64>,
     recorded: Recorded<'a>,
-    (noise, theta): (&'a [f64], &[f64]),
+    (noise, forces, theta): (&'a Noise, &[f64], &[f64]),
 ) -> Problem<'a> {
     let (samples, times) = (recorded.samples, recorded.times);
     let own = noise_of_runs(recorded.coordinates, samples, times);
-    Problem::new(learner, recorded, noise)
+    Problem::new(learner, recorded, &noise.sizes)
         .with_noise_of(own)
         .resolved(theta)
+        .disturbed(theta, forces)
 }
 
-/// Refines the coefficients of a start by rollouts, given the noise of each position.
+/// Refines the coefficients of a start by rollouts, given the noise of each position and the largest of each force.
 pub(super) fn refine(
     dataset: &Dataset,
     start: &Start,
-    (noise, task): (&[f64], &TrainingTask),
+    (noise, task): (&Noise, &TrainingTask),
     observer: &mut dyn Observer,
 ) -> Result<Refined> {
     let shape = start.shape(dataset, none(start.units(dataset)))?;
@@ -367,17 +375,39 @@ pub(super) fn refine(
     let learner: &dyn Learner<f64> = &learner;
     let units = shape.evidence.units.clone();
     let theta = start.theta(&units, &setup);
-    let settings = settings();
-    let problem = problem(learner, Recorded::train(&data, None), (noise, &theta));
-    let refined = descend(&problem, theta, &settings, observer);
+    let clock = Instant::now();
+    let settings = || settings(task, clock.elapsed().as_secs_f64());
+    let given = (noise, &[][..], &*theta);
+    let mut problem = problem(learner, Recorded::train(&data, None), given);
+    let mut refined = descend(&problem, theta, &settings(), observer);
+    let mut segments = problem.longest(&refined.parameters, &HORIZONS);
+    let mut forces = vec![0.0; noise.sizes.len()];
+    let err = noise.forces.iter().any(|size| *size > 0.0);
+    for _ in 0..if err && refined.misfit > FITS {
+        NOISES
+    } else {
+        0
+    } {
+        let given = (&*refined.parameters, &*segments);
+        let Some(likeliest) = problem.likeliest(given, &noise.forces) else {
+            break;
+        };
+        let pairs = likeliest.iter().zip(&forces);
+        let settled = { pairs }.all(|(new, old)| (new - old).abs() <= ALIKE * old);
+        forces = likeliest;
+        refined = descend(&problem, refined.parameters, &settings(), observer);
+        segments = problem.longest(&refined.parameters, &HORIZONS);
+        if settled {
+            break;
+        }
+    }
     let mut parameters = refined.parameters;
-    let segments = problem.longest(&parameters, &HORIZONS);
     let information = problem.information(&parameters, &segments);
     // Where a rollout fails nothing is known.
     let unknown = || Mat::zeros(parameters.len(), parameters.len());
     let information = information.map_or_else(unknown, |(own, _)| own);
     let mut errors = errors(&information, &start.references(), refined.misfit);
-    let (n, places) = (noise.len(), setup.forces.friction_places());
+    let (n, places) = (noise.sizes.len(), setup.forces.friction_places());
     for group in &start.groups {
         let Some(reference) = group.reference else {
             continue;
@@ -395,14 +425,16 @@ pub(super) fn refine(
         }
     }
     let values = values(&setup, &units, (&parameters, &errors));
-    let deviations = column(&dataset.train.q, noise.len(), deviation);
+    let deviations = column(&dataset.train.q, n, deviation);
     let parts = noise
+        .sizes
         .iter()
         .zip(&deviations)
         .map(|(noise, all)| (noise / all).powi(2));
     Ok(Refined {
-        unit: parts.sum::<f64>() / noise.len() as f64,
+        unit: parts.sum::<f64>() / n as f64,
         misfit: refined.misfit,
+        forces,
         segments,
         parameters,
         units,
@@ -500,7 +532,7 @@ pub(super) struct HeldOut {
 pub(super) fn held_out(
     dataset: &Dataset,
     (start, refined): (&Start, &Refined),
-    (noise, task): (&[f64], &TrainingTask),
+    (noise, task): (&Noise, &TrainingTask),
 ) -> Result<HeldOut> {
     let shape = start.shape(dataset, none(refined.units.clone()))?;
     let (setup, data) = Setup::new(dataset, &task_of(start, task))?;
@@ -508,13 +540,14 @@ pub(super) fn held_out(
     let learner: &dyn Learner<f64> = &learner;
     let theta = &refined.parameters;
     let unit = refined.misfit.max(1.0);
-    let fitted = problem(learner, Recorded::train(&data, None), (noise, theta));
+    let given = (noise, &*refined.forces, &**theta);
+    let fitted = problem(learner, Recorded::train(&data, None), given);
     let known = fitted.information(theta, &refined.segments);
     let known = known.map(|(own, _)| Known::of(&own, &start.references()));
     let excess = |[value, count, made]: [f64; 3]| {
         (value / unit - count - made) / (2.0 * (count + made * made)).sqrt()
     };
-    let problem = problem(learner, Recorded::compared(&data), (noise, theta));
+    let problem = problem(learner, Recorded::compared(&data), given);
     let (mut sums, mut misfits, mut most) = ([0.0; 3], Vec::new(), f64::NEG_INFINITY);
     for (segments, [value, count]) in problem.by_motion(theta, &problem.longest(theta, &HORIZONS)) {
         let own = problem.information(theta, &segments);
@@ -540,7 +573,7 @@ pub(super) fn missing(
     dataset: &Dataset,
     (start, refined): (&Start, &Refined),
     all: &[Term],
-    (noise, task): (&[f64], &TrainingTask),
+    (noise, task): (&Noise, &TrainingTask),
 ) -> Result<Vec<(usize, f64)>> {
     let own = start.terms.len();
     let others = all.iter().enumerate();
@@ -566,7 +599,8 @@ pub(super) fn missing(
     let learner = setup.learner(&shape, Residuals::OfRates);
     let learner: &dyn Learner<f64> = &learner;
     let theta = wide.theta(&shape.evidence.units, &setup);
-    let problem = problem(learner, Recorded::train(&data, None), (noise, &theta));
+    let given = (noise, &*refined.forces, &*theta);
+    let problem = problem(learner, Recorded::train(&data, None), given);
     let Some(sums) = problem.information(&theta, &refined.segments) else {
         return Ok(Vec::new());
     };

@@ -63,14 +63,14 @@ pub(super) struct Row {
 }
 
 impl Rows {
-    /// The rows of these data for these terms, and of exact data those of which less is asked; and the noise of each position, `[n]`.
-    pub(super) fn of(dataset: &Dataset, terms: &[Term]) -> (Vec<Self>, Vec<f64>) {
+    /// The rows of these data for these terms, and of exact data those of which less is asked; and their noise.
+    pub(super) fn of(dataset: &Dataset, terms: &[Term]) -> (Vec<Self>, Noise) {
         let noise = Noise::of(&dataset.coordinates, &dataset.train, &dataset.train_times);
         let mut all = vec![Self::with(dataset, terms, &noise)];
         if !noise.is_noisy() {
             all.push(Self::with(dataset, terms, &noise.coarse()));
         }
-        (all, noise.sizes)
+        (all, noise)
     }
 
     /// As if the positions had this noise.
@@ -268,8 +268,7 @@ impl Window<'_> {
         let width = terms.len() + KINDS * n + 1;
         let mut rows = vec![vec![0.0; width]; n];
         for (k, w) in self.stretch.range.clone().zip(weights) {
-            let [q, qd, tau] =
-                [&state.q, &state.qd, &self.stretch.samples.tau].map(|x| &x[k * n..][..n]);
+            let [q, qd, tau] = [&state.q, &state.qd, &state.tau].map(|x| &x[k * n..][..n]);
             for (at, term) in terms.iter().enumerate() {
                 if term.damps {
                     for (i, row) in rows.iter_mut().enumerate() {
@@ -295,11 +294,12 @@ impl Window<'_> {
     }
 }
 
-/// The positions and velocities of all samples.
+/// The positions, velocities and forces of all samples.
 #[derive(Clone)]
 pub(super) struct State {
     pub(super) q: Vec<f64>,
     pub(super) qd: Vec<f64>,
+    pub(super) tau: Vec<f64>,
 }
 
 /// The number of copies with more noise, from which that of rows is known.
@@ -324,8 +324,16 @@ impl Noisy {
         let mut own = State {
             q: samples.q.clone(),
             qd: samples.qd.clone(),
+            tau: samples.tau.clone(),
         };
         let mut copies = vec![own.clone(); COPIES];
+        for tau in copies
+            .iter_mut()
+            .flat_map(|copy| copy.tau.chunks_exact_mut(n))
+        {
+            let each = tau.iter_mut().zip(&noise.forces);
+            each.for_each(|(tau, size)| *tau += size * normal(&mut rng));
+        }
         let runs: Vec<Range<usize>> = times.runs().collect();
         let step = smooth::even_step(times);
         let each = match noise.is_noisy() {
@@ -395,12 +403,14 @@ fn resolved(windows: &mut Vec<Window<'_>>, noise: &[f64]) {
     windows.retain(|_| off.next().is_some_and(|off| off <= bound));
 }
 
-/// The noise of positions.
+/// The noise of positions and forces.
 pub(super) struct Noise {
     /// Of each coordinate, `[n]`.
-    sizes: Vec<f64>,
+    pub(super) sizes: Vec<f64>,
     /// What sampling leaves of exact data, `[n]`.
     least: Vec<f64>,
+    /// The largest that each recorded force may have: what it changes by from sample to sample more than motions do, `[n]`.
+    pub(super) forces: Vec<f64>,
 }
 
 impl Noise {
@@ -418,6 +428,7 @@ impl Noise {
                 .map(|(own, least)| own.max(*least))
                 .collect(),
             least,
+            forces: noise_of_forces(samples, times),
         }
     }
 
@@ -427,6 +438,7 @@ impl Noise {
         Self {
             sizes: of(&self.sizes),
             least: of(&self.least),
+            forces: self.forces.clone(),
         }
     }
 
@@ -454,7 +466,17 @@ pub(crate) fn noise_sizes(
     times: &Timeline,
 ) -> Vec<f64> {
     let (positions, runs) = (positions(samples, times), times.runs().collect::<Vec<_>>());
-    let of = |i: usize| noise_size(coordinates, (positions, i), &runs)[0];
+    let of = |i: usize| {
+        let difference = |a: f64, b: f64| coordinates.difference(i, a, b);
+        noise_size(&difference, (positions, i, samples.n), &runs)[0]
+    };
+    (0..samples.n).map(of).collect()
+}
+
+/// The same of each recorded force.
+fn noise_of_forces(samples: &Samples, times: &Timeline) -> Vec<f64> {
+    let runs: Vec<Range<usize>> = times.runs().collect();
+    let of = |i: usize| noise_size(&|a, b| a - b, (&samples.tau, i, samples.n), &runs)[0];
     (0..samples.n).map(of).collect()
 }
 
@@ -473,7 +495,8 @@ pub(super) fn noise_of_runs(
         let chance = DIFFERENT * (OF_NOISE / run.len() as f64).sqrt();
         let own = known.sizes.iter().enumerate().map(|(i, usual)| {
             let run = std::slice::from_ref(&run);
-            let [own, most] = noise_size(coordinates, (positions, i), run);
+            let difference = |a: f64, b: f64| coordinates.difference(i, a, b);
+            let [own, most] = noise_size(&difference, (positions, i, samples.n), run);
             let is_white = most <= WHITE * own;
             let differs = is_white && ((own / usual).powi(2) - 1.0).abs() > chance;
             if differs {
@@ -487,21 +510,20 @@ pub(super) fn noise_of_runs(
     times.runs().map(of).collect()
 }
 
-/// The noise of coordinate `i` of positions, `[samples, n]`, in these runs, and the largest that differences of higher orders tell: as
-/// much of white noise, and far more of a motion that the samples do not resolve.
+/// The noise of column `i` of `[samples, n]` in these runs, and the largest that differences of higher orders tell: as much of white
+/// noise, and far more of a motion that the samples do not resolve.
 fn noise_size(
-    coordinates: &Coordinates,
-    (positions, i): (&[f64], usize),
+    difference: &dyn Fn(f64, f64) -> f64,
+    (all, i, n): (&[f64], usize, usize),
     runs: &[Range<usize>],
 ) -> [f64; 2] {
     const ORDERS: std::ops::RangeInclusive<usize> = 3..=12;
-    let n = coordinates.dof();
     let mut squares = [const { Vec::new() }; 13];
     for run in runs {
-        let mut x: Vec<f64> = run.clone().map(|s| positions[s * n + i]).collect();
+        let mut x: Vec<f64> = run.clone().map(|s| all[s * n + i]).collect();
         for (order, squares) in squares.iter_mut().enumerate().skip(1) {
             let step = |pair: &[f64]| match order {
-                1 => coordinates.difference(i, pair[1], pair[0]),
+                1 => difference(pair[1], pair[0]),
                 _ => pair[1] - pair[0],
             };
             x = x.windows(2).map(step).collect();
