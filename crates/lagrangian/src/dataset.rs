@@ -35,7 +35,8 @@ pub struct Dataset {
     pub validation_times: Timeline,
     /// The coordinates that no network may depend on, see [`Scaling::cyclic`].
     pub cyclic: Vec<usize>,
-    /// The recordings without the low-pass that was chosen for them: the search of a law needs white noise.
+    /// The recordings without the low-pass, or the shift of forces that are held, that was chosen for them: the search of a law needs white
+    /// noise, and knows of both.
     pub unfiltered: Option<Box<Self>>,
 }
 
@@ -86,7 +87,7 @@ impl Timeline {
 }
 
 impl Dataset {
-    /// The recordings without a low-pass that was chosen for them.
+    /// The recordings without a low-pass, or the shift of forces that are held, that was chosen for them.
     pub(crate) fn as_measured(&self) -> &Self {
         self.unfiltered.as_deref().unwrap_or(self)
     }

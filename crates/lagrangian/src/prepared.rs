@@ -143,8 +143,11 @@ impl Prepared {
             |recordings, low_pass| Ready::new(recordings, (spec, low_pass), (&check, &estimates));
         let open = options.delay.is_empty() || options.low_pass.is_none();
         let may_change = open && training.iter().any(|r| !r.tau.is_empty());
-        let mut spare = may_change.then(|| (training.clone(), validation.clone()));
-        let (mut own, mut delay) = (ready((training, validation), None)?, None);
+        let recordings = (training, validation);
+        let mut spare = may_change.then(|| recordings.clone());
+        let (mut own, mut delay) = (ready(recordings, None)?, None);
+        let few = own.dataset.coordinates.dof() <= FEW_DRIVEN;
+        let measured = spare.clone().filter(|_| few && options.low_pass.is_none());
         if let Some(spare) = &mut spare
             && let Some(robot) = held::robot(&own.dataset, spec)
         {
@@ -157,11 +160,19 @@ impl Prepared {
             let (whole, asked) = ((&own.dataset, &robot), (spec, &estimates));
             let low_pass = cutoff::choose(&spare.0, whole, asked);
             if delay.is_some() || low_pass.is_some() {
-                let before = std::mem::replace(&mut own, ready(std::mem::take(spare), low_pass)?);
-                if delay.is_none() {
-                    own.keep_unfiltered(before, options);
-                }
+                own = ready(std::mem::take(spare), low_pass)?;
             }
+        }
+        let is_half = |delay: &AutoSetting| held::is_half(delay, &own.dataset);
+        if let Some(measured) = measured
+            && (own.low_pass.is_some() || delay.is_some())
+            && delay.as_ref().is_none_or(is_half)
+        {
+            let mut unfiltered = spec.clone();
+            unfiltered.prepare.low_pass = Some(0.0);
+            let given = ((&unfiltered, None), (&check, &estimates));
+            let ready = Ready::new(measured, given.0, given.1)?;
+            own.dataset.unfiltered = Some(Box::new(ready.dataset));
         }
         let (kept, cyclic) = spec.cyclic(&own.dataset)?;
         own.dataset.keep_from(kept);
@@ -242,14 +253,6 @@ struct Ready {
 }
 
 impl Ready {
-    /// Keeps the recordings as they were before a low-pass was chosen, where a law may be sought in them.
-    fn keep_unfiltered(&mut self, before: Self, asked: &PrepareOptions) {
-        let was_filtered = before.low_pass.is_some() || asked.low_pass.is_some();
-        if before.dataset.coordinates.dof() <= FEW_DRIVEN && !was_filtered {
-            self.dataset.unfiltered = Some(Box::new(before.dataset));
-        }
-    }
-
     fn new(
         (training, validation): (Vec<Recording>, Vec<Recording>),
         (spec, chosen): (&FitSpec, Option<AutoSetting>),

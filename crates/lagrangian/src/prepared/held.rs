@@ -63,6 +63,12 @@ pub(super) fn delay(dataset: &Dataset, robot: &RigidBodies) -> Option<AutoSettin
     Some(AutoSetting::new("delay", seconds, reason))
 }
 
+/// Whether this delay is that of a drive that holds forces, and of nothing else.
+pub(super) fn is_half(delay: &AutoSetting, dataset: &Dataset) -> bool {
+    let half = HALF * median_step(&dataset.train_times.t);
+    delay.value.as_f64().is_some_and(|own| own < 1.1 * half)
+}
+
 /// The recordings with their forces shifted by a chosen delay; `None` where one is too short for it.
 pub(super) fn later(
     (training, validation): &(Vec<Recording>, Vec<Recording>),

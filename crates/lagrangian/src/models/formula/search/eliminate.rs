@@ -12,7 +12,7 @@ use lagrangian_motion::noise::normal;
 use lagrangian_motion::statistics::{median_size, root_mean_square, sort_by_number, sort_numbers};
 
 use super::refine::sign;
-use super::rows::{COPIES, Row};
+use super::rows::{COPIES, FORCES, Row};
 
 /// Rounds of weighting rows by their own noise and misfit, and the misfit beyond which they weigh less.
 const ROUNDS: usize = 2;
@@ -298,43 +298,67 @@ impl Inertia {
     }
 }
 
-/// Draws the noise of the forces in rows from the largest that it may be to what the most terms leave besides the noise of positions.
+/// Keeps the reading of the recorded forces of which the most terms leave less, and draws its noise from the largest that it may be to
+/// what they leave besides the noise of positions.
 pub(super) fn settle_forces(rows: &mut [Row], n: usize) {
-    let force = rows.first().map_or(0, |row| row.values.len() - 1);
+    let others = rows.first().map_or(0, |row| row.values.len() - FORCES);
     let fitted: Vec<&Row> = rows.iter().filter(|row| !row.held).collect();
-    let active: Vec<usize> = (0..=force).collect();
-    let sums = Sums::of(&fitted, &vec![1.0; fitted.len()], &active);
-    if fitted.is_empty() || sums.noise[(force, force)] <= 0.0 {
+    let readings = (others..others + FORCES).map(|force| (force, left_of(&fitted, force, n)));
+    let sum = |own: &Option<Vec<[f64; 2]>>| match own {
+        Some(parts) => parts.iter().map(|[left, _]| left * left).sum(),
+        None => f64::INFINITY,
+    };
+    let least = readings.min_by(|a, b| sum(&a.1).total_cmp(&sum(&b.1)));
+    let Some((force, left)) = least else {
         return;
+    };
+    for row in rows {
+        let part = left.as_ref().map_or(1.0, |left| left[row.of][1]);
+        let chosen = |all: &[f64], part: f64| {
+            let others = all[..others].iter().copied();
+            others.chain([part * all[force]]).collect::<Vec<f64>>()
+        };
+        let copies = row.noise.chunks_exact(others + FORCES);
+        row.noise = copies.flat_map(|copy| chosen(copy, part)).collect();
+        row.values = chosen(&row.values, 1.0);
+    }
+}
+
+/// What the most terms leave of the forces of each coordinate in this reading, in units of what their noise may be at most, and the part
+/// of that noise which it tells, `[n]`; `None` where no force can err.
+fn left_of(fitted: &[&Row], force: usize, n: usize) -> Option<Vec<[f64; 2]>> {
+    let others = fitted.first()?.values.len() - FORCES;
+    let active: Vec<usize> = (0..others).chain([force]).collect();
+    let sums = Sums::of(fitted, &vec![1.0; fitted.len()], &active);
+    if sums.noise[(others, others)] <= 0.0 {
+        return None;
     }
     let unit = sums.units();
-    let scaled = Mat::from_fn(force, force, |i, j| {
+    let scaled = Mat::from_fn(others, others, |i, j| {
         let own = sums.rows[(i, j)] * unit[i] * unit[j];
         if i == j { own + ROUNDING } else { own }
     });
-    let Ok(factor) = scaled.llt(Side::Lower) else {
-        return;
-    };
-    let across = Mat::from_fn(force, 1, |i, _| -sums.rows[(i, force)] * unit[i]);
-    let solved = factor.solve(&across);
-    let mut c: Vec<f64> = (0..force).map(|i| solved[(i, 0)] * unit[i]).collect();
-    c.push(1.0);
+    let factor = scaled.llt(Side::Lower).ok()?;
+    let solved = factor.solve(&Mat::from_fn(others, 1, |i, _| {
+        -sums.rows[(i, others)] * unit[i]
+    }));
+    let c: Vec<f64> = (0..others).map(|i| solved[(i, 0)] * unit[i]).collect();
     let along = |values: &[f64]| -> f64 { values.iter().zip(&c).map(|(x, c)| x * c).sum() };
     let part = |i: usize| {
         let own = || fitted.iter().filter(|row| row.of == i);
-        let copies = || own().flat_map(|row| row.noise.chunks_exact(force + 1));
-        let left = median_size(&mut own().map(|row| along(&row.values))) / 0.6745;
-        let known = root_mean_square(&mut copies().map(|own| along(own) - own[force]));
+        let copies = || own().flat_map(|row| row.noise.chunks_exact(others + FORCES));
+        let left = |row: &&&Row| along(&row.values) + row.values[force];
+        // The median of the size of a normal number is 0.6745 of its deviation.
+        let left = median_size(&mut own().map(|row| left(&row))) / 0.6745;
+        let known = root_mean_square(&mut copies().map(along));
         let most = root_mean_square(&mut copies().map(|own| own[force]));
         let part = (left * left - known * known).max(0.0).sqrt() / most;
-        if part.is_finite() { part.min(1.0) } else { 0.0 }
+        match most > 0.0 {
+            true => [left / most, part.min(1.0)],
+            false => [0.0; 2],
+        }
     };
-    let parts: Vec<f64> = (0..n).map(part).collect();
-    for row in rows {
-        let part = parts[row.of];
-        let copies = row.noise.chunks_exact_mut(force + 1);
-        copies.for_each(|copy| copy[force] *= part);
-    }
+    Some((0..n).map(part).collect())
 }
 
 /// What limits which values go.

@@ -42,6 +42,8 @@ const KEPT: f64 = 0.5;
 const OFF: f64 = 4.0;
 /// The friction that may act: of each kind a force on each coordinate.
 pub(super) const KINDS: usize = 3;
+/// The readings of recorded forces: as samples of what changes, or of what is held until the next.
+pub(super) const FORCES: usize = 2;
 
 /// The rows of windows for each coordinate.
 pub(super) struct Rows {
@@ -54,7 +56,9 @@ pub(super) struct Rows {
 pub(super) struct Row {
     /// The coordinate.
     pub(super) of: usize,
-    /// That of each term, of each friction, `[KINDS, n]`, and of the forces.
+    /// That of each term, of each friction, `[KINDS, n]`, and of the forces, of which [`settle_forces`] leaves one value of two.
+    ///
+    /// [`settle_forces`]: super::eliminate::settle_forces
     pub(super) values: Vec<f64>,
     /// What each of them changes by in copies of the data with more noise, `[COPIES, values]`.
     pub(super) noise: Vec<f64>,
@@ -140,6 +144,8 @@ pub(crate) struct Weight {
     pub(crate) value: f64,
     pub(crate) rate: f64,
     pub(crate) curvature: f64,
+    /// The integral of w until the next sample, for what is held until then.
+    pub(crate) held: f64,
 }
 
 /// The highest power of time whose sums with ẇ and ẅ are those of its derivatives with w.
@@ -157,7 +163,15 @@ impl Stretch<'_> {
             let s = (t[k] - middle) / half;
             let u = (1.0 - s * s).max(0.0);
             let curved = 2.0 * (e - 1.0) * s * s - u;
+            let next = t[(k + 1).min(t.len() - 1)];
+            let w = |t: f64| {
+                (1.0 - ((t - middle) / half).powi(2))
+                    .max(0.0)
+                    .powi(EXPONENT)
+            };
+            let simpson = w(t[k]) + 4.0 * w(f64::midpoint(t[k], next)) + w(next);
             Weight {
+                held: (next - t[k]) * simpson / 6.0,
                 value: step * u.powi(EXPONENT),
                 rate: step * -2.0 * e * s * u.powi(EXPONENT - 1) / half,
                 curvature: step * 2.0 * e * curved * u.powi(EXPONENT - 2) / (half * half),
@@ -265,7 +279,7 @@ impl Window<'_> {
     /// The values of each coordinate at these states of all samples.
     fn values(&self, terms: &[Term], state: &State, weights: &[Weight]) -> Vec<Vec<f64>> {
         let n = self.stretch.samples.n;
-        let width = terms.len() + KINDS * n + 1;
+        let width = terms.len() + KINDS * n + FORCES;
         let mut rows = vec![vec![0.0; width]; n];
         for (k, w) in self.stretch.range.clone().zip(weights) {
             let [q, qd, tau] = [&state.q, &state.qd, &state.tau].map(|x| &x[k * n..][..n]);
@@ -287,7 +301,8 @@ impl Window<'_> {
                 for (kind, force) in [-v, -v.signum(), -v * v.abs()].into_iter().enumerate() {
                     row[terms.len() + kind * n + i] += force * w.value;
                 }
-                row[width - 1] += tau[i] * w.value;
+                row[width - 2] += tau[i] * w.value;
+                row[width - 1] += tau[i] * w.held;
             }
         }
         rows
