@@ -312,6 +312,24 @@ fn forces_that_are_held_have_the_law_of_forces_that_change() {
 }
 
 #[test]
+fn a_force_that_nobody_recorded_is_no_noise_of_another() {
+    let hidden = |t: f64| 0.3 * (5.0 * t).sin();
+    let own = |k: u64| {
+        let mut rng = ChaCha8Rng::seed_from_u64(k);
+        let each: Vec<f64> = (0..400).map(|_| 8.0 * normal(&mut rng)).collect();
+        let force = |t: f64, _: &[f64], _: &[f64], tau: &mut [f64]| {
+            tau[0] = each[(t / 0.02 + 1e-9) as usize] + hidden(t);
+        };
+        let mut own = driven(&force, k, [1e-4, 0.0]);
+        let pairs = own.tau.iter_mut().zip(&own.t);
+        pairs.for_each(|(tau, t)| *tau -= hidden(*t));
+        own
+    };
+    let (_, written) = found((1..5).map(own).collect());
+    assert!(!written.is_law(), "{} {}", written.text, written.meaning);
+}
+
+#[test]
 fn what_no_sum_of_these_terms_explains_is_no_law() {
     // A relativistic particle: its mass grows with its speed.
     let recordings = recordings("relativistic-particle", 6, 0.0);

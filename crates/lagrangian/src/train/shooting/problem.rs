@@ -46,6 +46,10 @@ const LEAST: f64 = 3.0;
 
 /// What errors of forces that are taken for real leave of what exceeds the noise of positions.
 const EXPLAINED: f64 = 0.5;
+/// The samples by which what a filter leaves is compared with itself.
+const LAGS: usize = 8;
+/// … and what sampling may make of its correlation.
+const BY_SAMPLING: f64 = 0.01;
 /// How often the error of a force is halved, and the factors by which the likeliest is then narrowed.
 const HALVES: i32 = 12;
 const NARROWED: [f64; 6] = [0.75, 0.85, 0.9, 0.95, 0.97, 0.98];
@@ -303,6 +307,37 @@ impl<'a> Problem<'a> {
     ) -> Option<(Mat<f64>, Vec<f64>)> {
         let Normal { matrix, right, .. } = Normal::of(self, theta, segments)?;
         Some((matrix, right))
+    }
+
+    /// By how many standard errors what segments leave is alike from sample to sample, as what is white is not; 0 where forces do not err,
+    /// or a rollout fails. That sampling makes it a little alike counts for less and less of a long recording.
+    pub(crate) fn memory(&self, theta: &[f64], segments: &[Segment]) -> f64 {
+        let (at, seen) = (self.at(theta), self.noise.len());
+        let blocks = segments.par_chunks(BLOCK);
+        let left: Vec<_> = blocks
+            .map(|block| self.reduced(&at, block, false))
+            .collect();
+        let Some(left) = left.into_iter().collect::<Option<Vec<_>>>() else {
+            return 0.0;
+        };
+        let (mut sum, mut square, mut count) = (0.0, 0.0, 0.0);
+        for own in left.iter().flatten().filter(|_| self.disturbance.is_some()) {
+            let all = &own.residual;
+            for lag in 1..=LAGS {
+                let later = all.get(lag * seen..).unwrap_or_default();
+                sum += all.iter().zip(later).map(|(a, b)| a * b).sum::<f64>();
+                count += later.len() as f64;
+            }
+            square += dot(all, all);
+        }
+        let size = left
+            .iter()
+            .flatten()
+            .map(|own| own.residual.len())
+            .sum::<usize>() as f64;
+        let alike = sum / count / (square / size);
+        let deviation = f64::sqrt(count).recip().max(BY_SAMPLING);
+        if count > 0.0 { alike / deviation } else { 0.0 }
     }
 
     /// χ² of each recorded motion over its expectation, from the starts of these segments.

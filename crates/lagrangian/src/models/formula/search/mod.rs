@@ -536,7 +536,8 @@ impl Search<'_> {
                 .missing(start, refined)?
                 .first()
                 .is_none_or(|(_, z)| *z <= MISSING);
-        let law = certain && complete && worst <= CHANCE + 1.0;
+        let white = refined.memory.abs() <= CHANCE;
+        let law = certain && complete && white && worst <= CHANCE + 1.0;
         let verdict = if law {
             LawVerdict::Law
         } else {

@@ -64,8 +64,9 @@ pub(super) struct Refined {
     unit: f64,
     /// χ² over its expectation.
     pub(super) misfit: f64,
-    /// The noise of each recorded force, `[n]`.
+    /// The noise of each recorded force, `[n]`, and by how many standard errors what it explains is alike from sample to sample.
     forces: Vec<f64>,
+    pub(super) memory: f64,
     segments: Vec<Segment>,
 }
 
@@ -401,6 +402,7 @@ pub(super) fn refine(
             break;
         }
     }
+    let memory = problem.memory(&refined.parameters, &segments);
     let mut parameters = refined.parameters;
     let information = problem.information(&parameters, &segments);
     // Where a rollout fails nothing is known.
@@ -435,6 +437,7 @@ pub(super) fn refine(
         unit: parts.sum::<f64>() / n as f64,
         misfit: refined.misfit,
         forces,
+        memory,
         segments,
         parameters,
         units,
