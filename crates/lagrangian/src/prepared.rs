@@ -139,40 +139,20 @@ impl Prepared {
         let count = training.len();
         let mut training = between_stops(training.into_iter().chain(validation).collect());
         let validation = training.split_off(count);
-        let ready =
-            |recordings, low_pass| Ready::new(recordings, (spec, low_pass), (&check, &estimates));
         let open = options.delay.is_empty() || options.low_pass.is_none();
         let may_change = open && training.iter().any(|r| !r.tau.is_empty());
-        let recordings = (training, validation);
-        let mut spare = may_change.then(|| recordings.clone());
-        let (mut own, mut delay) = (ready(recordings, None)?, None);
-        let few = own.dataset.coordinates.dof() <= FEW_DRIVEN;
-        let measured = spare.clone().filter(|_| few && options.low_pass.is_none());
-        if let Some(spare) = &mut spare
-            && let Some(robot) = held::robot(&own.dataset, spec)
-        {
-            if options.delay.is_empty()
-                && let Some(half) = held::delay(&own.dataset, &robot)
-                && let Some(later) = held::later(spare, &half)
-            {
-                (*spare, delay) = (later, Some(half));
-            }
-            let (whole, asked) = ((&own.dataset, &robot), (spec, &estimates));
-            let low_pass = cutoff::choose(&spare.0, whole, asked);
-            if delay.is_some() || low_pass.is_some() {
-                own = ready(std::mem::take(spare), low_pass)?;
-            }
+        let few = |r: &Recording| r.coordinates.dof() <= FEW_DRIVEN;
+        let few = training.first().is_some_and(few) && options.low_pass.is_none();
+        let all = (training, validation);
+        let measured = (may_change && few).then(|| all.clone());
+        let spare = may_change.then(|| all.clone());
+        let asked = (spec, &check, &estimates);
+        let (mut own, mut delay) = (Ready::new(all, (spec, None), (&check, &estimates))?, None);
+        if let Some(spare) = spare {
+            (own, delay) = own.of_robot(spare, asked)?;
         }
-        let is_half = |delay: &AutoSetting| held::is_half(delay, &own.dataset);
-        if let Some(measured) = measured
-            && (own.low_pass.is_some() || delay.is_some())
-            && delay.as_ref().is_none_or(is_half)
-        {
-            let mut unfiltered = spec.clone();
-            unfiltered.prepare.low_pass = Some(0.0);
-            let given = ((&unfiltered, None), (&check, &estimates));
-            let ready = Ready::new(measured, given.0, given.1)?;
-            own.dataset.unfiltered = Some(Box::new(ready.dataset));
+        if let Some(measured) = measured {
+            own.keep_unfiltered(measured, delay.as_ref(), asked)?;
         }
         let (kept, cyclic) = spec.cyclic(&own.dataset)?;
         own.dataset.keep_from(kept);
@@ -253,6 +233,49 @@ struct Ready {
 }
 
 impl Ready {
+    /// The same of recordings with the delay and the low-pass that those of a robot ask for, and that delay.
+    fn of_robot(
+        self,
+        mut spare: (Vec<Recording>, Vec<Recording>),
+        (spec, check, estimates): (&FitSpec, &CheckReport, &EstimateOptions),
+    ) -> Result<(Self, Option<AutoSetting>)> {
+        let Some(robot) = held::robot(&self.dataset, spec) else {
+            return Ok((self, None));
+        };
+        let mut delay = None;
+        if spec.prepare.delay.is_empty()
+            && let Some(half) = held::delay(&self.dataset, &robot)
+            && let Some(later) = held::later(&spare, &half)
+        {
+            (spare, delay) = (later, Some(half));
+        }
+        let low_pass = cutoff::choose(&spare.0, (&self.dataset, &robot), (spec, estimates));
+        if delay.is_none() && low_pass.is_none() {
+            return Ok((self, None));
+        }
+        Ok((
+            Self::new(spare, (spec, low_pass), (check, estimates))?,
+            delay,
+        ))
+    }
+
+    /// Keeps the recordings as they were measured beside those that a low-pass, or a shift of forces that are held, was chosen for.
+    fn keep_unfiltered(
+        &mut self,
+        measured: (Vec<Recording>, Vec<Recording>),
+        delay: Option<&AutoSetting>,
+        (spec, check, estimates): (&FitSpec, &CheckReport, &EstimateOptions),
+    ) -> Result<()> {
+        let changed = self.low_pass.is_some() || delay.is_some();
+        if changed && delay.is_none_or(|own| held::is_half(own, &self.dataset)) {
+            let mut unfiltered = spec.clone();
+            unfiltered.prepare.low_pass = Some(0.0);
+            let ready = Self::new(measured, (&unfiltered, None), (check, estimates))?;
+            self.dataset.unfiltered = Some(Box::new(ready.dataset));
+        }
+        Ok(())
+    }
+
     fn new(
         (training, validation): (Vec<Recording>, Vec<Recording>),
         (spec, chosen): (&FitSpec, Option<AutoSetting>),

@@ -24,7 +24,7 @@ mod problem;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use descent::descend;
+pub(crate) use descent::{Refined, descend};
 pub(crate) use normal::{BestStart, eliminate};
 pub(crate) use problem::{Problem, Segment};
 

@@ -12,7 +12,7 @@ use crate::models::family::{Residuals, Solution, Trained};
 use crate::models::network::NetworkShape;
 use crate::models::setup::Setup;
 use crate::train::rollout::Recorded;
-use crate::train::shooting::{Problem, Segment, Shooting, descend};
+use crate::train::shooting::{self, Problem, Segment, Shooting, descend};
 use crate::train::{ForceTerms, Learner, Loss, Observer, TrainingTask};
 use lagrangian_motion::solve::diagonalise;
 use lagrangian_motion::statistics::{
@@ -181,6 +181,33 @@ impl Start {
             }
             sign(&mut mass, &coordinates) == 1
         })
+    }
+
+    /// Sets the parameters of each group that no force gives a unit, and their errors, to that of its largest kinetic term, ½; `places` are
+    /// those of friction.
+    fn in_units(
+        &self,
+        units: &[f64],
+        places: &[Option<usize>],
+        (parameters, errors): (&mut [f64], &mut [f64]),
+    ) {
+        let n = places.len() / KINDS;
+        for group in &self.groups {
+            let Some(reference) = group.reference else {
+                continue;
+            };
+            // Without forces a motion says nothing of the unit.
+            let factor = 0.5 / (parameters[reference] * units[reference]);
+            let own = |(i, term): (usize, &Term)| group.has_part_in(term).then_some(i);
+            let terms = self.terms.iter().enumerate().filter_map(own);
+            let friction = places.iter().enumerate();
+            let friction = friction.filter(|(k, _)| group.coordinates.contains(&(k % n)));
+            let friction = friction.filter_map(|(_, place)| place.map(|at| units.len() + at));
+            for at in terms.chain(friction) {
+                parameters[at] *= factor;
+                errors[at] *= factor.abs();
+            }
+        }
     }
 
     /// Whether nothing of its Lagrangian is left.
@@ -376,10 +403,60 @@ pub(super) fn refine(
     let learner: &dyn Learner<f64> = &learner;
     let units = shape.evidence.units.clone();
     let theta = start.theta(&units, &setup);
+    let given = (noise, &[][..], &*theta);
+    let problem = problem(learner, Recorded::train(&data, None), given);
+    let Descended {
+        problem,
+        refined,
+        segments,
+        forces,
+    } = descended(problem, theta, (noise, task), observer);
+    let memory = problem.memory(&refined.parameters, &segments);
+    let mut parameters = refined.parameters;
+    let information = problem.information(&parameters, &segments);
+    // Where a rollout fails nothing is known.
+    let unknown = || Mat::zeros(parameters.len(), parameters.len());
+    let information = information.map_or_else(unknown, |(own, _)| own);
+    let mut errors = errors(&information, &start.references(), refined.misfit);
+    let (n, places) = (noise.sizes.len(), setup.forces.friction_places());
+    start.in_units(&units, &places, (&mut parameters, &mut errors));
+    let values = values(&setup, &units, (&parameters, &errors));
+    let deviations = column(&dataset.train.q, n, deviation);
+    let parts = noise
+        .sizes
+        .iter()
+        .zip(&deviations)
+        .map(|(noise, all)| (noise / all).powi(2));
+    Ok(Refined {
+        unit: parts.sum::<f64>() / n as f64,
+        misfit: refined.misfit,
+        forces,
+        memory,
+        segments,
+        parameters,
+        units,
+        values,
+    })
+}
+
+/// Where a descent has ended.
+struct Descended<'a> {
+    problem: Problem<'a>,
+    refined: shooting::Refined,
+    segments: Vec<Segment>,
+    /// The noise of each recorded force, `[n]`.
+    forces: Vec<f64>,
+}
+
+/// Descends, without noise of forces, and with the likeliest where some is left unexplained.
+fn descended<'a>(
+    mut problem: Problem<'a>,
+    theta: Vec<f64>,
+    (noise, task): (&Noise, &TrainingTask),
+    observer: &mut dyn Observer,
+) -> Descended<'a> {
     let clock = Instant::now();
     let settings = || settings(task, clock.elapsed().as_secs_f64());
-    let given = (noise, &[][..], &*theta);
-    let mut problem = problem(learner, Recorded::train(&data, None), given);
     let mut refined = descend(&problem, theta, &settings(), observer);
     let mut segments = problem.longest(&refined.parameters, &HORIZONS);
     let mut forces = vec![0.0; noise.sizes.len()];
@@ -402,47 +479,12 @@ pub(super) fn refine(
             break;
         }
     }
-    let memory = problem.memory(&refined.parameters, &segments);
-    let mut parameters = refined.parameters;
-    let information = problem.information(&parameters, &segments);
-    // Where a rollout fails nothing is known.
-    let unknown = || Mat::zeros(parameters.len(), parameters.len());
-    let information = information.map_or_else(unknown, |(own, _)| own);
-    let mut errors = errors(&information, &start.references(), refined.misfit);
-    let (n, places) = (noise.sizes.len(), setup.forces.friction_places());
-    for group in &start.groups {
-        let Some(reference) = group.reference else {
-            continue;
-        };
-        // Without forces a motion says nothing of the unit.
-        let factor = 0.5 / (parameters[reference] * units[reference]);
-        let own = |(i, term): (usize, &Term)| group.has_part_in(term).then_some(i);
-        let terms = start.terms.iter().enumerate().filter_map(own);
-        let friction = places.iter().enumerate();
-        let friction = friction.filter(|(k, _)| group.coordinates.contains(&(k % n)));
-        let friction = friction.filter_map(|(_, place)| place.map(|at| units.len() + at));
-        for at in terms.chain(friction) {
-            parameters[at] *= factor;
-            errors[at] *= factor.abs();
-        }
-    }
-    let values = values(&setup, &units, (&parameters, &errors));
-    let deviations = column(&dataset.train.q, n, deviation);
-    let parts = noise
-        .sizes
-        .iter()
-        .zip(&deviations)
-        .map(|(noise, all)| (noise / all).powi(2));
-    Ok(Refined {
-        unit: parts.sum::<f64>() / n as f64,
-        misfit: refined.misfit,
-        forces,
-        memory,
+    Descended {
+        problem,
+        refined,
         segments,
-        parameters,
-        units,
-        values,
-    })
+        forces,
+    }
 }
 
 /// The coefficients of terms, then of friction, with their standard errors.

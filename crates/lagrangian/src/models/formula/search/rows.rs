@@ -317,6 +317,21 @@ pub(super) struct State {
     pub(super) tau: Vec<f64>,
 }
 
+impl State {
+    /// Copies whose forces have as much more noise.
+    fn copies(&self, noise: &Noise, rng: &mut ChaCha8Rng) -> Vec<Self> {
+        let mut copies = vec![self.clone(); COPIES];
+        let rows = copies
+            .iter_mut()
+            .flat_map(|copy| copy.tau.chunks_exact_mut(noise.forces.len()));
+        for tau in rows {
+            let each = tau.iter_mut().zip(&noise.forces);
+            each.for_each(|(tau, size)| *tau += size * normal(rng));
+        }
+        copies
+    }
+}
+
 /// The number of copies with more noise, from which that of rows is known.
 pub(super) const COPIES: usize = 4;
 
@@ -341,14 +356,7 @@ impl Noisy {
             qd: samples.qd.clone(),
             tau: samples.tau.clone(),
         };
-        let mut copies = vec![own.clone(); COPIES];
-        for tau in copies
-            .iter_mut()
-            .flat_map(|copy| copy.tau.chunks_exact_mut(n))
-        {
-            let each = tau.iter_mut().zip(&noise.forces);
-            each.for_each(|(tau, size)| *tau += size * normal(&mut rng));
-        }
+        let mut copies = own.copies(noise, &mut rng);
         let runs: Vec<Range<usize>> = times.runs().collect();
         let step = smooth::even_step(times);
         let each = match noise.is_noisy() {
