@@ -139,13 +139,8 @@ impl Prepared {
         let count = training.len();
         let mut training = between_stops(training.into_iter().chain(validation).collect());
         let validation = training.split_off(count);
-        let open = options.delay.is_empty() || options.low_pass.is_none();
-        let may_change = open && training.iter().any(|r| !r.tau.is_empty());
-        let few = |r: &Recording| r.coordinates.dof() <= FEW_DRIVEN;
-        let few = training.first().is_some_and(few) && options.low_pass.is_none();
         let all = (training, validation);
-        let measured = (may_change && few).then(|| all.clone());
-        let spare = may_change.then(|| all.clone());
+        let [spare, measured] = spare(&all, options);
         let asked = (spec, &check, &estimates);
         let (mut own, mut delay) = (Ready::new(all, (spec, None), (&check, &estimates))?, None);
         if let Some(spare) = spare {
@@ -219,6 +214,18 @@ impl Prepared {
             (item.verdict, item.doubtful) = (Verdict::Pass, false);
         }
     }
+}
+
+/// Copies of recordings, of which a delay and a low-pass may be chosen, and a law be sought beside these.
+fn spare(
+    all: &(Vec<Recording>, Vec<Recording>),
+    asked: &PrepareOptions,
+) -> [Option<(Vec<Recording>, Vec<Recording>)>; 2] {
+    let open = asked.delay.is_empty() || asked.low_pass.is_none();
+    let forced = all.0.iter().any(|r| !r.tau.is_empty());
+    let few = |r: &Recording| r.coordinates.dof() <= FEW_DRIVEN;
+    let law = asked.low_pass.is_none() && all.0.first().is_some_and(few);
+    [open && forced, open && forced && law].map(|wanted| wanted.then(|| all.clone()))
 }
 
 /// Recordings with estimated signals.

@@ -321,8 +321,9 @@ fn a_force_that_nobody_recorded_is_no_noise_of_another() {
             tau[0] = each[(t / 0.02 + 1e-9) as usize] + hidden(t);
         };
         let mut own = driven(&force, k, [1e-4, 0.0]);
-        let pairs = own.tau.iter_mut().zip(&own.t);
-        pairs.for_each(|(tau, t)| *tau -= hidden(*t));
+        let unseen: Vec<f64> = own.t.iter().map(|t| hidden(*t)).collect();
+        let pairs = own.tau.iter_mut().zip(unseen);
+        pairs.for_each(|(tau, unseen)| *tau -= unseen);
         own
     };
     let (_, written) = found((1..5).map(own).collect());
