@@ -254,9 +254,10 @@ pub fn select(
     let errors = |own: &Selection| Explained::of(&own.fit, dataset);
     let is_nearer = |own: &Selection| {
         let [own, kept] = [errors(own), errors(&kept)];
-        // Accelerations of a real machine tell less of it than its torques.
+        // Accelerations of a real machine tell less of it than its torques, and forces that do not act nothing.
         let torques = dataset.unfiltered.is_none() || own.torque <= kept.torque;
-        torques && kept.errors.exceed(&own.errors)
+        let act = !dataset.forced || own.torque <= HALF;
+        torques && act && kept.errors.exceed(&own.errors)
     };
     if let Some(series) = series.filter(is_nearer) {
         let others = std::mem::replace(&mut kept, series).tried;

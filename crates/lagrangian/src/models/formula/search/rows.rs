@@ -35,6 +35,8 @@ pub(super) const OF_NOISE: f64 = 6.4;
 const WHITE: f64 = 1.4;
 /// What rows of exact data need not tell apart, in the same units: a series of many terms that is as near is no better than the law.
 const COARSE: f64 = 100.0;
+/// The largest noise of a force, in parts of its deviation: one that errs by more says nothing of what it does.
+const NOISIEST: f64 = 0.3;
 /// The largest number of windows.
 const MOST: usize = 4000;
 /// The part of windows that are kept whatever they say of the velocities, and what the others may be off by, in units of the noise.
@@ -496,10 +498,14 @@ pub(crate) fn noise_sizes(
     (0..samples.n).map(of).collect()
 }
 
-/// The same of each recorded force.
+/// The same of each recorded force, of which more than a part is no noise.
 fn noise_of_forces(samples: &Samples, times: &Timeline) -> Vec<f64> {
     let runs: Vec<Range<usize>> = times.runs().collect();
-    let of = |i: usize| noise_size(&|a, b| a - b, (&samples.tau, i, samples.n), &runs)[0];
+    let most = column(&samples.tau, samples.n, deviation);
+    let of = |i: usize| {
+        let own = noise_size(&|a, b| a - b, (&samples.tau, i, samples.n), &runs)[0];
+        own.min(NOISIEST * most[i])
+    };
     (0..samples.n).map(of).collect()
 }
 
