@@ -7,9 +7,8 @@
 
 use super::problem::{Problem, Segment};
 use crate::train::learner::Work;
-use crate::train::rollout::flow::{Flow, Point, Sizes};
+use crate::train::rollout::flow::{Point, Sizes};
 use lagrangian_motion::parallel::prelude::*;
-use nets::Packed;
 
 /// States that are evaluated at once.
 const BLOCK: usize = 64;
@@ -28,20 +27,12 @@ impl Disturbance {
     pub(super) fn of(problem: &Problem<'_>, theta: &[f64], sizes: &[f64]) -> Self {
         let (learner, recorded) = (problem.learner, problem.recorded);
         let (n, d) = (learner.dof(), problem.state());
-        let net = learner.net();
-        let (weights, extra) = theta.split_at(net.parameters);
-        let mut packed = Packed::new(net);
-        packed.set(net, weights);
+        let at = problem.at(theta);
         let (states, t) = (problem.recorded_states(), &recorded.times.t);
         let block = |(k, states): (usize, &[f64])| {
             let (from, count) = (k * BLOCK, states.len() / d);
             let sizes = Sizes::of(learner, count);
-            let flow = Flow {
-                learner,
-                packed: &packed,
-                extra,
-                sizes,
-            };
+            let flow = at.flow(sizes);
             let mut point = Point::new(&sizes, false);
             point.x.copy_from_slice(states);
             let tau = &recorded.samples.tau[from * n..][..count * n];

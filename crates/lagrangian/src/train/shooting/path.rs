@@ -52,6 +52,16 @@ impl<'a> At<'a> {
         }
     }
 
+    /// The flow of blocks of these sizes.
+    pub(super) fn flow(&self, sizes: Sizes) -> Flow<'_> {
+        Flow {
+            learner: self.learner,
+            packed: &self.packed,
+            extra: &self.extra,
+            sizes,
+        }
+    }
+
     /// Writes τ of a segment after this part of the step from sample `k`.
     fn force(&self, segment: &Segment, k: usize, part: f64, tau: &mut [f64]) {
         let (n, samples, t) = (tau.len(), self.recorded.samples, &self.recorded.times.t);
@@ -176,12 +186,7 @@ impl<'a> Follower<'a> {
         };
         let each = |size: usize| move |s: &Segment| Vec::with_capacity(s.samples * size);
         Self {
-            flow: Flow {
-                learner,
-                packed: &at.packed,
-                extra: &at.extra,
-                sizes,
-            },
+            flow: at.flow(sizes),
             work: Work::new(learner, count),
             points: vec![Point::new(&sizes, false); Rk4::STAGES.len()],
             x: segments

@@ -312,6 +312,9 @@ impl<'a> Problem<'a> {
     /// By how many standard errors what segments leave is alike from sample to sample, as what is white is not; 0 where forces do not err,
     /// or a rollout fails. That sampling makes it a little alike counts for less and less of a long recording.
     pub(crate) fn memory(&self, theta: &[f64], segments: &[Segment]) -> f64 {
+        if self.disturbance.is_none() {
+            return 0.0;
+        }
         let (at, seen) = (self.at(theta), self.noise.len());
         let blocks = segments.par_chunks(BLOCK);
         let left: Vec<_> = blocks
@@ -320,8 +323,8 @@ impl<'a> Problem<'a> {
         let Some(left) = left.into_iter().collect::<Option<Vec<_>>>() else {
             return 0.0;
         };
-        let (mut sum, mut square, mut count) = (0.0, 0.0, 0.0);
-        for own in left.iter().flatten().filter(|_| self.disturbance.is_some()) {
+        let [mut sum, mut square, mut count, mut size] = [0.0; 4];
+        for own in left.iter().flatten() {
             let all = &own.residual;
             for lag in 1..=LAGS {
                 let later = all.get(lag * seen..).unwrap_or_default();
@@ -329,12 +332,8 @@ impl<'a> Problem<'a> {
                 count += later.len() as f64;
             }
             square += dot(all, all);
+            size += all.len() as f64;
         }
-        let size = left
-            .iter()
-            .flatten()
-            .map(|own| own.residual.len())
-            .sum::<usize>() as f64;
         let alike = sum / count / (square / size);
         let deviation = f64::sqrt(count).recip().max(BY_SAMPLING);
         if count > 0.0 { alike / deviation } else { 0.0 }

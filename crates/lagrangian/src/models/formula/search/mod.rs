@@ -232,7 +232,6 @@ impl Found {
             given: (&reading.noise, task),
             clock: Instant::now(),
         };
-        let longest = LONGEST.min(seconds_of(task));
         let mut best: Option<(Start, Refined, bool)> = None;
         let is_found = |best: &Option<(Start, Refined, bool)>| {
             let good = GOOD.max(search.by_chance());
@@ -246,7 +245,7 @@ impl Found {
                 if best.as_ref().is_none_or(is_better) {
                     best = Some(own);
                 }
-                if is_found(&best) || search.is_after(longest) {
+                if is_found(&best) || search.is_over() {
                     break;
                 }
             }
@@ -457,7 +456,7 @@ impl Search<'_> {
         let rounds = if start.len() > MANY { 1 } else { ROUNDS };
         for round in 0..=rounds {
             let ended = observer.stage("looking for other terms", 0.5).is_break();
-            if ended || self.is_after(LONGEST.min(seconds_of(self.given.1))) {
+            if ended || self.is_over() {
                 break;
             }
             let mut next = start.clone();
@@ -490,6 +489,11 @@ impl Search<'_> {
             (start, refined) = (next, own);
         }
         Ok((start, refined, false))
+    }
+
+    /// Whether nothing more is tried.
+    fn is_over(&self) -> bool {
+        self.is_after(LONGEST.min(seconds_of(self.given.1)))
     }
 
     /// Whether a law would have been found by now, with so many seconds for it.
