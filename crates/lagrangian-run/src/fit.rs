@@ -64,7 +64,9 @@ impl RunFolder {
         choices: &[AutoSetting],
         provenance: Provenance,
     ) -> Result<()> {
-        if selection.tried.len() > 1 || !begun.tried.is_empty() {
+        let fits = begun.resolved.get("fit").and_then(Value::as_table);
+        let several = fits.is_some_and(|fits| fits.len() > 1);
+        if several || selection.tried.len() > 1 || !begun.tried.is_empty() {
             begun.choices = choices.to_vec();
             // A resumed run refines its model again, and tries no other.
             let anew = |name: &str| selection.tried.iter().any(|own| own.name == name);

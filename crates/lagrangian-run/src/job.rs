@@ -223,9 +223,8 @@ impl PreparedFit {
     /// # Errors
     /// As [`PreparedFit::validate`] and [`select`]; [`Error::Refused`](crate::Error::Refused) where the folder cannot be written or its run
     /// is a different one.
-    pub fn fit(self, place: Option<&RunTarget>, shown: &mut dyn Observer) -> Result<FinishedFit> {
+    pub fn fit(mut self, place: Option<&RunTarget>, shown: &mut dyn Observer) -> Result<FinishedFit> {
         self.validate()?;
-        let of_data = self.of_data();
         let mut record = match place {
             Some(place) => {
                 let (command, settings) = (place.command.clone(), place.settings.clone());
@@ -234,22 +233,25 @@ impl PreparedFit {
             }
             None => None,
         };
-        let provenance = self.provenance(record.as_ref());
-        let (dataset, candidates) = (&self.prepared.dataset, self.candidates);
+        let (dataset, candidates) = (&self.prepared.dataset, std::mem::take(&mut self.candidates));
         let selection = match place {
             Some(place) => (place.folder).fit(dataset, candidates, place.tensorboard, shown)??,
             None => select(dataset, candidates, None, shown)?,
         };
-        let choices = [&of_data[..], &selection.chosen.choices].concat();
+        let formula = selection.fit.model.written().is_some();
+        if formula && self.prepared.without_low_pass() {
+            self.preparation.low_pass = None;
+        }
+        let provenance = self.provenance(record.as_ref());
+        let choices = [&self.of_data()[..], &selection.chosen.choices].concat();
         if let (Some(place), Some(begun)) = (place, &mut record) {
             (place.folder).keep(begun, &selection, &choices, provenance.clone())?;
         }
-        let mut prepared = self.prepared;
-        prepared.acquit(&selection.fit.model);
+        self.prepared.acquit(&selection.fit.model);
         Ok(FinishedFit {
             selection,
             choices,
-            prepared,
+            prepared: self.prepared,
             provenance,
             held_back: self.held_back,
             record,

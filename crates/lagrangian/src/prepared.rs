@@ -113,6 +113,16 @@ pub struct Prepared {
     pub held_out: bool,
     /// The motions that the check takes for those of another law.
     odd: Vec<Trajectory>,
+    /// What a law is evaluated on that was sought in what was measured.
+    measured: Option<Measured>,
+}
+
+/// Motions that a model is evaluated on, without a low-pass.
+#[derive(Debug)]
+struct Measured {
+    motions: Vec<Trajectory>,
+    estimates: Vec<Estimate>,
+    options: EstimateOptions,
 }
 
 impl Prepared {
@@ -146,14 +156,14 @@ impl Prepared {
         if let Some(spare) = spare {
             (own, delay) = own.of_robot(spare, asked)?;
         }
-        if let Some(measured) = measured {
-            own.keep_unfiltered(measured, delay.as_ref(), asked)?;
-        }
+        let measured = match measured {
+            Some(measured) => own.keep_unfiltered(measured, delay.as_ref(), asked)?,
+            None => None,
+        };
         let (kept, cyclic) = spec.cyclic(&own.dataset)?;
         own.dataset.keep_from(kept);
         let held_out = !own.validation.is_empty();
-        let mut motions = if held_out { own.validation } else { own.train };
-        motions.sort_by_cached_key(|motion| with_long_numbers(&motion.name));
+        let motions = own.motions();
         Ok(Self {
             dataset: own.dataset,
             estimates: own.estimates,
@@ -165,7 +175,22 @@ impl Prepared {
             cyclic,
             motions,
             held_out,
+            measured: measured.map(|mut own| Measured {
+                motions: own.motions(),
+                estimates: own.estimates,
+                options: own.options,
+            }),
         })
+    }
+
+    /// Evaluates what is learned on what was measured, without the low-pass that was chosen for networks: for a law that was sought
+    /// there. Whether there was one.
+    pub fn without_low_pass(&mut self) -> bool {
+        let Some(own) = self.measured.take() else {
+            return false;
+        };
+        (self.motions, self.estimates, self.options) = (own.motions, own.estimates, own.options);
+        self.low_pass.take().is_some()
     }
 
     /// Withdraws the finding that coordinates depend on each other, where this model keeps the constraints between them, and the findings
@@ -266,21 +291,41 @@ impl Ready {
         ))
     }
 
-    /// Keeps the recordings as they were measured beside those that a low-pass, or a shift of forces that are held, was chosen for.
+    /// Keeps the recordings as they were measured beside those that a low-pass, or a shift of forces that are held, was chosen for: a law
+    /// is sought there. Returns those on which it is evaluated, which have that shift.
     fn keep_unfiltered(
         &mut self,
         measured: (Vec<Recording>, Vec<Recording>),
         delay: Option<&AutoSetting>,
         (spec, check, estimates): (&FitSpec, &CheckReport, &EstimateOptions),
-    ) -> Result<()> {
+    ) -> Result<Option<Self>> {
         let changed = self.low_pass.is_some() || delay.is_some();
-        if changed && delay.is_none_or(|own| held::is_half(own, &self.dataset)) {
-            let mut unfiltered = spec.clone();
-            unfiltered.prepare.low_pass = Some(0.0);
-            let ready = Self::new(measured, (&unfiltered, None), (check, estimates))?;
-            self.dataset.unfiltered = Some(Box::new(ready.dataset));
+        if !changed || delay.is_some_and(|own| !held::is_half(own, &self.dataset)) {
+            return Ok(None);
         }
-        Ok(())
+        let mut unfiltered = spec.clone();
+        unfiltered.prepare.low_pass = Some(0.0);
+        let ready = |all| Self::new(all, (&unfiltered, None), (check, estimates));
+        let filtered = self.low_pass.is_some();
+        let later = delay.filter(|_| filtered).and_then(|half| held::later(&measured, half));
+        let mut own = ready(measured)?;
+        if let Some(low_pass) = self.low_pass.as_mut().filter(|_| spec.is_open()) {
+            low_pass.reason += "; a law is sought without it";
+        }
+        self.dataset.unfiltered = Some(Box::new(own.dataset.clone()));
+        if let Some(later) = later {
+            own = ready(later)?;
+        }
+        Ok(filtered.then_some(own))
+    }
+
+    /// The motions that a model is evaluated on, in the order of their names.
+    fn motions(&mut self) -> Vec<Trajectory> {
+        let held_out = !self.validation.is_empty();
+        let own = if held_out { &mut self.validation } else { &mut self.train };
+        let mut motions = std::mem::take(own);
+        motions.sort_by_cached_key(|motion| with_long_numbers(&motion.name));
+        motions
     }
 
     fn new(
@@ -482,7 +527,7 @@ fn refuse_failed(report: &CheckReport) -> Result<()> {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-    use super::{EstimateOptions, Prepared, estimated, with_long_numbers};
+    use super::{EstimateOptions, Prepared, Trajectory, estimated, with_long_numbers};
     use lagrangian_mechanics::analytic::by_name;
     use lagrangian_mechanics::rollout::{RolloutOptions, rollout, times};
     use lagrangian_recordings::Recording;
@@ -549,6 +594,36 @@ mod tests {
         assert!((chosen(true, &[]).unwrap() - 0.01).abs() < 1e-9);
         assert_eq!(chosen(false, &[]), None);
         assert_eq!(chosen(true, &[0.0]), None);
+    }
+
+    #[test]
+    fn a_law_is_evaluated_without_the_low_pass_and_with_the_shift() {
+        let system = by_name("pendulum", &[]).unwrap();
+        // Steps of 0.1 s, by a bit of noise of their own.
+        let drive = |t: f64| 6.0 * (1e3 * ((t / 0.1 + 1e-6).floor() + 1.0).sin()).sin();
+        let force = |t: f64, _: &[f64], _: &[f64], tau: &mut [f64]| tau[0] = drive(t);
+        let recording = |k: usize| {
+            let (t, options) = (times(8.0, 0.01).unwrap(), RolloutOptions::truth());
+            let start = [0.4 - 0.3 * k as f64];
+            let made = rollout(&*system, &start, &[0.0], &t, &force, &options).unwrap();
+            let mut signals = made.trajectory.signals;
+            signals.tau = t.iter().map(|t| drive(*t)).collect();
+            let noise = |i: usize| 3e-4 * (1e4 * (i as f64 + 1.0).sin()).sin();
+            (signals.q.iter_mut().enumerate()).for_each(|(i, q)| *q += noise(i));
+            (signals.qd, signals.qdd) = Default::default();
+            Recording::new(format!("log {k}"), system.coordinates().clone(), t, signals)
+        };
+        let training: Vec<Recording> = (0..3).map(recording).collect();
+        let mut prepared = Prepared::new(training, Vec::new(), &FitSpec::default()).unwrap();
+        let (filtered, delay) = (prepared.motions.clone(), prepared.delay.clone());
+        assert!(prepared.low_pass.is_some() && delay.is_some());
+        assert!(prepared.without_low_pass());
+        assert_eq!((prepared.low_pass.as_ref(), prepared.options.low_pass), (None, None));
+        assert_eq!(prepared.delay, delay);
+        let names = |all: &[Trajectory]| -> Vec<String> { all.iter().map(|own| own.name.clone()).collect() };
+        assert_eq!(names(&prepared.motions), names(&filtered));
+        assert_ne!(prepared.motions[0].tau, filtered[0].tau);
+        assert!(!prepared.without_low_pass());
     }
 
     #[test]

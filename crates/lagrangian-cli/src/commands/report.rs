@@ -82,6 +82,9 @@ fn of_run(folder: &RunFolder, links: Option<Links>, mode: OutputMode) -> Result<
     let reading = Task::start("report: reading", mode.quiet, size)?;
     let model = fitted::model(&folder.file(MODEL))?;
     let mut data = fit::data_of(&record)?;
+    if model.written().is_some() {
+        data.without_low_pass();
+    }
     data.acquit(&model);
     let evaluation: Evaluation = data.into();
     let has_ensemble = folder.file(ENSEMBLE).is_file();

@@ -240,6 +240,12 @@ pub trait LearnedLagrangian: Lagrangian + Any + Debug {
         Vec::new()
     }
 
+    /// The standard errors of the friction beside it, where they are known: viscous, Coulomb and by drag, `[3, n]`, then of dampers between
+    /// coordinates, `[n, n]`; else empty.
+    fn friction_errors(&self) -> &[f64] {
+        &[]
+    }
+
     /// The inertias of rotors, kg·m², `[n]`, where it keeps them apart; else empty.
     fn rotors(&self) -> &[f64] {
         &[]
@@ -274,6 +280,7 @@ impl<L: LearnedLagrangian + Clone> FittedModel for Mechanical<L> {
 
     fn parameters(&self) -> Vec<Parameter> {
         let terms = Named::of(self.coordinates()).terms(self.lagrangian.terms());
+        let terms = terms.with_friction_errors(self.lagrangian.friction_errors());
         let forces = terms.forces(self.applied());
         forces.rotors(self.lagrangian.rotors()).list()
     }

@@ -50,9 +50,16 @@ fn inertia(q: &str) -> String {
     either(q, "kg·m²", "kg")
 }
 
+/// A standard error that is known.
+fn known(error: Option<&f64>) -> Option<f64> {
+    error.copied().filter(|own| *own > 0.0)
+}
+
 /// Builds a list of named parameters.
 pub(crate) struct Named<'a> {
     coordinates: &'a Coordinates,
+    /// The standard errors of friction, as [`LearnedLagrangian::friction_errors`](super::LearnedLagrangian::friction_errors).
+    friction_errors: &'a [f64],
     list: Vec<Parameter>,
 }
 
@@ -61,7 +68,16 @@ impl<'a> Named<'a> {
     pub(crate) fn of(coordinates: &'a Coordinates) -> Self {
         Self {
             coordinates,
+            friction_errors: &[],
             list: Vec::new(),
+        }
+    }
+
+    /// The same with the standard errors of friction.
+    pub(crate) fn with_friction_errors(self, friction_errors: &'a [f64]) -> Self {
+        Self {
+            friction_errors,
+            ..self
         }
     }
 
@@ -94,18 +110,30 @@ impl<'a> Named<'a> {
     }
 
     fn add(&mut self, kind: &str, values: &[f64], unit: impl Fn(&str) -> String) {
-        for (coordinate, &value) in self.coordinates.0.iter().zip(values) {
+        self.add_with(&[], kind, values, unit);
+    }
+
+    fn add_with(
+        &mut self,
+        errors: &[f64],
+        kind: &str,
+        values: &[f64],
+        unit: impl Fn(&str) -> String,
+    ) {
+        for (i, (coordinate, &value)) in self.coordinates.0.iter().zip(values).enumerate() {
             self.list.push(Parameter {
                 name: format!("{kind}_{}", coordinate.name),
                 value,
                 unit: unit(&coordinate.unit),
-                standard_error: None,
+                standard_error: known(errors.get(i)),
             });
         }
     }
 
     fn dissipation(&mut self, d: &Dissipation) {
-        self.add("viscous", &d.viscous, viscous);
+        let (n, errors) = (d.viscous.len(), self.friction_errors);
+        let of = |kind: usize| errors.get(kind * n..).unwrap_or_default();
+        self.add_with(of(0), "viscous", &d.viscous, viscous);
         if let Some(between) = &d.between {
             let each = self.coordinates.0.iter().enumerate();
             let pairs = each
@@ -113,19 +141,19 @@ impl<'a> Named<'a> {
                 .flat_map(|(i, a)| each.clone().skip(i + 1).map(move |b| (i, a, b)));
             self.list.extend(pairs.map(|(i, a, (j, b))| Parameter {
                 name: format!("viscous_{}_{}", a.name, b.name),
-                value: between[i * d.viscous.len() + j],
+                value: between[i * n + j],
                 unit: match viscous(&a.unit) == viscous(&b.unit) {
                     true => viscous(&a.unit),
                     false => "N·s/rad".into(),
                 },
-                standard_error: None,
+                standard_error: known(of(3).get(i * n + j)),
             }));
         }
         if let Some(drag) = &d.drag {
             let unit = |q: &str| either(q, "N·m·s²/rad²", "N·s²/m²");
-            self.add("drag", drag, unit);
+            self.add_with(of(2), "drag", drag, unit);
         }
-        self.add("coulomb", &d.coulomb, force);
+        self.add_with(of(1), "coulomb", &d.coulomb, force);
         self.add("coulomb_speed", &d.smoothing, speed);
         if let Some(stribeck) = &d.stribeck {
             self.add("stribeck", &stribeck.height, force);

@@ -294,6 +294,10 @@ impl LearnedLagrangian for Formula {
         };
         all.map(parameter).collect()
     }
+
+    fn friction_errors(&self) -> &[f64] {
+        &self.shape.evidence.friction
+    }
 }
 
 impl Formula {
