@@ -32,7 +32,7 @@ pub(super) struct Unit {
 use Quantity::{Angle, Force, Length, Time};
 
 /// Units, by their names without powers and blanks.
-const UNITS: [(&str, Quantity, f64, &str); 24] = [
+const UNITS: [(&str, Quantity, f64, &str); 27] = [
     ("s sec secs second seconds", Time, 1.0, "s"),
     ("ms msec millis millisecond milliseconds", Time, 1e-3, "s"),
     ("us usec micros microsecond microseconds", Time, 1e-6, "s"),
@@ -49,11 +49,14 @@ const UNITS: [(&str, Quantity, f64, &str); 24] = [
     ("rev revolution revolutions turn turns", Angle, TAU, "rad"),
     ("N newton newtons", Force, 1.0, "N"),
     ("mN", Force, 1e-3, "N"),
+    ("uN", Force, 1e-6, "N"),
     ("kN", Force, 1e3, "N"),
+    ("lbf", Force, 4.448_221_615, "N"),
     ("Nm", Force, 1.0, "N·m"),
     ("mNm Nmm", Force, 1e-3, "N·m"),
     ("Ncm cNm", Force, 1e-2, "N·m"),
     ("kNm", Force, 1e3, "N·m"),
+    ("uNm", Force, 1e-6, "N·m"),
     ("A amp amps ampere amperes", Force, 1.0, "A"),
     ("mA", Force, 1e-3, "A"),
     ("uA", Force, 1e-6, "A"),

@@ -223,7 +223,11 @@ impl PreparedFit {
     /// # Errors
     /// As [`PreparedFit::validate`] and [`select`]; [`Error::Refused`](crate::Error::Refused) where the folder cannot be written or its run
     /// is a different one.
-    pub fn fit(mut self, place: Option<&RunTarget>, shown: &mut dyn Observer) -> Result<FinishedFit> {
+    pub fn fit(
+        mut self,
+        place: Option<&RunTarget>,
+        shown: &mut dyn Observer,
+    ) -> Result<FinishedFit> {
         self.validate()?;
         let mut record = match place {
             Some(place) => {

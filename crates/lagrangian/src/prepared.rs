@@ -6,14 +6,15 @@ mod held;
 
 use crate::dataset::{Dataset, PrepareOptions, split};
 use crate::models::Momenta;
-use crate::models::formula::family::FEW_DRIVEN;
+use crate::models::formula::family::{FEW, NAME};
 use crate::score::accelerations_at;
 use crate::train::{AutoSetting, DataFacts, FitSpec, Loss};
 use lagrangian_mechanics::Model;
 use lagrangian_motion::statistics::{column, mean};
 use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
 use lagrangian_recordings::check::{
-    CONSTRAINTS, CheckOptions, CheckReport, Item, NOISY_FORCES, Verdict, check, check_validation,
+    CONSTRAINTS, CheckOptions, CheckReport, Item, NOISY_FORCES, RANGE, Verdict, check,
+    check_validation,
 };
 use lagrangian_recordings::{
     Estimate, EstimateOptions, Recording, Sampling, are_smooth, between_stops,
@@ -150,7 +151,7 @@ impl Prepared {
         let mut training = between_stops(training.into_iter().chain(validation).collect());
         let validation = training.split_off(count);
         let all = (training, validation);
-        let [spare, measured] = spare(&all, options);
+        let [spare, measured] = spare(&all, spec);
         let asked = (spec, &check, &estimates);
         let (mut own, mut delay) = (Ready::new(all, (spec, None), (&check, &estimates))?, None);
         if let Some(spare) = spare {
@@ -161,6 +162,11 @@ impl Prepared {
             None => None,
         };
         let (kept, cyclic) = spec.cyclic(&own.dataset)?;
+        for item in check.items.iter_mut().filter(|item| item.name == RANGE) {
+            let own = item.claim.and_then(|own| own.coordinate);
+            // A wheel turns as far as it likes.
+            item.doubtful &= !own.is_some_and(|i| kept.contains(&i));
+        }
         own.dataset.keep_from(kept);
         let held_out = !own.validation.is_empty();
         let motions = own.motions();
@@ -244,12 +250,14 @@ impl Prepared {
 /// Copies of recordings, of which a delay and a low-pass may be chosen, and a law be sought beside these.
 fn spare(
     all: &(Vec<Recording>, Vec<Recording>),
-    asked: &PrepareOptions,
+    spec: &FitSpec,
 ) -> [Option<(Vec<Recording>, Vec<Recording>)>; 2] {
+    let asked = &spec.prepare;
     let open = asked.delay.is_empty() || asked.low_pass.is_none();
     let forced = all.0.iter().any(|r| !r.tau.is_empty());
-    let few = |r: &Recording| r.coordinates.dof() <= FEW_DRIVEN;
-    let law = asked.low_pass.is_none() && all.0.first().is_some_and(few);
+    let few = |r: &Recording| r.coordinates.dof() <= FEW;
+    let sought = spec.family.as_deref() == Some(NAME) || all.0.first().is_some_and(few);
+    let law = asked.low_pass.is_none() && sought;
     [open && forced, open && forced && law].map(|wanted| wanted.then(|| all.clone()))
 }
 
@@ -307,7 +315,9 @@ impl Ready {
         unfiltered.prepare.low_pass = Some(0.0);
         let ready = |all| Self::new(all, (&unfiltered, None), (check, estimates));
         let filtered = self.low_pass.is_some();
-        let later = delay.filter(|_| filtered).and_then(|half| held::later(&measured, half));
+        let later = delay
+            .filter(|_| filtered)
+            .and_then(|half| held::later(&measured, half));
         let mut own = ready(measured)?;
         if let Some(low_pass) = self.low_pass.as_mut().filter(|_| spec.is_open()) {
             low_pass.reason += "; a law is sought without it";
@@ -322,7 +332,11 @@ impl Ready {
     /// The motions that a model is evaluated on, in the order of their names.
     fn motions(&mut self) -> Vec<Trajectory> {
         let held_out = !self.validation.is_empty();
-        let own = if held_out { &mut self.validation } else { &mut self.train };
+        let own = if held_out {
+            &mut self.validation
+        } else {
+            &mut self.train
+        };
         let mut motions = std::mem::take(own);
         motions.sort_by_cached_key(|motion| with_long_numbers(&motion.name));
         motions
@@ -618,9 +632,14 @@ mod tests {
         let (filtered, delay) = (prepared.motions.clone(), prepared.delay.clone());
         assert!(prepared.low_pass.is_some() && delay.is_some());
         assert!(prepared.without_low_pass());
-        assert_eq!((prepared.low_pass.as_ref(), prepared.options.low_pass), (None, None));
+        assert_eq!(
+            (prepared.low_pass.as_ref(), prepared.options.low_pass),
+            (None, None)
+        );
         assert_eq!(prepared.delay, delay);
-        let names = |all: &[Trajectory]| -> Vec<String> { all.iter().map(|own| own.name.clone()).collect() };
+        let names = |all: &[Trajectory]| -> Vec<String> {
+            all.iter().map(|own| own.name.clone()).collect()
+        };
         assert_eq!(names(&prepared.motions), names(&filtered));
         assert_ne!(prepared.motions[0].tau, filtered[0].tau);
         assert!(!prepared.without_low_pass());

@@ -31,7 +31,7 @@ use lagrangian_motion::parallel::prelude::*;
 use regression::{JointFits, MOST_JOINTS};
 pub use repeated::check_validation;
 use serde::Serialize;
-pub use signals::LARGEST;
+pub use signals::{LARGEST, RANGE};
 
 use crate::stops::without;
 use crate::{Recording, Stop, stops};

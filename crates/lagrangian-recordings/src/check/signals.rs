@@ -129,9 +129,12 @@ fn short(x: f64) -> String {
     }
 }
 
+/// The item of what each signal reaches; in doubt where a joint seems to be in degrees.
+pub const RANGE: &str = "range";
+
 fn ranges(recording: &Recording, columns: &[Column<'_>], errors: f64) -> Item {
     let mut texts = Vec::new();
-    let mut item = Item::pass("range", "");
+    let mut item = Item::pass(RANGE, "");
     let swings = swings::swings(recording);
     let speeds = swings::of_signal(recording, Signal::Qd);
     for c in columns {

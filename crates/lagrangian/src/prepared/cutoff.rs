@@ -203,8 +203,12 @@ pub(super) fn choose(
     if measured || asked.smooth || asked.low_pass.is_some() || options.raw {
         return None;
     }
-    let recordings = few(recordings);
     let (coordinates, driven) = (&whole.0.coordinates, whole.0.driven());
+    // A passive joint is learned from its accelerations, and not from a torque that is none.
+    if driven.contains(&false) {
+        return None;
+    }
+    let recordings = few(recordings);
     let with = |low_pass: Option<f64>| {
         let own = EstimateOptions {
             low_pass,

@@ -95,6 +95,7 @@ impl Assessment {
         reasons.extend(of_torques(score, model.coordinates(), &joints));
         reasons.extend(of_nominal(model, motions, score));
         reasons.extend(of_accelerations(score, &joints));
+        reasons.extend(of_passive(model.coordinates(), score, &joints));
         reasons.extend(of_speed(model, motions, score));
         reasons.extend(of_work(model, motions, score));
         reasons.extend(inertia.and_then(of_inertia));
@@ -247,12 +248,13 @@ fn of_torques(score: &Score, coordinates: &Coordinates, joints: &[Forward]) -> V
         reasons.push(Reason::new(grade, finding, remedy));
     }
     let names = coordinates.0.iter().map(|c| c.name.as_str());
-    let is_passive = |k: usize| joints.get(k).is_some_and(|j| j.inertial_share > PASSIVE);
+    let share = |k: usize| joints.get(k).map_or(0.0, |j| j.inertial_share);
+    let is_passive = |k: usize| share(k) > PASSIVE;
     let is_remainder = |k: usize| joints.get(k).is_some_and(Forward::is_remainder);
     let lost = names
         .zip(&error.nmse)
         .enumerate()
-        .filter(|(k, (_, e))| **e >= 1.0 && !is_remainder(*k));
+        .filter(|(k, (_, e))| **e >= 1.0 && !is_remainder(*k) && share(*k).is_finite());
     // Each joint counts by itself, except where inertia and gravity cancel and noise remains: its acceleration tells then.
     let (passive, lost): (Vec<_>, Vec<_>) = lost.partition(|(k, _)| is_passive(*k));
     let small = "small beside the inertia that it balances, and ";
@@ -320,6 +322,24 @@ fn of_accelerations(score: &Score, joints: &[Forward]) -> Option<Reason> {
         ),
     };
     Some(Reason::new(grade, finding, remedy))
+}
+
+/// The accelerations of coordinates without a force, which are all that there is to predict of them.
+fn of_passive(coordinates: &Coordinates, score: &Score, joints: &[Forward]) -> Option<Reason> {
+    let (error, noise) = (score.acceleration.as_ref()?, score.acceleration_noise);
+    let most = if noise < 1.0 { 1.0 - noise } else { 1.0 };
+    let each = coordinates.0.iter().zip(joints).zip(&error.nmse);
+    let lost =
+        each.filter(|((_, joint), e)| joint.inertial_share == f64::INFINITY && *e - noise >= most);
+    let names: Vec<&str> = lost.map(|((own, _), _)| own.name.as_str()).collect();
+    (!names.is_empty()).then(|| {
+        let finding = format!(
+            "the acceleration of {}, which no force drives, is predicted no better than its mean",
+            names.join(", ")
+        );
+        let remedy = "choose another model, or record wider motions; a low-pass may have spoiled these (`low_pass` 0)";
+        Reason::new(Grade::Poor, finding, remedy)
+    })
 }
 
 /// Free accelerations that are wrong, and that fall with the speed.

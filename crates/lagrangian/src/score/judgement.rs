@@ -214,11 +214,10 @@ impl Score {
         if grade == Grade::Good {
             return Some(Judgement::new(grade, ""));
         }
-        if assessment
-            .joints
-            .get(i)
-            .is_some_and(|joint| nmse.is_finite() && !joint.predictable)
-        {
+        if assessment.joints.get(i).is_some_and(|joint| {
+            // Of a coordinate without a force nothing hides it.
+            nmse.is_finite() && joint.inertial_share.is_finite() && !joint.predictable
+        }) {
             let why = "below the noise: inertia is less of the torque than what stays unexplained, so that it cannot be predicted";
             return Some(Judgement::new(Grade::Fair, why));
         }

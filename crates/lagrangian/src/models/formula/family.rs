@@ -26,10 +26,7 @@ pub(crate) const ENTRY: Entry = Entry {
     saved_as: &[NAME],
     load: |saved| load(saved),
     candidates: &[Candidate {
-        on: |data, robot| {
-            let few = !data.forced || data.coordinates.dof() <= FEW_DRIVEN;
-            !robot && few && data.train.goal.is_empty() && can_be_searched(data)
-        },
+        on: |data, robot| !robot && data.train.goal.is_empty() && can_be_searched(data),
         ..Candidate::of_motion(0, "", &[])
     }],
     jointed: false,
@@ -38,9 +35,7 @@ pub(crate) const ENTRY: Entry = Entry {
 pub(crate) const NAME: &str = "formula";
 
 /// The largest number of coordinates of a system whose law is sought where no family is named.
-const FEW: usize = 3;
-/// … and of one whose forces are recorded: the joints of robots have friction that no law has.
-pub(crate) const FEW_DRIVEN: usize = 2;
+pub(crate) const FEW: usize = 3;
 
 fn can_be_searched(data: &Dataset) -> bool {
     data.coordinates.dof() <= FEW && data.train_times.longest() >= search::WINDOW

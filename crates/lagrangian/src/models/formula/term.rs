@@ -68,6 +68,14 @@ impl Term {
         two && !self.damps && still(&self.powers) && still(&self.turns)
     }
 
+    /// Whether a linear system of lines has it: at most two coordinates or velocities are multiplied.
+    pub(super) fn is_linear(&self) -> bool {
+        let powers: i8 = self.powers.iter().map(|k| k.abs()).sum();
+        let positive = self.powers.iter().all(|k| *k >= 0);
+        let harmonic = self.sine || self.turns.iter().any(|k| *k != 0);
+        positive && !harmonic && powers as usize + self.speeds.len() <= 2
+    }
+
     /// Whether its value changes with coordinate `i`.
     pub(crate) fn depends_on(&self, i: usize) -> bool {
         let uses = |all: &[i8]| all.get(i).is_some_and(|k| *k != 0);

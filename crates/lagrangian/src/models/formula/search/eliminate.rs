@@ -431,10 +431,12 @@ pub(super) fn path(
 
 /// The mean square misfit of rows. A few windows that nothing resolves do not rule.
 fn misfit(each: &[[f64; 2]]) -> f64 {
-    let mut each: Vec<f64> = each
-        .iter()
-        .map(|[r, s]| (r / s).powi(2).min(1e12))
-        .collect();
+    let square = |[r, s]: &[f64; 2]| match s.is_finite() {
+        true => (r / s).powi(2).min(1e12),
+        // Coefficients without bounds explain nothing.
+        false => 1e12,
+    };
+    let mut each: Vec<f64> = each.iter().map(square).collect();
     sort_numbers(&mut each);
     let most = (USUAL * each.len() as f64).ceil() as usize;
     each[..most].iter().sum::<f64>() / most.max(1) as f64

@@ -174,8 +174,8 @@ impl Reading {
     }
 }
 
-/// The readings of the coordinates that explain rows about as well as any, by the number of values that they need; the coordinates as they
-/// were declared where none explains them.
+/// The readings of the coordinates that explain rows about as well as any, those that do it best by the number of values that they need; the
+/// coordinates as they were declared where none explains them.
 fn readings(dataset: &Dataset, clock: &Instant, observer: &mut dyn Observer) -> Vec<Reading> {
     let all: Vec<usize> = (0..dataset.coordinates.dof()).collect();
     let readings = library::readings(&dataset.coordinates).into_iter();
@@ -206,7 +206,8 @@ fn readings(dataset: &Dataset, clock: &Instant, observer: &mut dyn Observer) -> 
         true => found.retain(|own| own.0 <= LIKELY * least.max(1.0)),
         false => found.truncate(1),
     }
-    found.sort_by_key(|own| own.1);
+    let worse = |misfit: f64| misfit > NEARLY * least.max(1.0);
+    found.sort_by_key(|own| (worse(own.0), own.1));
     found.into_iter().map(|own| own.2).collect()
 }
 
@@ -392,12 +393,17 @@ impl Candidates<'_> {
         simple.sort_unstable();
         let mut path = eliminate::path(own.clone().collect(), apart, &limits, tell);
         if group.len() > 1 {
-            path.extend(eliminate::path(
-                own.clone().collect(),
-                active,
-                &limits,
-                tell,
-            ));
+            // Springs and dampers between coordinates, which many terms hide whose motions are alike.
+            let linear = |k: &usize| terms.get(*k).is_none_or(Term::is_linear);
+            let linear: Vec<usize> = active.iter().copied().filter(linear).collect();
+            for active in [active, linear] {
+                path.extend(eliminate::path(
+                    own.clone().collect(),
+                    active,
+                    &limits,
+                    tell,
+                ));
+            }
         }
         // Where motions are short or alike many terms explain them, and the way down loses the law.
         path.extend(eliminate::path(own.collect(), simple, &limits, tell));
@@ -455,12 +461,15 @@ impl Search<'_> {
         let mut refined = refine::refine(self.dataset, &start, self.given, observer)?;
         let rounds = if start.len() > MANY { 1 } else { ROUNDS };
         for round in 0..=rounds {
-            let ended = observer.stage("looking for other terms", 0.5).is_break();
-            if ended || self.is_over() {
+            if observer.stage("looking for other terms", 0.5).is_break() {
                 break;
             }
             let mut next = start.clone();
+            // What is nothing goes, however late it is.
             if !next.without(&refined, SIGNIFICANT) {
+                if self.is_over() {
+                    break;
+                }
                 let most = if self.is_after(SOON) { POOR } else { HOPELESS };
                 let full = round == rounds || next.len() >= MOST_TERMS;
                 if !(EXACT..most).contains(&refined.misfit) || full {
