@@ -110,6 +110,20 @@ fn standard_names_may_be_followed_by_their_units() {
     approx::assert_abs_diff_eq!(swings.q[2], PI / 180.0);
     approx::assert_abs_diff_eq!(swings.q[3], 5e-4);
     approx::assert_abs_diff_eq!(swings.tau[5], 4e-3);
+    // A force of an unknown unit is not left out: its motion is not free.
+    let volts = "t [ms],q1 [deg],q2 (mm),tau1 (V)";
+    let refused = read(volts, &Layout::default()).unwrap_err().to_string();
+    assert!(refused.contains("'tau1 (V)' is not known"), "{refused}");
+    let named = Layout {
+        columns: Signals {
+            q: vec!["q1".into()],
+            tau: vec!["tau1 (V)".into()],
+            ..Signals::default()
+        },
+        ..Layout::default()
+    };
+    let driven = read(volts, &named).unwrap().recordings.remove(0);
+    approx::assert_abs_diff_eq!(driven.tau[5], 25.0);
     // A flag names them with or without the unit.
     for name in ["q1", "q1 [deg]"] {
         let layout = Layout {

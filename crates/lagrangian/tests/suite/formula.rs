@@ -257,6 +257,78 @@ fn the_law_of_two_driven_coordinates_is_sought_in_what_was_measured() {
     }
 }
 
+/// A frame of three storeys, the top of which a force shakes: positions and that force, with noise.
+fn frame() -> Recording {
+    let (masses, springs, dampers) = ([5.0, 5.0, 4.0], 4500.0, 3.6);
+    let (h, parts, rows) = (0.005, 10, 3000);
+    let drive = |t: f64| -> f64 {
+        let part = |k: i32| (f64::from(k) * t + f64::from(k * k)).sin();
+        [5, 11, 17, 26, 33, 41, 52]
+            .map(part)
+            .iter()
+            .map(|x| 8.0 * x)
+            .sum()
+    };
+    let rates = |x: &[f64; 6], t: f64| -> [f64; 6] {
+        let pull = |k: usize| {
+            let [q, v] = [0, 3].map(|at| x[at + k] - if k > 0 { x[at + k - 1] } else { 0.0 });
+            springs * q + dampers * v
+        };
+        let above = |k: usize| if k < 2 { pull(k + 1) } else { drive(t) };
+        let push = |k: usize| (above(k) - pull(k)) / masses[k];
+        [x[3], x[4], x[5], push(0), push(1), push(2)]
+    };
+    let mut rng = ChaCha8Rng::seed_from_u64(6);
+    let (mut x, mut signals) = ([0.0; 6], Signals::default());
+    for row in 0..rows {
+        let t = h * f64::from(row);
+        signals
+            .q
+            .extend(x[..3].iter().map(|q| q + 2e-5 * normal(&mut rng)));
+        signals
+            .tau
+            .extend([0.0, 0.0, drive(t) + 0.2 * normal(&mut rng)]);
+        for part in 0..parts {
+            let (t, h) = (
+                t + h * f64::from(part) / f64::from(parts),
+                h / f64::from(parts),
+            );
+            let middle: [f64; 6] = {
+                let slope = rates(&x, t);
+                std::array::from_fn(|i| x[i] + 0.5 * h * slope[i])
+            };
+            let slope = rates(&middle, t + 0.5 * h);
+            x = std::array::from_fn(|i| x[i] + h * slope[i]);
+        }
+    }
+    let times = (0..rows).map(|row| h * f64::from(row)).collect();
+    Recording::new("frame", Coordinates::lines(3), times, signals)
+}
+
+#[test]
+fn masses_springs_and_dampers_of_a_frame_are_found_where_one_storey_is_driven() {
+    let spec = FitSpec::default();
+    let prepared = Prepared::new(vec![frame()], Vec::new(), &spec).unwrap();
+    // Two storeys have no force that could tell a low-pass.
+    assert_eq!(prepared.low_pass, None);
+    let candidates = FitConfig::candidates(&prepared.dataset, &prepared.estimates, &spec).unwrap();
+    let selection = select(&prepared.dataset, candidates, None, &mut ()).unwrap();
+    let model = selection.fit.model;
+    let written = model.written().unwrap();
+    assert!(written.is_law(), "{written:?}");
+    let (q, qd, tau) = ([0.01, -0.02, 0.03], [0.1, 0.2, -0.1], [0.0, 0.0, 10.0]);
+    let found = model.forward_dynamics(&q, &qd, &tau).unwrap();
+    let stretch = [0.01, -0.03, 0.05, 0.1, 0.1, -0.3];
+    let pull = |k: usize| 4500.0 * stretch[k] + 3.6 * stretch[3 + k];
+    let [a, b, c] = [0, 1, 2].map(pull);
+    for (own, exact) in found
+        .iter()
+        .zip([(b - a) / 5.0, (c - b) / 5.0, (10.0 - c) / 4.0])
+    {
+        assert!((own - exact).abs() < 0.1, "{own} {exact}");
+    }
+}
+
 /// A pendulum with friction that this force drives, its positions and forces recorded with errors of these deviations.
 fn driven(force: &rollout::Force<'_>, seed: u64, [of_positions, of_forces]: [f64; 2]) -> Recording {
     let system = by_name("pendulum", &[]).unwrap();

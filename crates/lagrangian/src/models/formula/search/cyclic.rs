@@ -40,6 +40,8 @@ const OWN: f64 = 0.05;
 const MOSTLY: f64 = 0.8;
 /// It is told from noise where it is so many times as large.
 const TELLING: f64 = 10.0;
+/// Two momenta are one where their values correlate by more.
+const ALIKE: f64 = 0.98;
 /// What changes a momentum: friction by q̇ and by its sign, and the force.
 const IMPULSES: usize = 3;
 /// The part of a noisy motion that is left out at each end.
@@ -80,16 +82,29 @@ pub(crate) fn drifts(dataset: &Dataset) -> Vec<Option<Drift>> {
         unexplained(dataset, omitted) > (FELT * with + EXACT).min(UNTOLD)
     };
     let drift = |i: usize| {
-        let own = motions.momentum(i)?;
+        let (own, values) = motions.momentum(i)?;
         let kept = own.kept && !are_felt(&[i]);
-        Some(Drift { kept, ..own })
+        Some((Drift { kept, ..own }, values))
     };
-    let mut all: Vec<Option<Drift>> = (0..n).map(drift).collect();
+    let found: Vec<Option<(Drift, Vec<f64>)>> = (0..n).map(drift).collect();
+    let drift_of = |own: &Option<(Drift, _)>| own.as_ref().map(|own| own.0);
+    let mut all: Vec<Option<Drift>> = found.iter().map(drift_of).collect();
     let is_kept = |i: &usize| all[*i].is_some_and(|own| own.kept);
     let kept: Vec<usize> = (0..n).filter(is_kept).collect();
     // Of coordinates that depend on each other, as of two bodies about their centre, any one can be spared, but not all of them.
     if kept.len() > 1 && are_felt(&kept) {
         all.iter_mut().flatten().for_each(|own| own.kept = false);
+        return all;
+    }
+    // The momentum of a spin depends on no angle of its axis either, and is that of one coordinate: the one that is felt least.
+    let values = |i: usize| found[i].as_ref().map_or(&[][..], |own| &own.1);
+    let pairs = kept.iter().enumerate();
+    for (i, j) in pairs.flat_map(|(at, i)| kept[..at].iter().map(move |j| (*i, *j))) {
+        if correlation(values(i), values(j)) > ALIKE {
+            let [own, other] = [i, j].map(|i| unexplained(dataset, &[i]));
+            let felt = if own < other { j } else { i };
+            all[felt].iter_mut().for_each(|own| own.kept = false);
+        }
     }
     all
 }
@@ -98,7 +113,7 @@ pub(crate) fn drifts(dataset: &Dataset) -> Vec<Option<Drift>> {
 pub(crate) fn contradiction(dataset: &Dataset, i: usize) -> Option<String> {
     let name = &dataset.coordinates.0[i].name;
     let [smoothed, raw] = [true, false].map(|smooth| Motions::of(dataset, smooth)?.momentum(i));
-    let share = f64::min(smoothed?.share, raw?.share);
+    let share = f64::min(smoothed?.0.share, raw?.0.share);
     if share > CONTRADICTED {
         return Some(format!(
             "no momentum that is independent of {name} is kept: the best changes along motions by {:.0} % of its size",
@@ -190,15 +205,17 @@ impl<'a> Motions<'a> {
         (own.all.len() >= FEWEST).then_some(own)
     }
 
-    /// The momentum that drifts least among those that do not depend on coordinate `i`, beside its friction and its force.
-    fn momentum(&self, i: usize) -> Option<Drift> {
-        let mut best: Option<Drift> = None;
+    /// The momentum that drifts least among those that do not depend on coordinate `i`, beside its friction and its force, and its values at
+    /// some states.
+    fn momentum(&self, i: usize) -> Option<(Drift, Vec<f64>)> {
+        let mut best: Option<(Drift, Vec<f64>)> = None;
         for functions in &self.functions {
             let own = self.momentum_of(functions, i)?;
-            if best.is_none_or(|best| own.share < best.share || own.kept) {
+            let kept = own.0.kept;
+            if (best.as_ref()).is_none_or(|best| own.0.share < best.0.share || kept) {
                 best = Some(own);
             }
-            if own.kept {
+            if kept {
                 break;
             }
         }
@@ -206,7 +223,7 @@ impl<'a> Motions<'a> {
     }
 
     /// As [`Motions::momentum`], of these functions; it is found on every other motion, and judged by the rest.
-    fn momentum_of(&self, functions: &[Term], i: usize) -> Option<Drift> {
+    fn momentum_of(&self, functions: &[Term], i: usize) -> Option<(Drift, Vec<f64>)> {
         let n = self.speeds.len();
         let moving = |j: &usize| !self.dataset.coordinates.is_parameter(*j);
         if !moving(&i) {
@@ -225,20 +242,32 @@ impl<'a> Motions<'a> {
             own.for_each(|motion| sums.add(motion, (&terms, &self.speeds), &impulses));
             sums
         });
-        let mut best: Option<Drift> = None;
+        let mut best: Option<(Drift, Vec<f64>)> = None;
         for (share, momentum) in found_on.momenta(driven)? {
             if !self.has_own(&terms, &momentum, i) {
                 continue;
             }
             let own = judged_on.drift(&momentum, driven);
-            if best.is_none_or(|best| own.share < best.share || own.kept) {
-                best = Some(own);
+            if (best.as_ref()).is_none_or(|best| own.share < best.0.share || own.kept) {
+                best = Some((own, self.values(&terms, &momentum)));
             }
             if own.kept || share > KEPT {
                 break;
             }
         }
         best
+    }
+
+    /// A momentum at some states.
+    fn values(&self, terms: &[(&Term, usize)], momentum: &[f64]) -> Vec<f64> {
+        let (n, states) = (self.speeds.len(), self.dataset.train.spread(LOOKED_AT));
+        let pairs = states.q.chunks_exact(n).zip(states.qd.chunks_exact(n));
+        let value = |(q, qd): (&[f64], &[f64])| -> f64 {
+            let each = terms.iter().zip(momentum);
+            each.map(|((f, j), c)| c * f.place(q) * qd[*j] / self.speeds[*j])
+                .sum()
+        };
+        pairs.map(value).collect()
     }
 
     /// Whether the velocity of coordinate `i` has a part in a momentum, at most states.
@@ -299,6 +328,17 @@ impl Motion {
             impulses,
         }
     }
+}
+
+/// The size of the correlation of two signals.
+fn correlation(a: &[f64], b: &[f64]) -> f64 {
+    let about = |x: &[f64]| -> Vec<f64> {
+        let middle = x.iter().sum::<f64>() / x.len().max(1) as f64;
+        x.iter().map(|x| x - middle).collect()
+    };
+    let [a, b] = [a, b].map(about);
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    product(&a, &b).abs() / (product(&a, &a) * product(&b, &b)).sqrt()
 }
 
 /// What a sum of random features of positions, velocities and forces leaves of the accelerations, in parts of their variances.
