@@ -86,7 +86,7 @@ pub(crate) fn drifts(dataset: &Dataset) -> Vec<Option<Drift>> {
         let kept = own.kept && !are_felt(&[i]);
         Some((Drift { kept, ..own }, values))
     };
-    let found: Vec<Option<(Drift, Vec<f64>)>> = (0..n).map(drift).collect();
+    let found: Vec<Option<(Drift, Vec<Vec<f64>>)>> = (0..n).map(drift).collect();
     let drift_of = |own: &Option<(Drift, _)>| own.as_ref().map(|own| own.0);
     let mut all: Vec<Option<Drift>> = found.iter().map(drift_of).collect();
     let is_kept = |i: &usize| all[*i].is_some_and(|own| own.kept);
@@ -98,9 +98,15 @@ pub(crate) fn drifts(dataset: &Dataset) -> Vec<Option<Drift>> {
     }
     // The momentum of a spin depends on no angle of its axis either, and is that of one coordinate: the one that is felt least.
     let values = |i: usize| found[i].as_ref().map_or(&[][..], |own| &own.1);
+    let is_one = |i: usize, j: usize| {
+        let mut pairs = values(i)
+            .iter()
+            .flat_map(|a| values(j).iter().map(move |b| (a, b)));
+        pairs.all(|(a, b)| correlation(a, b) > ALIKE)
+    };
     let pairs = kept.iter().enumerate();
     for (i, j) in pairs.flat_map(|(at, i)| kept[..at].iter().map(move |j| (*i, *j))) {
-        if correlation(values(i), values(j)) > ALIKE {
+        if is_one(i, j) {
             let [own, other] = [i, j].map(|i| unexplained(dataset, &[i]));
             let felt = if own < other { j } else { i };
             all[felt].iter_mut().for_each(|own| own.kept = false);
@@ -206,9 +212,9 @@ impl<'a> Motions<'a> {
     }
 
     /// The momentum that drifts least among those that do not depend on coordinate `i`, beside its friction and its force, and its values at
-    /// some states.
-    fn momentum(&self, i: usize) -> Option<(Drift, Vec<f64>)> {
-        let mut best: Option<(Drift, Vec<f64>)> = None;
+    /// some states, after which those of others that are kept follow.
+    fn momentum(&self, i: usize) -> Option<(Drift, Vec<Vec<f64>>)> {
+        let mut best: Option<(Drift, Vec<Vec<f64>>)> = None;
         for functions in &self.functions {
             let own = self.momentum_of(functions, i)?;
             let kept = own.0.kept;
@@ -223,7 +229,7 @@ impl<'a> Motions<'a> {
     }
 
     /// As [`Motions::momentum`], of these functions; it is found on every other motion, and judged by the rest.
-    fn momentum_of(&self, functions: &[Term], i: usize) -> Option<(Drift, Vec<f64>)> {
+    fn momentum_of(&self, functions: &[Term], i: usize) -> Option<(Drift, Vec<Vec<f64>>)> {
         let n = self.speeds.len();
         let moving = |j: &usize| !self.dataset.coordinates.is_parameter(*j);
         if !moving(&i) {
@@ -242,16 +248,22 @@ impl<'a> Motions<'a> {
             own.for_each(|motion| sums.add(motion, (&terms, &self.speeds), &impulses));
             sums
         });
-        let mut best: Option<(Drift, Vec<f64>)> = None;
+        let mut best: Option<(Drift, Vec<Vec<f64>>)> = None;
         for (share, momentum) in found_on.momenta(driven)? {
             if !self.has_own(&terms, &momentum, i) {
                 continue;
             }
             let own = judged_on.drift(&momentum, driven);
-            if (best.as_ref()).is_none_or(|best| own.share < best.0.share || own.kept) {
-                best = Some((own, self.values(&terms, &momentum)));
+            let values = || self.values(&terms, &momentum);
+            match &mut best {
+                Some((best, others)) if best.kept => {
+                    others.extend(own.kept.then(values));
+                }
+                Some((best, _)) if !own.kept && own.share >= best.share => (),
+                _ => best = Some((own, vec![values()])),
             }
-            if own.kept || share > KEPT {
+            let several = best.as_ref().is_some_and(|own| own.1.len() >= FEWEST);
+            if several || share > KEPT {
                 break;
             }
         }
