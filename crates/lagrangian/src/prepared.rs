@@ -157,16 +157,10 @@ impl Prepared {
         if let Some(spare) = spare {
             (own, delay) = own.of_robot(spare, asked)?;
         }
-        let measured = match measured {
-            Some(measured) => own.keep_unfiltered(measured, delay.as_ref(), asked)?,
-            None => None,
-        };
+        let keep = |measured| own.keep_unfiltered(measured, delay.as_ref(), asked);
+        let measured = measured.map(keep).transpose()?.flatten();
         let (kept, cyclic) = spec.cyclic(&own.dataset)?;
-        for item in check.items.iter_mut().filter(|item| item.name == RANGE) {
-            let own = item.claim.and_then(|own| own.coordinate);
-            // A wheel turns as far as it likes.
-            item.doubtful &= !own.is_some_and(|i| kept.contains(&i));
-        }
+        acquit_wheels(&mut check, &kept);
         own.dataset.keep_from(kept);
         let held_out = !own.validation.is_empty();
         let motions = own.motions();
@@ -244,6 +238,14 @@ impl Prepared {
             item.finding += "; but the model explains what they do";
             (item.verdict, item.doubtful) = (Verdict::Pass, false);
         }
+    }
+}
+
+/// Withdraws the doubt that a coordinate is in degrees where it is cyclic: a wheel turns as far as it likes.
+fn acquit_wheels(check: &mut CheckReport, cyclic: &[usize]) {
+    for item in check.items.iter_mut().filter(|item| item.name == RANGE) {
+        let own = item.claim.and_then(|own| own.coordinate);
+        item.doubtful &= !own.is_some_and(|i| cyclic.contains(&i));
     }
 }
 
