@@ -114,14 +114,6 @@ pub(super) fn resolve(headers: &[String], layout: &Layout) -> Result<Resolved> {
         numbers[0] = numbers[1];
         notes.push(format!("time is counted: the rows are {seconds} s apart"));
     }
-    if let Some(name) = headers.iter().find(|h| is_force_of_unknown_unit(h))
-        && signals.tau.is_empty()
-    {
-        let finding = format!("the unit of the force '{}' is not known", shown(name));
-        let remedy =
-            "name the column with `tau`, for its numbers as they are, or give N, mN, N·m, Nmm, A …";
-        return Err(finder.error(finding, remedy));
-    }
     let is_used = |i: &usize| numbers.contains(i) || trajectory_at == Some(*i);
     let ignored = (0..headers.len()).filter(|i| !is_used(i));
     let ignored = ignored.map(|i| shown(&headers[i])).collect();
@@ -150,14 +142,6 @@ pub(super) fn resolve(headers: &[String], layout: &Layout) -> Result<Resolved> {
             .sample
             .map(|s| if estimated { s.for_estimates() } else { s }),
     })
-}
-
-/// Whether a column has the name of a force, `tau1`, and a unit that is none of ours: without it a driven motion would pass for a free one.
-fn is_force_of_unknown_unit(header: &str) -> bool {
-    let own = Stated::of(header);
-    let number = own.bare.strip_prefix(Signal::Tau.name());
-    let counts = number.is_some_and(|k| !k.is_empty() && k.bytes().all(|b| b.is_ascii_digit()));
-    counts && !own.written.is_empty() && own.unit.is_none()
 }
 
 /// The coordinates with the names `q`, as the layout declares them.
@@ -361,7 +345,28 @@ impl<'a> Finder<'a> {
         if signals.goal.is_empty() {
             self.refuse_drives_without_goals(layout, &signals)?;
         }
+        if signals.tau.is_empty() {
+            self.refuse_forces_of_unknown_units()?;
+        }
         Ok(signals)
+    }
+
+    /// Refuses a column with the name of a force, `tau1`, and a unit that is none of ours: without it a driven motion would pass for a free
+    /// one.
+    fn refuse_forces_of_unknown_units(&self) -> Result<()> {
+        let is_unknown = |header: &&String| {
+            let own = Stated::of(header);
+            let number = own.bare.strip_prefix(Signal::Tau.name());
+            let is_number = |k: &str| !k.is_empty() && k.bytes().all(|b| b.is_ascii_digit());
+            number.is_some_and(is_number) && !own.written.is_empty() && own.unit.is_none()
+        };
+        let Some(name) = self.headers.iter().find(is_unknown) else {
+            return Ok(());
+        };
+        let finding = format!("the unit of the force '{}' is not known", shown(name));
+        let remedy =
+            "name the column with `tau`, for its numbers as they are, or give N, mN, N·m, Nmm, A …";
+        Err(self.error(finding, remedy))
     }
 
     /// The columns of drive commands: as many as coordinates, or one for all of them. By default only goals are searched,

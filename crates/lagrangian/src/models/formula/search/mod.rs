@@ -391,22 +391,17 @@ impl Candidates<'_> {
         simple.truncate(SIMPLE * group.len());
         simple.extend(&limits.keep);
         simple.sort_unstable();
-        let mut path = eliminate::path(own.clone().collect(), apart, &limits, tell);
+        let mut down = |active| eliminate::path(own.clone().collect(), active, &limits, tell);
+        let mut path = down(apart);
         if group.len() > 1 {
             // Springs and dampers between coordinates, which many terms hide whose motions are alike.
             let linear = |k: &usize| terms.get(*k).is_none_or(Term::is_linear);
             let linear: Vec<usize> = active.iter().copied().filter(linear).collect();
-            for active in [active, linear] {
-                path.extend(eliminate::path(
-                    own.clone().collect(),
-                    active,
-                    &limits,
-                    tell,
-                ));
-            }
+            path.extend(down(active));
+            path.extend(down(linear));
         }
         // Where motions are short or alike many terms explain them, and the way down loses the law.
-        path.extend(eliminate::path(own.collect(), simple, &limits, tell));
+        path.extend(down(simple));
         // Of as many terms the best, so that the loss by one term less is that of one way.
         sort_by_number(&mut path, |own| own.misfit.max(own.held));
         sort_by_number(&mut path, |own| -(own.values.len() as f64));
