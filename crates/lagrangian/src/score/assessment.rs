@@ -302,8 +302,9 @@ fn driven(error: &SignalError, joints: &[Forward]) -> f64 {
 /// Accelerations: of free motions by their error, of a driven machine where they can be predicted.
 fn of_accelerations(score: &Score, joints: &[Forward]) -> Option<Reason> {
     let error = score.acceleration.as_ref()?;
-    if score.torque.is_some() && !joints.is_empty() {
-        return of_driven(joints);
+    if let Some(torque) = score.torque.as_ref().filter(|_| !joints.is_empty()) {
+        // Of torques that are not predicted either another reason speaks.
+        return of_driven(joints).filter(|_| torque.unexplained() < 1.0);
     }
     let mean = error.nmse_mean;
     let finding = format!("the squared error of its accelerations is {mean:.3} of their variance");
