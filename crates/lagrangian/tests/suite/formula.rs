@@ -279,7 +279,7 @@ fn frame() -> Recording {
         [x[3], x[4], x[5], push(0), push(1), push(2)]
     };
     let mut rng = ChaCha8Rng::seed_from_u64(6);
-    let (mut x, mut signals) = ([0.0; 6], Signals::default());
+    let (mut x, mut signals) = ([0.0; 6], Signals::<Vec<f64>>::default());
     for row in 0..rows {
         let t = h * f64::from(row);
         signals
