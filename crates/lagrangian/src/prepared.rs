@@ -613,7 +613,7 @@ mod tests {
     }
 
     #[test]
-    fn a_law_is_evaluated_without_the_low_pass_and_with_the_shift() {
+    fn a_law_is_evaluated_without_the_low_pass() {
         let system = by_name("pendulum", &[]).unwrap();
         // Steps of 0.1 s, by a bit of noise of their own.
         let drive = |t: f64| 6.0 * (1e3 * ((t / 0.1 + 1e-6).floor() + 1.0).sin()).sin();
@@ -630,15 +630,16 @@ mod tests {
             Recording::new(format!("log {k}"), system.coordinates().clone(), t, signals)
         };
         let training: Vec<Recording> = (0..3).map(recording).collect();
-        let mut prepared = Prepared::new(training, Vec::new(), &FitSpec::default()).unwrap();
-        let (filtered, delay) = (prepared.motions.clone(), prepared.delay.clone());
-        assert!(prepared.low_pass.is_some() && delay.is_some());
+        let mut spec = FitSpec::default();
+        spec.prepare.delay = vec![0.0];
+        let mut prepared = Prepared::new(training, Vec::new(), &spec).unwrap();
+        let filtered = prepared.motions.clone();
+        assert!(prepared.low_pass.is_some());
         assert!(prepared.without_low_pass());
         assert_eq!(
             (prepared.low_pass.as_ref(), prepared.options.low_pass),
             (None, None)
         );
-        assert_eq!(prepared.delay, delay);
         let names = |all: &[Trajectory]| -> Vec<String> {
             all.iter().map(|own| own.name.clone()).collect()
         };
