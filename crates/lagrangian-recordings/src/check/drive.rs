@@ -453,23 +453,6 @@ fn inertias(recordings: &[Recording], fits: &JointFits, errors: f64) -> Vec<Item
         .collect()
 }
 
-/// Whether a coordinate that moves has no force while another has some.
-fn has_passive(recordings: &[Recording]) -> bool {
-    let Some(first) = recordings.first() else {
-        return false;
-    };
-    let n = first.dof();
-    let driven = |i: &usize| {
-        let mut own = recordings
-            .iter()
-            .flat_map(|r| r.tau.iter().skip(*i).step_by(n));
-        own.any(|tau| *tau != 0.0)
-    };
-    let moving = (0..n).filter(|i| !first.coordinates.is_parameter(*i));
-    let (driven, passive): (Vec<usize>, Vec<usize>) = moving.partition(driven);
-    !(driven.is_empty() || passive.is_empty())
-}
-
 /// An item about noise in the accelerations, with the low-pass that helps.
 fn accelerations(recordings: &[Recording], fits: &JointFits) -> Option<Item> {
     let known = fits.uncertainty.iter().zip(names(recordings));
@@ -483,17 +466,20 @@ fn accelerations(recordings: &[Recording], fits: &JointFits) -> Option<Item> {
         100.0 * noise
     );
     let noisy = *worst > UNCERTAIN || *worst > SHAKEN && noise > NOISY_FORCES;
-    let Some(low_pass) = fits.low_pass else {
-        let remedy = "record faster or more exciting motions, or choose a `low_pass` yourself: the motion explains too little of the forces to tell which";
+    let all_driven = fits.undriven.is_empty();
+    let Some(low_pass) = fits.low_pass.filter(|_| all_driven) else {
+        let remedy = match fits.low_pass {
+            None => {
+                "record faster or more exciting motions, or choose a `low_pass` yourself: the motion explains too little of the forces to tell which"
+            }
+            Some(_) => {
+                "record faster or more exciting motions: a coordinate without a force is learned from its accelerations, for which no low-pass is chosen"
+            }
+        };
         let item = Item::pass("acceleration", finding).warn_if(noisy, remedy);
         return Some(item.value("uncertainty", *worst));
     };
     let (hertz, explained) = (low_pass.hertz, 100.0 * low_pass.explained);
-    if has_passive(recordings) {
-        let remedy = "record faster or more exciting motions: a coordinate without a force is learned from its accelerations, for which no low-pass is chosen";
-        let item = Item::pass("acceleration", finding).warn_if(noisy, remedy);
-        return Some(item.value("uncertainty", *worst));
-    }
     let finding = format!(
         "{finding}; after a low-pass of {hertz} Hz the motion explains {explained:.1} % of the forces"
     );
