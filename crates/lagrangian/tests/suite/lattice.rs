@@ -111,6 +111,29 @@ fn the_law_of_a_chain_between_walls_is_found_saved_and_used_on_more_sites() {
 }
 
 #[test]
+fn weaker_bonds_to_the_next_but_one_are_found_whatever_is_at_the_ends() {
+    for [near, far] in [
+        [Ends::Free, Ends::Free],
+        [Ends::Walls, Ends::Free],
+        [Ends::Ring; 2],
+    ] {
+        let mut truth = lattice(16, &[(1, near), (2, far)], true);
+        // Two fifths of the pull of the nearest.
+        let (coordinates, shape) = (truth.coordinates().clone(), truth.shape().clone());
+        let mut parameters = truth.parameters().to_vec();
+        let far = parameters.len() - 5;
+        parameters[far..].iter_mut().for_each(|own| *own *= 0.4);
+        truth = Lattice::new(coordinates, shape, parameters, None).unwrap();
+        let fit = fitted(recordings(&truth, 0.5, 5e-4), LatticeConfig::default()).unwrap();
+        let (text, verdict) = law(&fit);
+        assert_eq!(verdict, "law", "{text}");
+        for (term, expected) in fit.model.parameters().iter().zip([0.5, 0.125, 0.2, 0.05]) {
+            assert!((term.value - expected).abs() < 0.02 * expected, "{text}");
+        }
+    }
+}
+
+#[test]
 fn the_rows_of_a_grid_are_told_apart_and_it_has_no_other_size() {
     // Rows of 5 that do not meet: 5 apart is a bond, 1 apart is one but across the ends of rows.
     let mut truth = lattice(25, &[(5, Ends::Free)], true);

@@ -26,6 +26,8 @@ pub(super) struct Found {
 /// the number of sites: the rows of a grid meet at as few sites.
 const SIGNIFICANT: f64 = 5.0;
 const LARGE: f64 = 0.4;
+/// The number of offsets that are tried beyond those that are no chance.
+const MORE: usize = 2;
 /// The largest number of offsets; more are no sparse neighbourhood.
 const MOST_OFFSETS: usize = 12;
 /// A bond weaker than this part of the strongest of its kind does not exist, where it is known to this part.
@@ -74,7 +76,7 @@ pub(super) fn find(
     Ok(found.collect())
 }
 
-/// The offsets at which sites are coupled, the strongest first; the next site where the motions do not tell.
+/// The offsets at which sites are coupled, the strongest first, or the next site where the motions do not tell; then others that may be.
 fn offsets(moments: &[Moments], n: usize) -> Result<Vec<usize>> {
     let every = (moments.len() * n * n).div_ceil(MOST_VALUES).max(1);
     let some: Vec<&Moments> = moments.iter().step_by(every).collect();
@@ -130,10 +132,16 @@ fn offsets(moments: &[Moments], n: usize) -> Result<Vec<usize>> {
     let mut found: Vec<usize> = (1..=n / 2).filter(|own| strength(*own) > least).collect();
     found.sort_by(|a, b| strength(*b).total_cmp(&strength(*a)));
     match found.len() {
-        0 => Ok(vec![1]),
-        1..=MOST_OFFSETS => Ok(found),
-        many => Err(not_sparse(many)),
+        0 => found.push(1),
+        1..=MOST_OFFSETS => {}
+        many => return Err(not_sparse(many)),
     }
+    // A chain with ends is no ring: a law of those alone that does not explain the motions is compared with one of more.
+    for _ in 0..MORE {
+        let others = (1..=n / 2).filter(|own| !found.contains(own));
+        found.extend(others.max_by(|a, b| strength(*a).total_cmp(&strength(*b))));
+    }
+    Ok(found)
 }
 
 fn not_sparse(many: usize) -> Error {

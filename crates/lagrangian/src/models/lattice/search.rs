@@ -98,10 +98,13 @@ fn cheapest(
     } else {
         found.len()
     };
-    for count in least.max(1)..=found.len().max(1) {
+    let counts = least.max(1)..=found.len().max(1);
+    // Neighbours farther apart may have other ends than the nearest, as where walls hold the last sites alone.
+    let each = counts.flat_map(|count| [false, true].map(|mixed| (count, mixed)));
+    for (count, mixed) in each.filter(|(count, mixed)| !mixed || *count == 2) {
         let mut own = found[..count.min(found.len())].to_vec();
         own.sort_by_key(|own| own.offset);
-        let shapes = shapes(dataset, &own, moments);
+        let shapes = shapes(dataset, &own, moments, mixed);
         let last = shapes.len();
         for (k, shape) in shapes.into_iter().enumerate() {
             if !tell("fitting laws", 0.2 + 0.6 * k as f64 / last as f64) && best.is_some() {
@@ -118,7 +121,7 @@ fn cheapest(
         let explains = |(law, sums): &(Fitted, Sums)| {
             misfit(law, law.noise(sums, moments, dataset), false).is_explained()
         };
-        if count < found.len() && best.as_ref().is_some_and(explains) {
+        if best.as_ref().is_some_and(explains) {
             break;
         }
     }
@@ -132,8 +135,13 @@ fn nothing() -> Error {
     )
 }
 
-/// The laws that are tried, the simplest first.
-fn shapes(dataset: &Dataset, found: &[Found], moments: &[Moments]) -> Vec<LatticeShape> {
+/// The laws that are tried, the simplest first: with the same variant of each kind of bonds, or of two kinds with different ones.
+fn shapes(
+    dataset: &Dataset,
+    found: &[Found],
+    moments: &[Moments],
+    mixed: bool,
+) -> Vec<LatticeShape> {
     let coordinates = &dataset.coordinates;
     let n = coordinates.dof();
     let states = || {
@@ -145,14 +153,24 @@ fn shapes(dataset: &Dataset, found: &[Found], moments: &[Moments]) -> Vec<Lattic
         range(states().flat_map(|q| pairs.iter().map(move |pair| stretch(q, *pair))))
     };
     let places = range(states().flatten().copied());
-    let most = found.iter().map(|own| own.variants.len()).max();
+    let most = found
+        .iter()
+        .map(|own| own.variants.len())
+        .max()
+        .unwrap_or(1);
+    let each = (0..most).flat_map(|first| (0..most).map(move |second| [first, second]));
     let mut all = Vec::new();
-    for variant in 0..most.unwrap_or(1) {
-        let own = |own: &Found| {
-            let pairs = own.variants[variant.min(own.variants.len() - 1)].clone();
-            (own.offset, stretches(&pairs), pairs)
+    for variants in each.filter(|[first, second]| (first != second) == mixed) {
+        let own = |(own, variant): (&Found, usize)| {
+            let same = variant.min(own.variants.len() - 1);
+            let pairs = own.variants.get(if mixed { variant } else { same })?;
+            Some((own.offset, stretches(pairs), pairs.clone()))
         };
-        let bonds: Vec<_> = found.iter().map(own).collect();
+        let cycled = variants.into_iter().cycle();
+        let bonds: Option<Vec<_>> = found.iter().zip(cycled).map(own).collect();
+        let Some(bonds) = bonds else {
+            continue;
+        };
         let farthest = bonds.iter().flat_map(|own| own.1);
         let turns = farthest.fold(0.0, |most: f64, x| most.max(x.abs())) > TURNS;
         let laws = match coordinates.is_circle(0) {
@@ -329,7 +347,8 @@ fn check(law: &Fitted, sums: &Sums, noise: f64) -> Result<()> {
                 100.0 * beyond
             ),
         },
-        "take another `family`, or name the differences of the indices of neighbours with `neighbours`, and what is at the ends with `ends`",
+        "take another `family`, name the differences of the indices of neighbours with `neighbours` and what is at the ends with `ends`, or \
+         declare rotors as angles with `angle`",
     ))
 }
 
