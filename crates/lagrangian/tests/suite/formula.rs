@@ -497,6 +497,44 @@ fn a_damper_between_two_angles_is_found_with_the_law() {
     }
 }
 
+/// A charge of 1.3 in a field across the plane and in a trap of which one spring hardens, with this noise.
+fn trapped(noise: f64) -> Vec<Recording> {
+    let mut rng = ChaCha8Rng::seed_from_u64(2);
+    let slope = |[x, y, u, v]: [f64; 4]| [u, v, -x - 0.5 * x.powi(3) + 1.3 * v, -1.5 * y - 1.3 * u];
+    let step = |state: [f64; 4]| {
+        let plus = |a: [f64; 4], b: [f64; 4], h: f64| [0, 1, 2, 3].map(|i| a[i] + h * b[i]);
+        let h = 0.002;
+        let a = slope(state);
+        let b = slope(plus(state, a, 0.5 * h));
+        let c = slope(plus(state, b, 0.5 * h));
+        let d = slope(plus(state, c, h));
+        [0, 1, 2, 3].map(|i| state[i] + h / 6.0 * (a[i] + 2.0 * (b[i] + c[i]) + d[i]))
+    };
+    let motion = |k: usize| {
+        let mut state = [0, 1, 2, 3].map(|_| normal(&mut rng));
+        let mut signals: Signals = Signals::default();
+        let t: Vec<f64> = (0..300).map(|s| 0.02 * f64::from(s)).collect();
+        for _ in &t {
+            signals
+                .q
+                .extend([0, 1].map(|i| state[i] + noise * normal(&mut rng)));
+            state = (0..10).fold(state, |state, _| step(state));
+        }
+        Recording::new(format!("motion {k}"), Coordinates::lines(2), t, signals)
+    };
+    (0..8).map(motion).collect()
+}
+
+#[test]
+fn a_field_that_turns_motions_is_no_damper() {
+    for noise in [0.0, 1e-3] {
+        let (fit, written) = found(trapped(noise));
+        assert!(written.is_law(), "{noise}: {}", written.text);
+        assert_eq!(fit.model.parameters().len(), 6, "{}", written.text);
+        assert!(fit.model.dissipation().is_none(), "{}", written.text);
+    }
+}
+
 #[test]
 fn coordinates_that_move_by_themselves_have_a_law_each() {
     for noise in [0.0, 1e-3] {

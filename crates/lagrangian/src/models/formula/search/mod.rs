@@ -234,15 +234,27 @@ impl Found {
             clock: Instant::now(),
         };
         let mut best: Option<(Start, Refined, bool)> = None;
+        let good = GOOD.max(search.by_chance());
+        // Of what explains the motions, what the motions determine: another choice of terms may be uncertain.
+        let uncertain = |(start, refined, _): &(Start, Refined, bool)| {
+            let explains = refined.misfit < good;
+            (
+                !explains,
+                !(explains && refined.certainty(start) >= CERTAIN),
+            )
+        };
         let is_found = |best: &Option<(Start, Refined, bool)>| {
-            let good = GOOD.max(search.by_chance());
-            best.as_ref().is_some_and(|own| own.1.misfit < good)
+            best.as_ref()
+                .is_some_and(|own| uncertain(own) == (false, false))
         };
         for starts in [Candidates::apart, Candidates::together] {
             let mut tell = |share: f64| !observer.stage("finding terms", share).is_break();
             for start in starts(&candidates, &mut tell) {
-                let own = search.refined(start, observer)?;
-                let is_better = |best: &(_, Refined, _)| own.1.misfit < best.1.misfit;
+                let own = search.lean(search.refined(start, observer)?, observer)?;
+                let is_better = |best: &(Start, Refined, bool)| {
+                    let order = uncertain(&own).cmp(&uncertain(best));
+                    order.then(own.1.misfit.total_cmp(&best.1.misfit)).is_lt()
+                };
                 if best.as_ref().is_none_or(is_better) {
                     best = Some(own);
                 }
@@ -392,8 +404,12 @@ impl Candidates<'_> {
         simple.extend(&limits.keep);
         simple.sort_unstable();
         let mut down = |active| eliminate::path(own.clone().collect(), active, &limits, tell);
+        let damps = |k: &usize| terms.get(*k).is_some_and(|own| own.damps);
         let mut path = down(apart);
         if group.len() > 1 {
+            if !is_driven {
+                path.extend(down(active.iter().copied().filter(|k| !damps(k)).collect()));
+            }
             // Springs and dampers between coordinates, which many terms hide whose motions are alike.
             let linear = |k: &usize| terms.get(*k).is_none_or(Term::is_linear);
             let linear: Vec<usize> = active.iter().copied().filter(linear).collect();
@@ -403,7 +419,15 @@ impl Candidates<'_> {
         // Where motions are short or alike many terms explain them, and the way down loses the law.
         path.extend(down(simple));
         // Of as many terms the best, so that the loss by one term less is that of one way.
-        sort_by_number(&mut path, |own| own.misfit.max(own.held));
+        // Where a field turns free motions, dampers and other masses do the same.
+        let last = |own: &Candidate| {
+            if own.values.iter().any(damps) {
+                NEARLY
+            } else {
+                1.0
+            }
+        };
+        sort_by_number(&mut path, |own| last(own) * own.misfit.max(own.held));
         sort_by_number(&mut path, |own| -(own.values.len() as f64));
         path.dedup_by_key(|own| own.values.len());
         path
@@ -511,6 +535,23 @@ impl Search<'_> {
         FITS + CHANCE * ((2.0 + rows::OF_NOISE) / samples).sqrt()
     }
 
+    /// A formula of exact motions without the terms that are too uncertain for a law, where it is exact without them.
+    fn lean(
+        &self,
+        (mut start, refined, complete): (Start, Refined, bool),
+        observer: &mut dyn Observer,
+    ) -> Result<(Start, Refined, bool)> {
+        let whole = (start.clone(), refined, complete);
+        if whole.1.misfit >= NOTHING || !start.without(&whole.1, CERTAIN) || start.has_no_term() {
+            return Ok(whole);
+        }
+        let refined = refine::refine(self.dataset, &start, self.given, observer)?;
+        Ok(match refined.misfit < NOTHING {
+            true => (start, refined, true),
+            false => whole,
+        })
+    }
+
     fn missing(&self, start: &Start, refined: &Refined) -> Result<Vec<(usize, f64)>> {
         refine::missing(self.dataset, (start, refined), self.terms, self.given)
     }
@@ -555,6 +596,8 @@ impl Search<'_> {
     }
 }
 
+/// The misfit below which what is left of the motions is far less than any noise.
+const NOTHING: f64 = 0.1;
 /// Misfits that need no more terms, and those that none mends: at first, and after so many seconds.
 const EXACT: f64 = 0.01;
 const HOPELESS: f64 = 1e5;
