@@ -340,7 +340,7 @@ def _parameters(name: str) -> set[str]:
 
 
 def robot(urdf: str | os.PathLike[str], joints: Sequence[str] = ()) -> Model:
-    """The robot of a URDF file (or of its text, or an example's name such as ``iiwa7``).
+    """The robot of a URDF file (or of its text, or an example's name such as ``iiwa7``), with the friction of its description.
 
     Args:
         urdf: The file, its text, or the name of an example.

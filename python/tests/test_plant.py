@@ -31,7 +31,6 @@ def pendulum(path: Path, *, kind: str = "hinge", more: str = "", rest: str = "",
 @pytest.mark.parametrize("name", ["ur5", "iiwa7", "panda", "two_link_arm"])
 def test_a_plant_has_the_dynamics_of_the_same_robot(name: str) -> None:
     machine = plant.compiled(name)
-    machine.dof_damping[:] = 0.0  # a known robot has no friction
     arm, own = plant.load(machine), lg.robot(name)
     draw = np.random.default_rng(0)
     low, high = np.clip(arm.ranges, -3.0, 3.0).T

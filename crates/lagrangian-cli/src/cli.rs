@@ -347,7 +347,7 @@ pub(crate) struct SystemArgs {
     #[arg(id = "system", value_name = "SYSTEM", required_unless_present = "urdf")]
     pub(crate) name: Option<String>,
 
-    /// A robot instead: its URDF file, or the name of an example (`two_link_arm`, iiwa7, ur5, panda)
+    /// A robot instead, with the friction of its description: its URDF file, or the name of an example (`two_link_arm`, iiwa7, ur5, panda)
     #[arg(long, value_name = "FILE", conflicts_with_all = ["system", "parameters"])]
     pub(crate) urdf: Option<PathBuf>,
 

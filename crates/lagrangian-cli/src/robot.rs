@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Args;
-use lagrangian::rigid;
-use lagrangian::rigid::RobotConfig;
+use lagrangian::mechanics::Mechanical;
+use lagrangian::rigid::{self, RigidBodies, RobotConfig};
 use lagrangian_run::{DataFile, FileHash};
 use serde::{Deserialize, Serialize};
 
@@ -92,4 +92,21 @@ pub(crate) fn open(path: &Path, joints: &[String]) -> Result<Robot> {
         "`check_urdf` of ROS finds most mistakes in a URDF file",
     )?;
     Ok(Robot { config, text, hash })
+}
+
+/// The robot as it moves, with the friction of its description.
+pub(crate) fn with_friction(bodies: RigidBodies) -> Result<Mechanical<RigidBodies>> {
+    let robot = bodies.with_friction().context(
+        "cannot take the friction of the robot",
+        "`damping` and `friction` of <dynamics> are 0 or more",
+    )?;
+    if let Some(friction) = robot.dissipation() {
+        let largest = |of: &[f64]| of.iter().copied().fold(0.0, f64::max);
+        note!(
+            "note: the friction of the URDF acts: damping up to {}, friction up to {}",
+            largest(&friction.viscous),
+            largest(&friction.coulomb)
+        );
+    }
+    Ok(robot)
 }

@@ -53,7 +53,8 @@ pub(crate) fn robot(py: Python<'_>, urdf: &str, joints: Vec<String>) -> PyResult
     let text = rigid::example(urdf).unwrap_or(urdf);
     let config = RobotConfig::new(text, joints).or_raise(py)?;
     let bodies = RigidBodies::with_joints(&config.urdf, &config.joints).or_raise(py)?;
-    Ok(Model::new(ModelSource::Known(Box::new(bodies))))
+    let robot = bodies.with_friction().or_raise(py)?;
+    Ok(Model::new(ModelSource::Known(Box::new(robot))))
 }
 
 /// The URDF text of an example.

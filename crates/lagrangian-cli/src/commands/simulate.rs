@@ -150,7 +150,7 @@ fn system(args: &SystemArgs) -> Result<System> {
         )?;
         return Ok(System {
             robot: Some(bodies.config()),
-            model: Box::new(bodies),
+            model: Box::new(robot::with_friction(bodies)?),
         });
     }
     let given = args.parameters.iter().map(|(name, x)| (name.as_str(), *x));

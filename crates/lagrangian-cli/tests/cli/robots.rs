@@ -20,13 +20,29 @@ fn with_arm() -> Workbench {
 #[test]
 fn a_robot_that_moves_freely_keeps_its_energy() {
     let bench = Workbench::new();
-    let motion = bench
-        .succeed("simulate --urdf iiwa7 --starts test --duration 1 --json")
-        .json();
-    assert_eq!(motion["system"], "iiwa7");
-    assert_eq!(motion["coordinates"][3]["name"], "joint_4");
-    let trajectory = &motion["trajectories"][0];
-    assert!(trajectory["energy_change_max"].as_f64().unwrap() < 1e-6);
+    let free = |robot: &str| {
+        let flags = "--starts test --duration 1 --json";
+        let outcome = bench.succeed(&format!("simulate --urdf {robot} {flags}"));
+        let motion = outcome.json();
+        let change = motion["trajectories"][0]["energy_change_max"].as_f64();
+        (
+            motion["coordinates"].clone(),
+            change.unwrap(),
+            outcome.stderr,
+        )
+    };
+    let (_, change, said) = free("ur5");
+    assert!(
+        change < 1e-6 && !said.contains("friction"),
+        "{change} {said}"
+    );
+    // But for the friction of its description.
+    let (coordinates, change, said) = free("iiwa7");
+    assert_eq!(coordinates[3]["name"], "joint_4");
+    assert!(
+        change > 1.0 && said.contains("damping up to 0.5"),
+        "{change} {said}"
+    );
     let locked = bench
         .succeed("simulate --urdf ur5 --joints elbow_joint,shoulder_lift_joint --duration 1 --json")
         .json();

@@ -4,7 +4,7 @@ use super::dynamics::RigidDynamics;
 use super::spatial::{Inertia, Vec3};
 use super::tree::{Place, Tree};
 use super::urdf::{Description, unusable};
-use crate::dynamics::{Evaluator, Model};
+use crate::dynamics::{Evaluator, Mechanical, Model};
 use crate::expression::{Expressed, Moving};
 use crate::forces::Dissipation;
 use crate::lagrangian::{Jets, Lagrangian};
@@ -13,11 +13,14 @@ use lagrangian_motion::{Coordinates, Error, Result, counted};
 /// Default gravity of a robot, m/s².
 pub const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 
+/// Coulomb friction of a description changes its sign over this speed, rad/s or m/s.
+const SMOOTHING: f64 = 0.05;
+
 /// Rigid bodies in a tree on a fixed base, L = ½ q̇ᵀM(q)q̇ − U(q) (theory.md, 40).
 ///
 /// Revolute and continuous joints are angles on the circle, rad; prismatic joints lines, m; each coordinate has the name of
 /// its joint. Optional terms of each joint: the inertia of a rotor that turns with it, ½ r q̇², and a constant torque o,
-/// −o q. Friction is not part of a Lagrangian: [`RigidBodies::dissipation`] has that of the description.
+/// −o q. Friction is not part of a Lagrangian: [`RigidBodies::with_friction`] adds that of the description.
 ///
 /// ```
 /// use lagrangian_mechanics::Quantities;
@@ -224,6 +227,15 @@ impl RigidBodies {
         };
         dissipation.validate(self.dof())?;
         Ok(Some(dissipation))
+    }
+
+    /// The robot with the friction of its description, which acts in motions; Coulomb friction changes its sign over 0.05 rad/s or m/s.
+    ///
+    /// # Errors
+    /// As [`RigidBodies::dissipation`].
+    pub fn with_friction(self) -> Result<Mechanical<Self>> {
+        let friction = self.dissipation(SMOOTHING)?;
+        Mechanical::with_forces(self, friction, None)
     }
 
     /// Degrees of freedom.

@@ -4,6 +4,7 @@ use rand::{Rng, RngExt};
 
 use super::bodies::RigidBodies;
 use crate::analytic::AnalyticModel;
+use crate::dynamics::Mechanical;
 use crate::lagrangian::Lagrangian;
 use lagrangian_motion::State;
 
@@ -24,6 +25,24 @@ impl RigidBodies {
             .map(|_| speed * rng.random_range(-1.0..1.0))
             .collect();
         State { q, qd }
+    }
+}
+
+impl AnalyticModel for Mechanical<RigidBodies> {
+    fn name(&self) -> &str {
+        self.lagrangian.name()
+    }
+
+    fn lagrangian(&self) -> &dyn Lagrangian {
+        &self.lagrangian
+    }
+
+    fn sample_state(&self, rng: &mut dyn Rng) -> State {
+        self.lagrangian.sample_state(rng)
+    }
+
+    fn sample_start(&self, rng: &mut dyn Rng) -> State {
+        self.lagrangian.sample_start(rng)
     }
 }
 

@@ -57,7 +57,12 @@ pub(super) fn read(
     };
     let robot: Box<dyn Model> = match system(path) {
         Some(name) => analytic(name, args, payload)?,
-        None => Box::new(bodies(path, args, &reference.coordinates, payload)?),
+        None => Box::new(robot::with_friction(bodies(
+            path,
+            args,
+            &reference.coordinates,
+            payload,
+        )?)?),
     };
     require_dof(&path.to_string_lossy(), Some(&*robot), &reference.motion)?;
     Ok(OpenedPlant {

@@ -36,7 +36,7 @@ fn figure(subject: &Subject, i: usize) -> Option<Figure> {
         truth: subject
             .truth
             .as_ref()
-            .map(|truth| force(&Dissipation::viscous(vec![truth.friction; n]), 1.0)),
+            .map(|truth| force(&truth.friction, 1.0)),
         members: subject.members.iter().filter_map(of).collect(),
     };
     let sweep = Sweep {

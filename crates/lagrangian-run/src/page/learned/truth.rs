@@ -1,7 +1,7 @@
 //! The system that generated the data, where they name it.
 
 use lagrangian::analytic::{AnalyticModel, by_name};
-use lagrangian::mechanics::Quantities;
+use lagrangian::mechanics::{Dissipation, Quantities};
 use lagrangian::rigid::{RigidBodies, RobotConfig};
 use lagrangian::trajectory::Simulated;
 use lagrangian::{Layout, Learned, Model};
@@ -11,8 +11,7 @@ use crate::record::RunRecord;
 /// A known system, and its comparison with the learned functions.
 pub(super) struct Truth {
     pub(super) system: Box<dyn AnalyticModel>,
-    /// Viscous friction on every coordinate, N·m·s/rad or N·s/m.
-    pub(super) friction: f64,
+    pub(super) friction: Dissipation,
     /// Whether energies are known up to a factor, and scaled to the truth.
     pub(super) is_scaled: bool,
 }
@@ -27,9 +26,19 @@ impl Truth {
     /// The system that the data of a run name; `None` for one of other coordinates, to which their columns cannot belong.
     pub(super) fn of(record: &RunRecord, model: &Learned, middle: &[f64]) -> Option<Self> {
         let simulated = layout(record)?.system?;
-        let friction = simulated.friction;
+        let mut friction = Dissipation::viscous(vec![simulated.friction; middle.len()]);
         let system: Box<dyn AnalyticModel> = match &simulated.urdf {
-            Some(_) => Box::new(robot(&simulated, model)?),
+            Some(_) => {
+                let robot = robot(&simulated, model)?.with_friction().ok()?;
+                if let Some(own) = robot.dissipation() {
+                    let viscous = own.viscous.iter().map(|own| own + simulated.friction);
+                    friction = Dissipation {
+                        viscous: viscous.collect(),
+                        ..own.clone()
+                    };
+                }
+                Box::new(robot)
+            }
             None => {
                 let parameters = simulated.parameters.iter();
                 let parameters: Vec<(&str, f64)> =
