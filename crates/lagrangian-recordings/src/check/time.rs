@@ -144,7 +144,9 @@ fn whole_numbers(recording: &Recording) -> Option<Item> {
         x if x < 5e5 => ("microseconds", "1e6"),
         _ => ("nanoseconds", "1e9"),
     };
-    let remedy = format!("divide the column of time by {divisor} (or by what makes it seconds)");
+    let remedy = format!(
+        "divide the column of time by {divisor} (or by what makes it seconds); if these are seconds, name it 't (s)'"
+    );
     let finding = format!("time comes in whole numbers, {step} apart: it looks like {unit}");
     let item = Item::warn("rate", finding, remedy).value("rate_hz", step.recip());
     whole.then_some(item.value("step_s", step))
