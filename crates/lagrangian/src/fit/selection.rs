@@ -34,6 +34,9 @@ const SAME: f64 = 1.1;
 /// … and up to twice, where accelerations err by less than this part: so much less must be left by a model that tells no torques, too.
 const FAR: f64 = 0.1;
 
+/// A series of so many values is as short as a law.
+const SHORT: usize = 14;
+
 /// The steps of a fit where neither steps nor seconds are given: of the natural gradient, and of Adam.
 const STEPS: usize = 400;
 const ADAM_STEPS: usize = 8000;
@@ -220,7 +223,7 @@ impl FitSpec {
 /// Fits all candidates and keeps the best on held-out samples.
 ///
 /// One that seeks a law comes first, and is kept alone where it finds it; a series that is none where its held-out accelerations are
-/// better than those of all others by more than chance. Those that learn torques come next: the one with the smallest torque error is kept, where a later candidate must halve the error
+/// better than those of all others by more than chance, or not worse and it is short. Those that learn torques come next: the one with the smallest torque error is kept, where a later candidate must halve the error
 /// of an earlier one. Those that learn accelerations are trained for a few steps and compared; the best is trained on, without its
 /// friction where it needs none. Of driven motions it replaces the other where it explains torques as well and accelerations much
 /// better, or accelerations alone so far better that no torques are worth it; of noisy ones, where it explains accelerations better. `resume` continues from a checkpoint of the candidate that
@@ -253,11 +256,16 @@ pub fn select(
     // What is no law may be nearer to it than any network.
     let errors = |own: &Selection| Explained::of(&own.fit, dataset);
     let is_nearer = |own: &Selection| {
+        let short = is_short(own);
         let [own, kept] = [errors(own), errors(&kept)];
         // Accelerations of a real machine tell less of it than its torques, and forces that do not act nothing.
         let torques = dataset.unfiltered.is_none() || own.torque <= kept.torque;
         let act = !dataset.forced || own.torque <= HALF;
-        torques && act && kept.errors.exceed(&own.errors)
+        let better = match short {
+            true => !own.errors.exceed(&kept.errors),
+            false => kept.errors.exceed(&own.errors),
+        };
+        torques && act && better
     };
     if let Some(series) = series.filter(is_nearer) {
         let others = std::mem::replace(&mut kept, series).tried;
@@ -271,6 +279,16 @@ pub fn select(
 /// Whether a model is a law, beside which no other is needed.
 fn is_law(own: &Selection) -> bool {
     own.fit.model.written().is_some_and(|own| own.explains)
+}
+
+/// Whether a model is a series of few values that explains the data nearly to their noise. Beyond the data it errs less than a network
+/// that does the same.
+fn is_short(own: &Selection) -> bool {
+    let model = &own.fit.model;
+    let explains = model
+        .written()
+        .is_some_and(|own| own.verdict == "expansion");
+    explains && model.parameters().len() <= SHORT
 }
 
 /// A model that is the law, or a series; what became of it is added to those that were tried.

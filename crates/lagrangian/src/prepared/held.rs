@@ -54,7 +54,10 @@ pub(super) fn delay(dataset: &Dataset, robot: &RigidBodies) -> Option<AutoSettin
     if !(some && error < CERTAIN && agree as f64 >= AGREE * found.len() as f64) {
         return None;
     }
-    let shift = late.max(HALF);
+    let shift = match (late - HALF).abs() < 2.0 * error {
+        true => HALF,
+        false => late.max(HALF),
+    };
     let seconds = shift * rows.step;
     let reason = format!(
         "the motion is {late:.2} ± {error:.2} samples after the forces, as where a drive holds each force until the next row: they are shifted by {shift:.2} rows, {:.3} ms",

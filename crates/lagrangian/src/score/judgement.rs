@@ -254,10 +254,18 @@ impl RolloutScore {
         }
         let followed = self.followed_seconds / possible;
         let expected = format!("{possible:.2} s for which a model can be expected to follow it");
+        let closer = match self.followed_seconds < self.valid_seconds {
+            // A free motion is followed more closely than that.
+            true => format!(
+                "with half of that error for {:.2} s, ",
+                self.followed_seconds
+            ),
+            false => String::new(),
+        };
         let why = match followed {
-            x if x >= 1.0 => format!("at least the {expected}"),
-            x if x >= FOLLOWED => format!("nearly the {expected}"),
-            _ => format!("less than the {expected}"),
+            x if x >= 1.0 => format!("{closer}at least the {expected}"),
+            x if x >= FOLLOWED => format!("{closer}nearly the {expected}"),
+            _ => format!("{closer}less than the {expected}"),
         };
         match followed {
             x if x >= FOLLOWED => Judgement::new(Grade::Good, why),
@@ -368,11 +376,11 @@ mod tests {
 
     #[test]
     fn what_can_be_expected_of_a_motion_is_told_beside_what_it_is() {
-        let judgement = |followed: f64| {
+        let judgement = |followed: f64, valid: f64| {
             let rollout = RolloutScore {
                 outcome: lagrangian_mechanics::Outcome::Finished,
                 duration: 5.0,
-                valid_seconds: followed,
+                valid_seconds: valid,
                 exceeded: true,
                 followed_seconds: followed,
                 predictable_seconds: 0.6,
@@ -380,9 +388,14 @@ mod tests {
             };
             rollout.judgement(None).text()
         };
-        assert!(judgement(4.8).starts_with("good: at least the 0.60 s"));
-        assert!(judgement(0.55).starts_with("good: nearly the 0.60 s"));
-        assert!(judgement(0.1).contains(": less than the 0.60 s"));
+        assert!(judgement(4.8, 4.8).starts_with("good: at least the 0.60 s"));
+        assert!(judgement(0.55, 0.55).starts_with("good: nearly the 0.60 s"));
+        assert!(judgement(0.1, 0.1).contains(": less than the 0.60 s"));
+        let closer = judgement(0.55, 4.8);
+        assert!(
+            closer.contains("with half of that error for 0.55 s, nearly the 0.60 s"),
+            "{closer}"
+        );
     }
 
     #[test]
