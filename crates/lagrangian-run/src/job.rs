@@ -275,10 +275,7 @@ impl PreparedFit {
         let provenance = self.provenance(None);
         let config = match self.candidates.len() {
             1 => self.candidates.remove(0).config,
-            _ => {
-                let selection = select(&self.prepared.dataset, self.candidates, None, shown)?;
-                selection.chosen.config
-            }
+            _ => select(&self.prepared.dataset, self.candidates, None, shown)?.again(),
         };
         SavedEnsemble::fitted(&self.prepared, &config, members, provenance, shown)
     }
@@ -343,8 +340,8 @@ impl FinishedFit {
     /// # Errors
     /// As [`fit_ensemble`](lagrangian::ensemble::fit_ensemble).
     pub fn fit_ensemble(&self, members: usize, shown: &mut dyn Observer) -> Result<SavedEnsemble> {
-        let (config, provenance) = (&self.selection.chosen.config, self.provenance.clone());
-        SavedEnsemble::fitted(&self.prepared, config, members, provenance, shown)
+        let (config, provenance) = (self.selection.again(), self.provenance.clone());
+        SavedEnsemble::fitted(&self.prepared, &config, members, provenance, shown)
     }
 
     /// The result without the data, when these are no longer needed.

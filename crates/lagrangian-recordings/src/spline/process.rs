@@ -22,8 +22,8 @@ type Matrix<const N: usize> = [[f64; N]; N];
 
 /// The largest state, of order 5.
 const LARGEST: usize = 6;
-/// A row of the problem at one step: two states and the right-hand side.
-type Row = [f64; 2 * LARGEST + 1];
+/// A row of the problem at one step: two states, the right-hand side, and zeros.
+type Row = [f64; 16];
 
 /// The process with N = p + 1 components of the state.
 pub(super) struct Process<const N: usize> {
@@ -116,6 +116,17 @@ impl<const N: usize> Process<N> {
 /// Makes the first columns of `rows` upper triangular by reflections: the first `triangle` rows already are, and have as many
 /// columns; rows are `width` long.
 fn triangularise(rows: &mut [Row], triangle: usize, columns: usize, width: usize) {
+    // Loops of a length that is known are done several columns at a time.
+    match width.div_ceil(4) {
+        1 => reflect::<4>(rows, triangle, columns),
+        2 => reflect::<8>(rows, triangle, columns),
+        3 => reflect::<12>(rows, triangle, columns),
+        _ => reflect::<16>(rows, triangle, columns),
+    }
+}
+
+/// As [`triangularise`] of rows of length `W`. What is left of the diagonal is zero, and stays so.
+fn reflect<const W: usize>(rows: &mut [Row], triangle: usize, columns: usize) {
     let (upper, lower) = rows.split_at_mut(triangle);
     for c in 0..columns.min(upper.len() + lower.len()) {
         let (pivot, lower) = match c < upper.len() {
@@ -132,22 +143,24 @@ fn triangularise(rows: &mut [Row], triangle: usize, columns: usize, width: usize
         let norm = (pivot[c] * pivot[c] + below).sqrt().copysign(-pivot[c]);
         let head = pivot[c] - norm;
         let factor = 2.0 / (head * head + below);
-        let mut dots = [0.0; 2 * LARGEST + 1];
-        for j in c + 1..width {
+        let mut dots = [0.0; W];
+        for j in 0..W {
             dots[j] = head * pivot[j];
         }
         for row in &*lower {
-            for j in c + 1..width {
-                dots[j] += row[c] * row[j];
+            let own = row[c];
+            for j in 0..W {
+                dots[j] += own * row[j];
             }
         }
-        for j in c + 1..width {
-            pivot[j] -= factor * head * dots[j];
+        let scale = factor * head;
+        for j in 0..W {
+            pivot[j] -= scale * dots[j];
         }
         pivot[c] = norm;
         for row in lower {
             let scale = factor * row[c];
-            for j in c + 1..width {
+            for j in 0..W {
                 row[j] -= scale * dots[j];
             }
             row[c] = 0.0;

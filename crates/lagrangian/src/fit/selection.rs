@@ -8,7 +8,7 @@ use crate::dataset::Dataset;
 use crate::fit::refine::{fit_and_refine, noise, to_be_refined};
 use crate::fit::screening::{self, HeldOut, ROUNDING, Screened, WITH_FRICTION, screen};
 use crate::fit::{Fit, FitConfig, OptimizerName, fit};
-use crate::models::{Candidate, Entry};
+use crate::models::{Candidate, Entry, Formula, FormulaConfig};
 use crate::saved;
 use crate::score::{CandidateResult, HALF, torque_error};
 use crate::train::checkpoint::Checkpoint;
@@ -50,6 +50,24 @@ pub struct Selection {
     pub chosen: ResolvedConfig,
     /// All fits, in their order; a single one is not compared.
     pub tried: Vec<CandidateResult>,
+}
+
+impl Selection {
+    /// The settings of other fits of the model that was kept: those of a law have its terms, whose coefficients alone are open.
+    #[must_use]
+    pub fn again(&self) -> FitConfig {
+        let mut config = self.chosen.config.clone();
+        if let Some(law) = self
+            .fit
+            .model
+            .lagrangian_as::<Formula>()
+            .filter(|_| is_law(self))
+        {
+            let terms = law.terms().to_vec();
+            config.family = FormulaConfig { terms }.into();
+        }
+        config
+    }
 }
 
 impl FitConfig {

@@ -14,6 +14,8 @@ use lagrangian_motion::statistics::jackknife;
 pub(super) const RIDGE: f64 = 1e-4;
 /// … and where delays are compared.
 const SMALL_RIDGE: f64 = 1e-9;
+/// Rows that are added at once.
+const TOGETHER: usize = 16;
 
 /// The sums over a stretch.
 pub(super) struct Part {
@@ -78,7 +80,7 @@ impl Part {
         let mut row = Vec::new();
         let own = terms.row(i, &s.q[..n], &s.qd[..n], &s.qdd[..n], &mut row);
         let mut part = Self::empty(row.len(), own, columns.len());
-        let mut forces = vec![0.0; columns.len()];
+        let (mut rows, mut forces) = (Vec::new(), Vec::new());
         for m in 0..s.q.len() / n {
             let state = m * n..(m + 1) * n;
             let (q, qd, qdd) = (&s.q[state.clone()], &s.qd[state.clone()], &s.qdd[state]);
@@ -86,31 +88,43 @@ impl Part {
                 continue;
             }
             terms.row(i, q, qd, qdd, &mut row);
-            for (force, (k, j)) in forces.iter_mut().zip(columns) {
-                *force = s.tau[(m * delays + k) * n + j];
+            rows.extend_from_slice(&row);
+            let pulls = columns.iter().map(|(k, j)| s.tau[(m * delays + k) * n + j]);
+            forces.extend(pulls);
+            if rows.len() >= TOGETHER * row.len() {
+                part.add(&rows, &forces);
+                rows.clear();
+                forces.clear();
             }
-            part.add(&row, &forces);
             terms.row(i, q, qd, &unit, &mut ones);
             let factors = part.factors.iter_mut().zip(&ones);
             factors.for_each(|(f, x)| *f += x);
             part.acceleration += qdd[i] * qdd[i];
         }
+        part.add(&rows, &forces);
         part
     }
 
-    fn add(&mut self, row: &[f64], forces: &[f64]) {
-        let (size, delays) = (row.len(), forces.len());
-        for (k, x) in row.iter().enumerate() {
+    /// Adds some rows and their forces, a row of the sums after another: all sums together are larger than a cache.
+    fn add(&mut self, rows: &[f64], forces: &[f64]) {
+        let (size, delays) = (self.size(), self.tau.len());
+        let each = || rows.chunks_exact(size).zip(forces.chunks_exact(delays));
+        for k in 0..size {
             let square = &mut self.square[k * size..k * size + k + 1];
-            square.iter_mut().zip(row).for_each(|(s, y)| *s += x * y);
             let right = &mut self.right[k * delays..(k + 1) * delays];
-            right.iter_mut().zip(forces).for_each(|(r, f)| *r += x * f);
+            for (row, forces) in each() {
+                let x = row[k];
+                square.iter_mut().zip(row).for_each(|(s, y)| *s += x * y);
+                right.iter_mut().zip(forces).for_each(|(r, f)| *r += x * f);
+            }
         }
-        for (sums, f) in self.tau.iter_mut().zip(forces) {
-            sums.0 += f;
-            sums.1 += f * f;
+        for (_, forces) in each() {
+            for (sums, f) in self.tau.iter_mut().zip(forces) {
+                sums.0 += f;
+                sums.1 += f * f;
+            }
+            self.count += 1.0;
         }
-        self.count += 1.0;
     }
 
     /// Adds another sum, or subtracts it with `sign` −1.

@@ -86,15 +86,20 @@ impl<T: Real> Learner<T> for FormulaLearner<'_> {
                 .iter()
                 .map(|a| (*a).into())
                 .collect();
-            for d in 0..2 * n {
-                // A direction beyond the last component is none.
-                let (q, qd) = (along(q, d), along(qd, d.wrapping_sub(n)));
-                for (k, (term, unit)) in shape.terms().enumerate() {
-                    let c = unit * work.pass.feature_sensitivity(0, s, k).f64();
-                    if c == 0.0 {
-                        continue;
-                    }
-                    let balance = term.balance((&q, &qd), &qdd);
+            // A direction beyond the last component is none.
+            let turned = |d: usize| (along(q, d), along(qd, d.wrapping_sub(n)));
+            let directions: Vec<_> = (0..2 * n).map(turned).collect();
+            for (k, (term, unit)) in shape.terms().enumerate() {
+                let c = unit * work.pass.feature_sensitivity(0, s, k).f64();
+                if c == 0.0 {
+                    continue;
+                }
+                let position = term.position(&directions[n].0);
+                for (d, (q, qd)) in directions.iter().enumerate() {
+                    let balance = match d < n {
+                        true => term.balance((q, qd), &qdd),
+                        false => term.balance_at(&position, qd, &qdd),
+                    };
                     for (i, own) in balance[..n].iter().enumerate() {
                         slopes[i * 2 * n + d] += c * own.eps;
                     }
@@ -114,8 +119,8 @@ impl FormulaLearner<'_> {
             let (q, qd) = (&work.states.q[s * n..][..n], &work.states.qd[s * n..][..n]);
             let qdd = at.map_or(&*still, |at| &at[s * n..][..n]);
             for (k, (term, unit)) in self.shape.terms().enumerate() {
-                let balance = term.balance((q, qd), qdd);
-                let value = term.position(q).value;
+                let position = term.position(q);
+                let (balance, value) = (term.balance_at(&position, qd, qdd), position.value);
                 for (i, own) in balance.iter().enumerate().take(n) {
                     work.pass.set_feature(i, s, k, T::of(unit * own));
                     for j in (0..n).filter(|_| at.is_none()) {

@@ -205,15 +205,25 @@ impl Term {
         (q, qd): (&[D], &[D]),
         qdd: &[D],
     ) -> Row<D> {
+        self.balance_at(&self.position(q), qd, qdd)
+    }
+
+    /// The same where the part that depends on q is known.
+    pub(super) fn balance_at<D: DualNum<Primitive = f64> + Copy>(
+        &self,
+        position: &Position<D>,
+        qd: &[D],
+        qdd: &[D],
+    ) -> Row<D> {
         if self.damps {
             let each = |i| self.by_speed(qd, i);
-            return std::array::from_fn(|i| if i < q.len() { each(i) } else { D::from(0.0) });
+            return std::array::from_fn(|i| if i < qd.len() { each(i) } else { D::from(0.0) });
         }
-        let Position { value, slope } = self.position(q);
+        let &Position { value, slope } = position;
         let speed = self.speed(qd);
         let along: D = slope.iter().zip(qd).map(|(g, v)| *g * *v).sum();
         let mut balance = [D::from(0.0); MOST_COORDINATES];
-        for (own, slope) in balance.iter_mut().zip(&slope).take(q.len()) {
+        for (own, slope) in balance.iter_mut().zip(&slope).take(qd.len()) {
             *own = -(speed * *slope);
         }
         match *self.speeds {

@@ -42,6 +42,8 @@ const FRICTION: [Term; 12] = [
     Term::StribeckSpeed,
     Term::Smoothing,
 ];
+/// Those before it are no dry friction: neither force nor load has a part in them.
+const DAMPING: usize = 2;
 /// The directions of force and velocity, after those of friction.
 const FORCE: usize = 12;
 const VELOCITY: usize = 13;
@@ -326,6 +328,13 @@ impl Forces {
 
     /// The friction of coordinate `i` with its slopes (theory.md, equation 130c).
     fn friction(&self, extra: &[f64], i: usize, drive: &Drive<'_>) -> Sloped {
+        if !self
+            .terms
+            .iter()
+            .any(|own| FRICTION[DAMPING..].contains(own))
+        {
+            return self.damping(extra, i, drive.qd);
+        }
         let (gear, smoothing) = self.gear(extra, i, Sloped::variable);
         let force = Sloped::variable(self.transmitted(extra, i, drive.tau), FORCE);
         let v = Sloped::variable(drive.qd, VELOCITY);
@@ -338,6 +347,18 @@ impl Forces {
             v,
             ratio.chain(direction, 1.0 - direction * direction),
         )
+    }
+
+    /// The same of viscous friction and drag alone.
+    fn damping(&self, extra: &[f64], i: usize, v: f64) -> Sloped {
+        let units = [Term::Viscous, Term::Drag].map(|term| self.unit(term, i));
+        let [viscous, drag] = [(Term::Viscous, units[0]), (Term::Drag, units[1])]
+            .map(|(term, unit)| self.value(extra, term, i) * unit);
+        let mut friction = Sloped::of((viscous + drag * v.abs()) * v);
+        friction.slope[0] = units[0] * v;
+        friction.slope[1] = units[1] * v.abs() * v;
+        friction.slope[VELOCITY] = viscous + 2.0 * drag * v.abs();
+        friction
     }
 
     /// The contribution of all terms to the left side of coordinate `i`, N·m, −B u included; writes the slopes by its
