@@ -241,7 +241,7 @@ impl FitSpec {
 /// Fits all candidates and keeps the best on held-out samples.
 ///
 /// One that seeks a law comes first, and is kept alone where it finds it; a series that is none where its held-out accelerations are
-/// better than those of all others by more than chance, or not worse and it is short. Those that learn torques come next: the one with the smallest torque error is kept, where a later candidate must halve the error
+/// better than those of all others by more than chance, or of which none halves them and it is short. Those that learn torques come next: the one with the smallest torque error is kept, where a later candidate must halve the error
 /// of an earlier one. Those that learn accelerations are trained for a few steps and compared; the best is trained on, without its
 /// friction where it needs none. Of driven motions it replaces the other where it explains torques as well and accelerations much
 /// better, or accelerations alone so far better that no torques are worth it; of noisy ones, where it explains accelerations better. `resume` continues from a checkpoint of the candidate that
@@ -280,7 +280,10 @@ pub fn select(
         let torques = dataset.unfiltered.is_none() || own.torque <= kept.torque;
         let act = !dataset.forced || own.torque <= HALF;
         let better = match short {
-            true => !own.errors.exceed(&kept.errors),
+            true => {
+                let halved = kept.errors.mean() <= MARGIN * own.errors.mean();
+                !(halved && own.errors.exceed(&kept.errors))
+            }
             false => kept.errors.exceed(&own.errors),
         };
         torques && act && better
