@@ -11,7 +11,7 @@ use crate::models::formula::{STRIDE, WINDOW};
 use lagrangian_mechanics::lattice::{Bonds, Ends};
 use lagrangian_motion::solve::quadratic::Quadratic;
 use lagrangian_motion::solve::ridge::{Ridge, scales};
-use lagrangian_motion::statistics::sort_numbers;
+use lagrangian_motion::statistics::{sort_by_number, sort_numbers};
 use lagrangian_motion::{Coordinates, Error, Result};
 
 /// The bonds of one law: their pairs as found, and, where it is open what is at the ends, those with walls.
@@ -129,19 +129,17 @@ fn offsets(moments: &[Moments], n: usize) -> Result<Vec<usize>> {
     let strength = |offset: usize| all[offset].abs().max(all[n - offset].abs());
     let largest = (1..=n / 2).map(strength).fold(0.0, f64::max);
     let least = (SIGNIFICANT * error).max(LARGE / (n as f64).sqrt() * largest);
-    let mut found: Vec<usize> = (1..=n / 2).filter(|own| strength(*own) > least).collect();
-    found.sort_by(|a, b| strength(*b).total_cmp(&strength(*a)));
-    match found.len() {
-        0 => found.push(1),
+    let mut offsets: Vec<usize> = (1..=n / 2).collect();
+    sort_by_number(&mut offsets, |own| -strength(*own));
+    let significant = offsets.partition_point(|own| strength(*own) > least);
+    match significant {
+        0 => sort_by_number(&mut offsets, |own| f64::from(u8::from(*own != 1))),
         1..=MOST_OFFSETS => {}
         many => return Err(not_sparse(many)),
     }
     // A chain with ends is no ring: a law of those alone that does not explain the motions is compared with one of more.
-    for _ in 0..MORE {
-        let others = (1..=n / 2).filter(|own| !found.contains(own));
-        found.extend(others.max_by(|a, b| strength(*a).total_cmp(&strength(*b))));
-    }
-    Ok(found)
+    offsets.truncate(significant.max(1) + MORE);
+    Ok(offsets)
 }
 
 fn not_sparse(many: usize) -> Error {

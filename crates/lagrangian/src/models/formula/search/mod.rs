@@ -382,18 +382,7 @@ impl Candidates<'_> {
         let is_driven = group.iter().any(|i| driven[*i]);
         let keep: Vec<usize> = is_driven.then_some(force).into_iter().collect();
         active.extend(&keep);
-        let frictions = (0..rows::KINDS * n).map(|k| 1.0 + 0.7 * (k / n) as f64);
-        let complexity = terms.iter().map(Term::complexity).chain(frictions);
-        let inertia = |i: &usize| {
-            let all = 0..count;
-            all.filter(|k| terms[*k].speeds == [*i, *i]).collect()
-        };
-        let limits = Limits {
-            keep,
-            one_of: group.iter().map(inertia).collect(),
-            complexity: complexity.collect(),
-            inertia: inertia_of(terms, dataset, (group, rows.values())),
-        };
+        let limits = self.limits(rows, group, keep);
         let own = rows.rows.iter().filter(|row| group.contains(&row.of));
         // Of a linear motion other Lagrangians couple what the simplest one does not.
         let couples = |k: &usize| terms.get(*k).is_some_and(Term::couples_alone);
@@ -420,17 +409,32 @@ impl Candidates<'_> {
         path.extend(down(simple));
         // Of as many terms the best, so that the loss by one term less is that of one way.
         // Where a field turns free motions, dampers and other masses do the same.
-        let last = |own: &Candidate| {
-            if own.values.iter().any(damps) {
-                NEARLY
-            } else {
-                1.0
-            }
+        let last = |own: &Candidate| match own.values.iter().any(damps) {
+            true => NEARLY,
+            false => 1.0,
         };
         sort_by_number(&mut path, |own| last(own) * own.misfit.max(own.held));
         sort_by_number(&mut path, |own| -(own.values.len() as f64));
         path.dedup_by_key(|own| own.values.len());
         path
+    }
+
+    /// What a way down keeps, of these values and of one inertia for each coordinate, and what it takes for simple.
+    fn limits(&self, rows: &Rows, group: &[usize], keep: Vec<usize>) -> Limits {
+        let Self { dataset, terms, .. } = self;
+        let n = dataset.coordinates.dof();
+        let frictions = (0..rows::KINDS * n).map(|k| 1.0 + 0.7 * (k / n) as f64);
+        let complexity = terms.iter().map(Term::complexity).chain(frictions);
+        let inertia = |i: &usize| {
+            let all = 0..terms.len();
+            all.filter(|k| terms[*k].speeds == [*i, *i]).collect()
+        };
+        Limits {
+            keep,
+            one_of: group.iter().map(inertia).collect(),
+            complexity: complexity.collect(),
+            inertia: inertia_of(terms, dataset, (group, rows.values())),
+        }
     }
 
     /// Of a path what is worth a refinement: the fewest terms that explain rows nearly as well as any, unless these are many, then those
