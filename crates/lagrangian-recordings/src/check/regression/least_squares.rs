@@ -107,6 +107,9 @@ impl Part {
 
     /// Adds some rows and their forces, a row of the sums after another: all sums together are larger than a cache.
     fn add(&mut self, rows: &[f64], forces: &[f64]) {
+        if forces.is_empty() {
+            return;
+        }
         let (size, delays) = (self.size(), self.tau.len());
         let each = || rows.chunks_exact(size).zip(forces.chunks_exact(delays));
         for k in 0..size {
