@@ -235,8 +235,16 @@ fn of_torques(score: &Score, coordinates: &Coordinates, joints: &[Forward]) -> V
         false => driven(error, joints),
     };
     let grade = Grade::of_error(mean);
+    let share = |k: usize| joints.get(k).map_or(0.0, |j| j.inertial_share);
+    let is_passive = |k: usize| share(k) > PASSIVE;
+    // Beside a joint whose own torque is lost, what cancels there is what is explained.
+    let cancels = (0..error.nmse.len()).any(|k| is_passive(k) && error.nmse[k] >= 1.0);
+    let of_what = match cancels {
+        true => "what acts on the joints, inertia included",
+        false => "the torques",
+    };
     let finding = match mean < 1.0 {
-        true => format!("it explains {:.0} % of the torques", 100.0 * (1.0 - mean)),
+        true => format!("it explains {:.0} % of {of_what}", 100.0 * (1.0 - mean)),
         false => format!("it predicts torques no better than their mean (nMSE {mean:.3})"),
     };
     let remedy = match grade {
@@ -248,8 +256,6 @@ fn of_torques(score: &Score, coordinates: &Coordinates, joints: &[Forward]) -> V
         reasons.push(Reason::new(grade, finding, remedy));
     }
     let names = coordinates.0.iter().map(|c| c.name.as_str());
-    let share = |k: usize| joints.get(k).map_or(0.0, |j| j.inertial_share);
-    let is_passive = |k: usize| share(k) > PASSIVE;
     let is_remainder = |k: usize| joints.get(k).is_some_and(Forward::is_remainder);
     let lost = names
         .zip(&error.nmse)
