@@ -60,9 +60,11 @@ impl SignalError {
     #[must_use]
     pub fn judgement(&self, signal: &str, coordinates: &Coordinates) -> Judgement {
         let left = self.unexplained();
-        let percent = |nmse: f64| match nmse < 1.0 {
-            true => format!("{} %", explained(100.0 * nmse)),
-            false => "nothing".into(),
+        let percent = |nmse: f64| match nmse {
+            x if x <= 0.0 => "all".into(),
+            x if x < 1e-9 => format!("all but {:.0e} %", 100.0 * x),
+            x if x < 1.0 => format!("{} %", explained(100.0 * x)),
+            _ => "nothing".into(),
         };
         let pairs = coordinates.0.iter().zip(&self.nmse);
         let known = pairs.filter(|(_, nmse)| self.nmse.len() > 1 && !nmse.is_nan());
@@ -367,6 +369,8 @@ mod tests {
             sentence(&[0.000_012_3]),
             "Good: it explains 99.9988 % of the variance of the torques."
         );
+        let exact = "Good: it explains all but 7e-11 % of the variance of the torques.";
+        assert_eq!(sentence(&[7e-13]), exact);
         let lost = sentence(&[2.0, 3.0]);
         assert!(
             lost.starts_with("Poor: ") && lost.contains("no better"),
