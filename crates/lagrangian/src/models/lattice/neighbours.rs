@@ -129,6 +129,11 @@ fn offsets(moments: &[Moments], n: usize) -> Result<Vec<usize>> {
     let strength = |offset: usize| all[offset].abs().max(all[n - offset].abs());
     let largest = (1..=n / 2).map(strength).fold(0.0, f64::max);
     let least = (SIGNIFICANT * error).max(LARGE / (n as f64).sqrt() * largest);
+    strongest(n, strength, least)
+}
+
+/// The offsets whose coupling is larger than this, the strongest first, then others that may be.
+fn strongest(n: usize, strength: impl Fn(usize) -> f64, least: f64) -> Result<Vec<usize>> {
     let mut offsets: Vec<usize> = (1..=n / 2).collect();
     sort_by_number(&mut offsets, |own| -strength(*own));
     let significant = offsets.partition_point(|own| strength(*own) > least);
