@@ -241,14 +241,13 @@ fn repeats(recording: &Recording, steps: &[f64]) -> Item {
     let repeated: Vec<usize> = (1..recording.len()).filter(same).collect();
     let (repeated, stuck) = (repeated.len(), repeated.iter().filter(moving).count());
     // Noise of about a quantisation step repeats rows by chance, no more often than it moves them by one step.
-    let by_chance = (1..recording.len())
-        .filter(|k| near(k) && moving(&k))
-        .count();
+    let chance = |k: &usize| near(k) && moving(&k);
+    let by_chance = || (1..recording.len()).filter(chance).count();
     let finding = format!("{repeated} rows repeat the one before, {stuck} of them while it moves");
     let often = stuck as f64 > MANY_REPEATS * recording.len() as f64;
     let remedy = "the signals are slower than the log: thin it to their true rate with `every`";
     Item::pass("repeats", finding)
-        .warn_if(often && stuck > by_chance, remedy)
+        .warn_if(often && stuck > by_chance(), remedy)
         .value("repeated", repeated as f64)
         .value("stuck", stuck as f64)
 }

@@ -351,14 +351,12 @@ impl Forces {
 
     /// The same of viscous friction and drag alone.
     fn damping(&self, extra: &[f64], i: usize, v: f64) -> Sloped {
-        let units = [Term::Viscous, Term::Drag].map(|term| self.unit(term, i));
-        let [viscous, drag] = [(Term::Viscous, units[0]), (Term::Drag, units[1])]
-            .map(|(term, unit)| self.value(extra, term, i) * unit);
-        let mut friction = Sloped::of((viscous + drag * v.abs()) * v);
-        friction.slope[0] = units[0] * v;
-        friction.slope[1] = units[1] * v.abs() * v;
-        friction.slope[VELOCITY] = viscous + 2.0 * drag * v.abs();
-        friction
+        let [viscous, drag] = [0, 1].map(|k| {
+            let parameter = Sloped::variable(self.value(extra, FRICTION[k], i), k);
+            parameter.times(self.unit(FRICTION[k], i))
+        });
+        let v = Sloped::variable(v, VELOCITY);
+        (viscous + drag * v.abs()) * v
     }
 
     /// The contribution of all terms to the left side of coordinate `i`, N·m, −B u included; writes the slopes by its
