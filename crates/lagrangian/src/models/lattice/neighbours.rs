@@ -11,7 +11,7 @@ use crate::models::formula::{STRIDE, WINDOW};
 use lagrangian_mechanics::lattice::{Bonds, Ends};
 use lagrangian_motion::solve::quadratic::Quadratic;
 use lagrangian_motion::solve::ridge::{Ridge, scales};
-use lagrangian_motion::statistics::{sort_by_number, sort_numbers};
+use lagrangian_motion::statistics::{median, sort_by_number, sort_numbers};
 use lagrangian_motion::{Coordinates, Error, Result};
 
 /// The bonds of one law: their pairs as found, and, where it is open what is at the ends, those with walls.
@@ -72,7 +72,10 @@ pub(super) fn find(
     }
     let known = couplings(moments, n, &offsets, coordinates.is_circle(0));
     let each = offsets.iter().enumerate();
-    let found = each.filter_map(|(at, offset)| Found::of(n, *offset, &known, at));
+    let widths: Vec<usize> = { offsets.iter().copied() }
+        .filter(|width| *width > 1 && *width < n && n.is_multiple_of(*width))
+        .collect();
+    let found = each.filter_map(|(at, offset)| Found::of(n, *offset, (&known, at), &widths));
     Ok(found.collect())
 }
 
@@ -233,8 +236,13 @@ fn couplings(moments: &[Moments], n: usize, offsets: &[usize], circle: bool) -> 
 }
 
 impl Found {
-    /// The bonds of an offset; `None` where there are none.
-    fn of(n: usize, offset: usize, known: &[Coupling], at: usize) -> Option<Self> {
+    /// The bonds of an offset, perhaps of a grid with rows of one of these widths; `None` where there are none.
+    fn of(
+        n: usize,
+        offset: usize,
+        (known, at): (&[Coupling], usize),
+        widths: &[usize],
+    ) -> Option<Self> {
         let whole = Bonds::of_chain(n, offset, Ends::Ring);
         // A bond shows at both of its sites.
         let strength = |[i, j]: [usize; 2]| {
@@ -266,11 +274,44 @@ impl Found {
                 .to_vec(),
             });
         }
-        let mut variants = vec![pairs.clone()];
-        if (missing.len() as f64) < ENDS * n as f64 {
+        // Of a grid with edges the bonds from one row to the next are none, which few of them tell by themselves.
+        let weak = |missing: &[[usize; 2]]| {
+            let sizes = missing.iter().map(|pair| strength(*pair).0).collect();
+            median(sizes) < WEAK * usual
+        };
+        let grids = { widths.iter() }.map(|width| in_rows(&whole, *width, offset));
+        let grid = grids
+            .filter(|(own, missing)| !own.is_empty() && weak(missing))
+            .min_by_key(|(own, _)| own.iter().filter(|pair| !pairs.contains(pair)).count());
+        let found = (pairs, missing);
+        let mut variants = Vec::new();
+        for (pairs, missing) in grid.into_iter().chain([found]) {
+            let few = (missing.len() as f64) < ENDS * n as f64;
             let walls = missing.into_iter().flat_map(|[i, j]| [[n, j], [i, n]]);
-            variants.push(pairs.into_iter().chain(walls).collect());
+            let walled = few.then(|| pairs.iter().copied().chain(walls).collect());
+            for own in [Some(pairs), walled].into_iter().flatten() {
+                if !variants.contains(&own) {
+                    variants.push(own);
+                }
+            }
         }
         Some(Self { offset, variants })
     }
+}
+
+/// Pairs of sites at this offset in a grid with rows of this width, and those that would leave it.
+fn in_rows(
+    pairs: &[[usize; 2]],
+    width: usize,
+    offset: usize,
+) -> (Vec<[usize; 2]>, Vec<[usize; 2]>) {
+    let aside = match offset % width {
+        aside if 2 * aside > width => aside as isize - width as isize,
+        aside => aside as isize,
+    };
+    let is_inside = |[i, j]: &[usize; 2]| {
+        let column = (i % width) as isize + aside;
+        i < j && column >= 0 && column < width as isize
+    };
+    pairs.iter().partition(|pair| is_inside(pair))
 }
