@@ -41,7 +41,8 @@ pub(super) fn run(args: &ConstraintsArgs, mode: OutputMode) -> Result<u8> {
 fn shown(structure: &Structure, coordinates: usize) -> String {
     let answer = match structure.found.is_empty() {
         true => {
-            "no constraint was found: each coordinate moves by itself, as far as these data tell"
+            "no constraint was found, neither a line, a rod, a circle or another relation of second order, nor one of velocities: each \
+             coordinate moves by itself, as far as these data tell"
                 .into()
         }
         false => format!(

@@ -2,7 +2,8 @@
 //! place and a velocity that are 0 in all motions, by Taubin's eigenproblem among those that the other constraints leave free
 //! (theory.md, equation 130p).
 //!
-//! A relation that integrates is one of positions, or a number that each motion keeps; it is none of the system.
+//! A relation that integrates is one of positions, or a number that each motion keeps; it is none of the system. Where it leaves one direction
+//! every relation integrates: it is that of a wheel that rolls along a line.
 
 use std::collections::BTreeSet;
 
@@ -461,9 +462,10 @@ impl Look<'_, '_> {
         (relation.distance < NOISES).then_some((relation, Kind::Quadric, name))
     }
 
-    /// A relation of velocities, where it does not integrate.
+    /// A relation of velocities, where it does not integrate, or any would.
     fn velocity(&self, own: Constraint, size: f64) -> Option<(Relation, Kind, String)> {
-        if integrates(&own, &self.all) {
+        let leaves_one = |at: &State| at.q.len() == at.taken.len() + 2;
+        if !self.all.iter().all(leaves_one) && integrates(&own, &self.all) {
             return None;
         }
         let own = Constraint {
