@@ -67,8 +67,11 @@ const ALIKE: f64 = 2.0;
 pub(in crate::check) const MOST_JOINTS: usize = 12;
 /// Second cut-off as a fraction of the first.
 const NARROWER: f64 = 0.7;
-/// A joint moves above this part of the root mean square of its speed.
+/// A joint moves above this part of the root mean square of its speed, and is fast above these.
 const MOVING: f64 = 0.3;
+const FAST: [f64; 3] = [0.5, 0.8, 1.2];
+/// Fast rows tell another delay where theirs differs by more than so many of its standard errors.
+const DIFFERS: f64 = 2.0;
 
 /// The regression of one joint.
 #[derive(Debug, Clone, Copy)]
@@ -434,18 +437,26 @@ impl Stretches<'_> {
         self.signals.iter().map(part).collect()
     }
 
-    /// The estimate of joint `i`. Where it turns back dry friction changes its sign a little before or after the velocity does, as after a
-    /// delay: what the rows tell in which it moves adds its difference to the error.
+    /// The estimate of joint `i`. Where it turns back dry friction changes its sign a little before or after the velocity does, and before it
+    /// breaks loose its force grows without a motion, as with a delay: what the rows tell in which it moves adds its difference to the error,
+    /// and so does what the fast ones tell, as far as they are certain.
     fn estimate(&self, i: usize, shifts: usize, step: f64) -> Option<JointFit> {
         let found = estimate(&self.parts(i), shifts, step)?;
         if found.delay.abs() <= step {
             return Some(found);
         }
-        let moving = estimate(&self.parts_above(i, MOVING * self.speeds[i]), shifts, step);
-        let is_sound =
-            |own: &JointFit| !own.at_end && own.inertia.0 > 0.0 && own.explained.0 > KNOWN;
-        let moving = moving.filter(is_sound);
-        Some(moving.map_or(found, |own| found.widened_by(own.delay)))
+        let above = |part: f64| {
+            let own = estimate(&self.parts_above(i, part * self.speeds[i]), shifts, step);
+            own.filter(|own| !own.at_end && own.inertia.0 > 0.0 && own.explained.0 > KNOWN)
+        };
+        let differs = |own: &JointFit| (own.delay - found.delay).abs() > DIFFERS * own.error;
+        let fast = FAST.into_iter().filter_map(above).filter(differs);
+        let others = above(MOVING).into_iter().chain(fast);
+        let farthest = others.max_by(|a, b| {
+            let far = |own: &JointFit| (own.delay - found.delay).abs();
+            far(a).total_cmp(&far(b))
+        });
+        Some(farthest.map_or(found, |own| found.widened_by(own.delay)))
     }
 
     fn terms(&self) -> Terms<'_> {
