@@ -82,6 +82,12 @@ impl Term {
         uses(&self.powers) || uses(&self.turns)
     }
 
+    /// Whether its value changes with each of the coordinates.
+    pub(super) fn places(&self) -> Vec<bool> {
+        let count = self.powers.len().max(self.turns.len());
+        (0..count).map(|i| self.depends_on(i)).collect()
+    }
+
     /// Whether coordinate `i` or its velocity has a part in it.
     pub(super) fn uses(&self, i: usize) -> bool {
         self.depends_on(i) || self.speeds.contains(&i)

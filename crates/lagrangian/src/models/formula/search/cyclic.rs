@@ -96,7 +96,7 @@ pub(crate) fn drifts(dataset: &Dataset) -> Vec<Option<Drift>> {
         all.iter_mut().flatten().for_each(|own| own.kept = false);
         return all;
     }
-    // The momentum of a spin depends on no angle of its axis either, and is that of one coordinate: the one that is felt least.
+    // The momentum of a spin depends on no angle of its axis either, and is that of one coordinate: the one that is felt less.
     let values = |i: usize| found[i].as_ref().map_or(&[][..], |own| &own.1);
     let is_one = |i: usize, j: usize| {
         let mut pairs = values(i)
@@ -108,8 +108,14 @@ pub(crate) fn drifts(dataset: &Dataset) -> Vec<Option<Drift>> {
     for (i, j) in pairs.flat_map(|(at, i)| kept[..at].iter().map(move |j| (*i, *j))) {
         if is_one(i, j) {
             let [own, other] = [i, j].map(|i| unexplained(dataset, &[i]));
+            // That of a screw is of its turn and its advance together, and of neither alone.
+            let of_none = own.max(other) < FELT * own.min(other) + EXACT;
             let felt = if own < other { j } else { i };
-            all[felt].iter_mut().for_each(|own| own.kept = false);
+            for k in [i, j] {
+                if of_none || k == felt {
+                    all[k].iter_mut().for_each(|own| own.kept = false);
+                }
+            }
         }
     }
     all

@@ -746,7 +746,8 @@ impl Refined {
         let all = || start.terms.iter().enumerate();
         let of = |(_, term): &(usize, &Term)| {
             let series = |other: &&Term| {
-                let alike = |of: &Term| (of.damps, of.turns.is_empty());
+                // A series in one coordinate says nothing of one in another, or in both.
+                let alike = |of: &Term| (of.damps, of.turns.is_empty(), of.places());
                 other.speeds == term.speeds && alike(other) == alike(term)
             };
             let own: Vec<(u32, f64)> = all()
