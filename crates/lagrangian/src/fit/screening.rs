@@ -44,8 +44,9 @@ struct Screening {
     errors: HeldOut,
     /// Whether M is definite in some states and indefinite in others: between them accelerations have poles.
     poles: bool,
-    /// Whether it tells no torques, where these were recorded.
-    blind: bool,
+    /// Whether it is a plain network of motions without noise, or of a machine, whose torques it does not tell: it must halve the error of
+    /// a model that takes more for granted.
+    plain: bool,
 }
 
 /// The squared errors of accelerations over their mean squares.
@@ -140,11 +141,12 @@ impl Trials<'_> {
             self.most = self.most.max(fit.steps);
         }
         let Samples { signals: s, .. } = self.dataset.compared();
+        let certain = chosen.noise.is_empty();
         let (name, trial) = (chosen.name.clone(), |fit: Fit| Screening {
             chosen,
             errors: held_out(&fit, self.dataset, 0),
             poles: poles(&fit.model, &s.q, &s.qd) > 0.0,
-            blind: plain && self.dataset.forced,
+            plain: plain && (self.dataset.forced || certain),
         });
         let trial = fitted.map(trial);
         self.tried.push(CandidateResult {
@@ -161,13 +163,13 @@ impl Trials<'_> {
 
 impl Screening {
     /// Whether the mean error of another is less by more than the standard error of the difference, and not greater where
-    /// accelerations are uncertain or were not recorded. One that tells no torques must halve it.
+    /// accelerations are uncertain or were not recorded.
     fn is_worse(&self, other: &Self) -> bool {
         // Errors that are not finite are worse than all others.
         let finite = |own: &Self| own.errors.blocks.iter().all(|e| e.is_finite());
         let elsewhere = other.errors.alike <= ELSEWHERE * self.errors.alike
             && (!other.poles || self.poles || self.errors.mean() > USEFUL);
-        let most = if other.blind && !self.blind {
+        let most = if other.plain && !self.plain {
             MARGIN
         } else {
             1.0

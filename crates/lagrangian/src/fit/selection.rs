@@ -8,7 +8,7 @@ use crate::dataset::Dataset;
 use crate::fit::refine::{fit_and_refine, noise, to_be_refined};
 use crate::fit::screening::{self, HeldOut, ROUNDING, Screened, WITH_FRICTION, screen};
 use crate::fit::{Fit, FitConfig, OptimizerName, fit};
-use crate::models::{Candidate, Entry, Formula, FormulaConfig};
+use crate::models::{Candidate, Entry, Formula, FormulaConfig, WrittenLaw};
 use crate::saved;
 use crate::score::{CandidateResult, HALF, torque_error};
 use crate::train::checkpoint::Checkpoint;
@@ -241,7 +241,7 @@ impl FitSpec {
 /// Fits all candidates and keeps the best on held-out samples.
 ///
 /// One that seeks a law comes first, and is kept alone where it finds it; a series that is none where its held-out accelerations are
-/// better than those of all others by more than chance, or of which none halves them and it is short. Those that learn torques come next: the one with the smallest torque error is kept, where a later candidate must halve the error
+/// better than those of all others by more than chance, or of which none halves them and it is short: one that leaves more than noise, too, where no noise hides the accelerations. Those that learn torques come next: the one with the smallest torque error is kept, where a later candidate must halve the error
 /// of an earlier one. Those that learn accelerations are trained for a few steps and compared; the best is trained on, without its
 /// friction where it needs none. Of driven motions it replaces the other where it explains torques as well and accelerations much
 /// better, or accelerations alone so far better that no torques are worth it; of noisy ones, where it explains accelerations better. `resume` continues from a checkpoint of the candidate that
@@ -270,11 +270,12 @@ pub fn select(
             }
         }
     }
+    let noisy = candidates.iter().any(|own| !own.noise.is_empty());
     let mut kept = select_others(dataset, candidates, resume, observer)?;
     // What is no law may be nearer to it than any network.
     let errors = |own: &Selection| Explained::of(&own.fit, dataset);
     let is_nearer = |own: &Selection| {
-        let short = is_short(own);
+        let short = is_short(own, noisy);
         let [own, kept] = [errors(own), errors(&kept)];
         // Accelerations of a real machine tell less of it than its torques, and forces that do not act nothing.
         let torques = dataset.unfiltered.is_none() || own.torque <= kept.torque;
@@ -302,14 +303,12 @@ fn is_law(own: &Selection) -> bool {
     own.fit.model.written().is_some_and(|own| own.explains)
 }
 
-/// Whether a model is a series of few values that explains the data nearly to their noise. Beyond the data it errs less than a network
-/// that does the same.
-fn is_short(own: &Selection) -> bool {
+/// Whether a model is a series of few values that explains the data nearly to their noise, or as well as its errors of accelerations say
+/// where these are not noisy. Beyond the data it errs less than a network that does the same.
+fn is_short(own: &Selection, noisy: bool) -> bool {
     let model = &own.fit.model;
-    let explains = model
-        .written()
-        .is_some_and(|own| own.verdict == "expansion");
-    explains && model.parameters().len() <= SHORT
+    let explains = |own: WrittenLaw| own.verdict == "expansion" || !noisy;
+    model.written().is_some_and(explains) && model.parameters().len() <= SHORT
 }
 
 /// A model that is the law, or a series; what became of it is added to those that were tried.
