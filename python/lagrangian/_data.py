@@ -134,6 +134,8 @@ def write(path: str | os.PathLike[str], motions: Trajectory | Iterable[Trajector
         path: The file; its extension is the format.
         motions: One trajectory or several of the same coordinates.
     """
+    if not isinstance(path, (str, os.PathLike)):
+        raise InvalidType(f"path is a {type(path).__name__}: give the file first, then the motions")
     _lagrangian.write(Path(path), trajectories(motions, "motions"))
 
 

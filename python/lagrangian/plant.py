@@ -150,6 +150,8 @@ def _of_gymnasium(name: str) -> Any:
         raise MissingExtra(f"'gymnasium:{name}' needs it: pip install 'gymnasium[mujoco]'") from error
     try:
         model = getattr(gymnasium.make(name).unwrapped, "model", None)
+    except ImportError as error:
+        raise MissingExtra(f"'gymnasium:{name}' needs more of it: pip install 'gymnasium[mujoco]' ({error})") from error
     except gymnasium.error.Error as error:
         raise InvalidInput(f"gymnasium cannot make '{name}': {error}") from error
     if not isinstance(model, _mujoco().MjModel):
@@ -186,6 +188,8 @@ class _Machine:
             raise InvalidInput("joints names one of them twice")
         if not names:
             raise InvalidInput("the machine has no joints: give one that moves")
+        if self.model.neq and self.model.eq_active0.any():
+            raise InvalidInput("its joints are tied to each other (<equality>), so that no torques are those of a motion: remove the ties")
         #: The joints of the coordinates; each has one degree of freedom, in the same order.
         self.own = np.array([names.index(name) for name in joints] or range(len(names)))
         others = np.setdiff1d(np.arange(len(names)), self.own)
