@@ -10,6 +10,7 @@ use crate::models::formula::family::{FEW, NAME};
 use crate::score::accelerations_at;
 use crate::train::{AutoSetting, DataFacts, FitSpec, Loss};
 use lagrangian_mechanics::Model;
+use lagrangian_mechanics::rigid::RigidBodies;
 use lagrangian_motion::statistics::{column, mean};
 use lagrangian_motion::{Coordinates, Error, Result, Trajectory};
 use lagrangian_recordings::check::{
@@ -286,8 +287,7 @@ impl Ready {
         };
         let mut delay = None;
         if spec.prepare.delay.is_empty()
-            && let Some(half) = held::delay(&self.dataset, &robot)
-            && let Some(later) = held::later(&spare, &half)
+            && let Some((half, later)) = held(&self.dataset, &robot, &spare)
         {
             (spare, delay) = (later, Some(half));
         }
@@ -510,6 +510,19 @@ pub fn estimated(recordings: Vec<Recording>, options: &EstimateOptions) -> Resul
         estimates.extend(how);
     }
     Ok((trajectories, estimates))
+}
+
+/// How much later a robot moves than its forces act, s, where that is a part of a row, as where a drive holds each force until the next; and
+/// its recordings, to fit and to compare with, with their forces shifted by that.
+#[must_use]
+pub fn held(
+    dataset: &Dataset,
+    robot: &RigidBodies,
+    recordings: &(Vec<Recording>, Vec<Recording>),
+) -> Option<(AutoSetting, (Vec<Recording>, Vec<Recording>))> {
+    let delay = held::delay(dataset, robot)?;
+    let later = held::later(recordings, &delay)?;
+    Some((delay, later))
 }
 
 /// Checks the data of a fit, and refuses those of which a fit would be meaningless.

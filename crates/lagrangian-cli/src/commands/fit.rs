@@ -260,7 +260,7 @@ fn note_prepared(prepared: &mut Prepared) {
         note!("note: {}", item.finding);
     }
     if let Some(delay) = &prepared.delay {
-        note!("note: {} (--delay overrides it, 0 for none)", delay.reason);
+        note_delay(delay);
     }
     if let Some(cyclic) = &prepared.cyclic {
         note!("note: cyclic: {} (--cyclic overrides it)", cyclic.reason);
@@ -272,6 +272,10 @@ fn note_prepared(prepared: &mut Prepared) {
 }
 
 /// Reports a low-pass that was chosen from the data; returns its cut-off, Hz.
+pub(super) fn note_delay(choice: &AutoSetting) {
+    note!("note: {} (--delay overrides it, 0 for none)", choice.reason);
+}
+
 pub(super) fn note_low_pass(choice: Option<&AutoSetting>) -> Option<f64> {
     let choice = choice?;
     note!(

@@ -1,5 +1,7 @@
 //! `lagrangian identify`: from logs of a robot to a URDF with its parameters.
 
+use std::path::PathBuf;
+
 use anyhow::Result;
 use lagrangian::mechanics::Mechanical;
 use lagrangian::rigid::{
@@ -8,7 +10,9 @@ use lagrangian::rigid::{
 use lagrangian::score::SignalError;
 use lagrangian::torque::{predict_torque, summarise};
 use lagrangian::trajectory::Sampling;
-use lagrangian::{Coordinates, Dataset, Estimate, Model, Trajectory, prepared, split};
+use lagrangian::{
+    Coordinates, Dataset, Estimate, EstimateOptions, Model, Recording, Trajectory, prepared, split,
+};
 use lagrangian_report::draw::short;
 use lagrangian_report::{Report, Table};
 use serde::Serialize;
@@ -36,7 +40,7 @@ pub(super) fn run(args: &IdentifyArgs, mode: OutputMode) -> Result<u8> {
     lagrangian_run::refuse_existing(&args.out, existing)?;
     let task = Task::start("identify", mode.quiet, Size::of_files(&inputs))?;
     let robot = robot::open(&args.urdf, &args.joints)?;
-    let data = read(args)?;
+    let data = read(args, &robot)?;
     let found = identify(args, &robot, &data)?;
     data::note_estimates(&data.estimates);
     let motion = found.model.motion();
@@ -57,6 +61,7 @@ pub(super) fn run(args: &IdentifyArgs, mode: OutputMode) -> Result<u8> {
         "out": args.out,
         "estimated": data::estimated_signals(&data.estimates),
         "low_pass": data.low_pass,
+        "delay": data.delay,
         "samples": { "identified": found.samples, "held_out": data.held_out_samples() },
         "independent_samples": found.independent,
         "parameters": found.model.parameters().len(),
@@ -81,35 +86,43 @@ struct Data {
     estimates: Vec<Estimate>,
     /// The cut-off of the low-pass, Hz.
     low_pass: Option<f64>,
+    /// By how much the forces were shifted, as a drive that holds them asks, s.
+    delay: Option<f64>,
 }
 
-fn read(args: &IdentifyArgs) -> Result<Data> {
+fn read(args: &IdentifyArgs, robot: &Robot) -> Result<Data> {
     let sampling = args.sample.sampling(args.seed, Sampling::LONGEST);
-    let recordings = data::read_sample(&args.files, &args.data, sampling)?.recordings;
+    let read = |files: &[PathBuf]| -> Result<Vec<Recording>> {
+        Ok(data::read_sample(files, &args.data, sampling)?.recordings)
+    };
+    let recordings = read(&args.files)?;
     let mut options = args.estimate.options();
     let check = prepared::checked(&recordings, &options).map_err(failure::of_data)?;
     let low_pass = args.estimate.prepare().chosen_low_pass(&check);
     options.low_pass = fit::note_low_pass(low_pass.as_ref()).or(options.low_pass);
     let coordinates = recordings[0].coordinates.clone();
-    let (motions, estimates) = data::estimated(recordings, &options)?;
-    let (own, held_out) = match args.test.is_empty() {
-        true => split(motions, args.hold_out, args.seed)
-            .context("cannot hold data out", "take a smaller --hold-out")?,
-        false => {
-            let other = data::read_sample(&args.test, &args.data, sampling)?.recordings;
-            fitted::require_dof(&other, &coordinates)?;
-            (motions, data::estimated(other, &options)?.0)
-        }
+    let test = match args.test.is_empty() {
+        true => Vec::new(),
+        false => read(&args.test)?,
     };
-    let (train, validation) = split(own, VALIDATION, args.seed)?;
-    let dataset = Dataset::new(coordinates.clone(), &train, &validation)?;
-    Ok(Data {
-        coordinates,
-        dataset,
-        held_out,
-        estimates,
-        low_pass: options.low_pass,
-    })
+    fitted::require_dof(&test, &coordinates)?;
+    let all = (recordings, test);
+    let data = Data::of(all.clone(), args, &options)?;
+    let held = args.data.delay.is_empty().then(|| {
+        let bodies = robot.config.bodies(&coordinates).ok()?;
+        prepared::held(&data.dataset, &bodies, &all)
+    });
+    match held.flatten() {
+        Some((delay, later)) => {
+            fit::note_delay(&delay);
+            let delay = delay.value.as_f64();
+            Ok(Data {
+                delay,
+                ..Data::of(later, args, &options)?
+            })
+        }
+        None => Ok(data),
+    }
 }
 
 fn identify(args: &IdentifyArgs, robot: &Robot, data: &Data) -> Result<Identification> {
@@ -132,6 +145,30 @@ struct Errors {
 }
 
 impl Data {
+    /// The data of these logs, and of those that test.
+    fn of(
+        (recordings, test): (Vec<Recording>, Vec<Recording>),
+        args: &IdentifyArgs,
+        options: &EstimateOptions,
+    ) -> Result<Self> {
+        let coordinates = recordings[0].coordinates.clone();
+        let (motions, estimates) = data::estimated(recordings, options)?;
+        let (own, held_out) = match test.is_empty() {
+            true => split(motions, args.hold_out, args.seed)
+                .context("cannot hold data out", "take a smaller --hold-out")?,
+            false => (motions, data::estimated(test, options)?.0),
+        };
+        let (train, validation) = split(own, VALIDATION, args.seed)?;
+        Ok(Self {
+            dataset: Dataset::new(coordinates.clone(), &train, &validation)?,
+            coordinates,
+            held_out,
+            estimates,
+            low_pass: options.low_pass,
+            delay: None,
+        })
+    }
+
     fn held_out_samples(&self) -> usize {
         self.held_out.iter().map(Trajectory::len).sum()
     }

@@ -272,7 +272,12 @@ fn desired(args: &TrackArgs, saved: Option<&Fitted>) -> Result<Desired> {
         file: args.columns.clone(),
         ..DataArgs::default()
     };
-    let columns = saved.map_or(Ok(columns.clone()), |fitted| fitted.completed(&columns))?;
+    let mut columns = saved.map_or(Ok(columns.clone()), |fitted| fitted.completed(&columns))?;
+    // A motion to be followed needs no forces.
+    if let Some(fitted) = &mut columns.fitted {
+        fitted.columns.tau.clear();
+        fitted.actuated.clear();
+    }
     let recordings = data::read(files, &columns)?;
     let coordinates = match (saved, recordings.first()) {
         (Some(fitted), _) => fitted.model.coordinates().clone(),
