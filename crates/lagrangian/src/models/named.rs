@@ -153,8 +153,11 @@ impl<'a> Named<'a> {
             let unit = |q: &str| either(q, "N·m·s²/rad²", "N·s²/m²");
             self.add_with(of(2), "drag", drag, unit);
         }
-        self.add_with(of(1), "coulomb", &d.coulomb, force);
-        self.add("coulomb_speed", &d.smoothing, speed);
+        // Without dry friction there is no speed at which it turns.
+        if d.stribeck.is_some() || d.coulomb.iter().any(|own| *own != 0.0) {
+            self.add_with(of(1), "coulomb", &d.coulomb, force);
+            self.add("coulomb_speed", &d.smoothing, speed);
+        }
         if let Some(stribeck) = &d.stribeck {
             self.add("stribeck", &stribeck.height, force);
             self.add("stribeck_speed", &stribeck.speed, speed);
