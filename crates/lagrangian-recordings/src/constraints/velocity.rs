@@ -7,6 +7,10 @@
 
 use std::collections::BTreeSet;
 
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use lagrangian_motion::noise::normal;
 use lagrangian_motion::solve::{diagonalise, dot, inverse_root, product};
 use lagrangian_motion::statistics::{mean, sort_by_number};
 use lagrangian_motion::{Constraint, Coordinates};
@@ -28,8 +32,10 @@ const LONG: usize = 100;
 const WINDOWS: [usize; 6] = [7, 9, 13, 19, 27, 41];
 const BIASED: f64 = 0.3;
 const DEGREE: usize = 4;
-/// The largest number of states.
+/// The largest number of states, and of those in which a relation must say something; the combinations of relations that are tried.
 const STATES: usize = 4000;
+const SOME: usize = 200;
+const TRIES: usize = 400;
 /// The largest number of coordinates, and of those of which all products are looked at.
 const MOST: usize = 24;
 const FEW: usize = 12;
@@ -399,7 +405,11 @@ struct Look<'a, 'b> {
 impl Look<'_, '_> {
     /// Adds the relations of these features that hold, one after another: of places, or of velocities that do not integrate.
     fn at(&mut self, features: &[Constraint], of_places: bool) {
-        let all = holding(&self.all, features).into_iter();
+        let mut all = holding(&self.all, features);
+        if !of_places && all.len() > 1 && self.leaves_one() {
+            all = vec![self.steadiest(&all)];
+        }
+        let all = all.into_iter();
         let all: Vec<(Constraint, f64)> = all.map(|own| (own.clone(), self.size(&own))).collect();
         for (own, whole) in all {
             let size = self.size(&own);
@@ -419,6 +429,55 @@ impl Look<'_, '_> {
             self.search.accept(relation, kind, &about, |_| (name, None));
             self.search.take(free);
         }
+    }
+
+    /// Whether a relation leaves one direction, so that all that hold are one.
+    fn leaves_one(&self) -> bool {
+        let own = |at: &State| at.q.len() == at.taken.len() + 2;
+        self.all.iter().all(own)
+    }
+
+    /// Of these relations, which are one, the combination that says most where it says least: (x₂ − x₁) ẋ₁ + r ẏ₂ = 0 says nothing of a
+    /// wheel whose mark is at the top.
+    fn steadiest(&self, all: &[Constraint]) -> Constraint {
+        let some = self.all.iter().step_by(self.all.len().div_ceil(SOME).max(1));
+        let sizes = { all.iter() }.map(|own| self.size(own).max(f64::MIN_POSITIVE).sqrt());
+        let sizes: Vec<f64> = sizes.collect();
+        let rows: Vec<Vec<Vec<f64>>> = some
+            .map(|at| {
+                let row = |(own, size): (&Constraint, &f64)| {
+                    let row = rest(&at.taken, own.row(&at.q)).into_iter();
+                    row.map(|x| x / size).collect()
+                };
+                all.iter().zip(&sizes).map(row).collect()
+            })
+            .collect();
+        let least = |c: &[f64]| {
+            let square = |rows: &Vec<Vec<f64>>| {
+                let each = (0..rows[0].len()).map(|j| {
+                    let each = rows.iter().zip(c);
+                    each.map(|(row, c)| c * row[j]).sum::<f64>()
+                });
+                each.map(|x| x * x).sum::<f64>()
+            };
+            let least = rows.iter().map(square).fold(f64::INFINITY, f64::min);
+            least / mean(&mut rows.iter().map(square))
+        };
+        let first: Vec<f64> = (0..all.len()).map(|k| f64::from(u8::from(k == 0))).collect();
+        let mut rng = ChaCha8Rng::seed_from_u64(0);
+        let mut best = (least(&first), first);
+        for k in 0..TRIES {
+            // At first anywhere, then nearer and nearer.
+            let near = (2.0 * k as f64 / TRIES as f64 - 1.0).max(0.0);
+            let step = |c: &f64| near.sqrt() * c + (1.0 - near) * normal(&mut rng);
+            let tried: Vec<f64> = best.1.iter().map(step).collect();
+            let own = least(&tried);
+            if own > best.0 {
+                best = (own, tried);
+            }
+        }
+        let c: Vec<f64> = best.1.iter().zip(&sizes).map(|(c, size)| c / size).collect();
+        combined(all, &c)
     }
 
     /// Looks no more in the directions that a relation takes.
@@ -464,8 +523,7 @@ impl Look<'_, '_> {
 
     /// A relation of velocities, where it does not integrate, or any would.
     fn velocity(&self, own: Constraint, size: f64) -> Option<(Relation, Kind, String)> {
-        let leaves_one = |at: &State| at.q.len() == at.taken.len() + 2;
-        if !self.all.iter().all(leaves_one) && integrates(&own, &self.all) {
+        if !self.leaves_one() && integrates(&own, &self.all) {
             return None;
         }
         let own = Constraint {

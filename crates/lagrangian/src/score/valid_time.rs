@@ -150,7 +150,12 @@ pub(super) fn without_rest(sigma: Vec<f64>, motions: &[Trajectory]) -> Vec<f64> 
             .flat_map(|m| m.errors.q.iter().skip(i).step_by(n));
         root_mean_square(&mut each.copied())
     };
-    let own = |(i, s): (usize, &f64)| match *s < RESTS * noise(i) {
+    // A place that a solver of another program holds drifts by its tolerance.
+    let size = |i: usize| {
+        let each = motions.iter().flat_map(|m| m.q.iter().skip(i).step_by(n));
+        root_mean_square(&mut each.copied())
+    };
+    let own = |(i, s): (usize, &f64)| match *s < RESTS * noise(i) + HELD * size(i) {
         true => f64::INFINITY,
         false => *s,
     };
@@ -161,8 +166,9 @@ pub(super) fn without_rest(sigma: Vec<f64>, motions: &[Trajectory]) -> Vec<f64> 
     }
 }
 
-/// A coordinate rests where it deviates by less than this multiple of its standard error.
+/// A coordinate rests where it deviates by less than this multiple of its standard error, or this part of its size.
 const RESTS: f64 = 2.0;
+const HELD: f64 = 1e-9;
 
 /// The differences of positions, `[m, n]`, on the circle for angles.
 pub(super) fn differences(
