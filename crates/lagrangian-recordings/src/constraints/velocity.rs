@@ -440,7 +440,10 @@ impl Look<'_, '_> {
     /// Of these relations, which are one, the combination that says most where it says least: (x₂ − x₁) ẋ₁ + r ẏ₂ = 0 says nothing of a
     /// wheel whose mark is at the top.
     fn steadiest(&self, all: &[Constraint]) -> Constraint {
-        let some = self.all.iter().step_by(self.all.len().div_ceil(SOME).max(1));
+        let some = self
+            .all
+            .iter()
+            .step_by(self.all.len().div_ceil(SOME).max(1));
         let sizes = { all.iter() }.map(|own| self.size(own).max(f64::MIN_POSITIVE).sqrt());
         let sizes: Vec<f64> = sizes.collect();
         let rows: Vec<Vec<Vec<f64>>> = some
@@ -463,7 +466,9 @@ impl Look<'_, '_> {
             let least = rows.iter().map(square).fold(f64::INFINITY, f64::min);
             least / mean(&mut rows.iter().map(square))
         };
-        let first: Vec<f64> = (0..all.len()).map(|k| f64::from(u8::from(k == 0))).collect();
+        let first: Vec<f64> = (0..all.len())
+            .map(|k| f64::from(u8::from(k == 0)))
+            .collect();
         let mut rng = ChaCha8Rng::seed_from_u64(0);
         let mut best = (least(&first), first);
         for k in 0..TRIES {
@@ -476,7 +481,12 @@ impl Look<'_, '_> {
                 best = (own, tried);
             }
         }
-        let c: Vec<f64> = best.1.iter().zip(&sizes).map(|(c, size)| c / size).collect();
+        let c: Vec<f64> = best
+            .1
+            .iter()
+            .zip(&sizes)
+            .map(|(c, size)| c / size)
+            .collect();
         combined(all, &c)
     }
 

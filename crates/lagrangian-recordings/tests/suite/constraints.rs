@@ -198,6 +198,47 @@ fn a_skate_and_a_rolling_disc_do_not_slip() {
     }
 }
 
+/// A wheel of radius 0.5 that rolls along a line: its hub and a mark on a spoke.
+fn wheel(t: f64, k: f64) -> Vec<f64> {
+    let angle = 2.0 * k + 1.9 * (1.3 * t + k).sin() + 0.4 * k.cos() * t;
+    let (across, up) = angle.sin_cos();
+    let hub = 0.5 * angle + k;
+    vec![hub, 0.5, hub + 0.4 * across, 0.5 + 0.4 * up]
+}
+
+/// A pendulum that hangs from a carriage, and moves by itself.
+fn carriage(t: f64, k: f64) -> Vec<f64> {
+    let (sin, cos) = (1.2 * (2.1 * t + k).sin()).sin_cos();
+    let place = k + 0.6 * (1.3 * t + 2.0 * k).sin();
+    vec![place, 0.5, place + 0.4 * sin, 0.5 - 0.4 * cos]
+}
+
+#[test]
+fn a_wheel_rolls_along_a_line_and_a_carriage_does_not() {
+    for noise in [0.0, 1e-3, 1e-2] {
+        let names = ["ax", "ay", "bx", "by"];
+        let own = found(&names, 8, noise, wheel);
+        assert_eq!(own.freedom, 1, "{own:#?}");
+        let mut all = own.found.iter();
+        let rolls = all.find(|own| own.kind == Kind::Velocity).unwrap();
+        // The relation says something wherever the mark is.
+        let size = |k: usize| {
+            let angle = 0.1 * k as f64;
+            let (sin, cos) = angle.sin_cos();
+            let row = { &rolls.constraint }.row(&[0.0, 0.5, 0.4 * sin, 0.5 + 0.4 * cos]);
+            // Along the hub, and around it.
+            let along = row[0] + row[2];
+            let around = 0.4 * (row[2] * cos - row[3] * sin);
+            along.hypot(around)
+        };
+        let sizes: Vec<f64> = (0..63).map(size).collect();
+        let [least, most] =
+            [f64::min, f64::max].map(|of| sizes.iter().copied().reduce(of).unwrap());
+        assert!(least > 0.2 * most, "{sizes:?}");
+        assert_eq!(found(&names, 8, noise, carriage).freedom, 2);
+    }
+}
+
 #[test]
 fn motions_that_slip_or_that_begin_at_rest_have_no_relation_of_velocities() {
     let names = ["x1", "y1", "x2", "y2", "x3", "y3"];

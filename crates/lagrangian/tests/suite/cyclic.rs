@@ -37,6 +37,40 @@ impl System for Carts {
     }
 }
 
+/// A bead in a channel that winds like a screw: what its turn and its advance keep together is the momentum of neither.
+#[derive(Debug, Clone)]
+struct Screw;
+
+impl System for Screw {
+    const NAME: &'static str = "screw";
+    const ABOUT: &'static str = "a bead in a channel that winds";
+    const PARAMETERS: &'static [Parameter] = &[];
+
+    fn new(_: &[f64]) -> Self {
+        Self
+    }
+
+    fn coordinates(&self) -> Coordinates {
+        Coordinates::lines(3)
+    }
+
+    fn lagrangian<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D], qd: &[D]) -> D {
+        let kinetic = qd[0] * qd[0] + (q[0] * qd[1]).powi(2) + qd[2] * qd[2];
+        let radial = q[0] - 1.5;
+        kinetic * 0.5 - radial * radial * 4.0 - (q[1] - q[2] * 2.0).cos()
+    }
+
+    fn sample_state(&self, rng: &mut dyn Rng) -> State {
+        let mut draw = |middle: [f64; 3], half: [f64; 3]| -> Vec<f64> {
+            let each = middle.into_iter().zip(half);
+            each.map(|(m, h)| m + h * rng.random_range(-1.0..1.0))
+                .collect()
+        };
+        let q = draw([1.5, 0.0, 0.0], [0.5, 3.0, 2.0]);
+        State::new(q, draw([0.0; 3], [1.0, 1.5, 1.5]))
+    }
+}
+
 /// Motions of a system from its own states.
 fn motions(system: &dyn Model, sample: &dyn Fn(&mut dyn Rng) -> State) -> Vec<Recording> {
     let mut rng = ChaCha8Rng::seed_from_u64(8);
@@ -82,6 +116,8 @@ fn momenta_that_motions_keep_are_found_before_any_fit() {
     // The momentum of both is that of neither.
     let carts = Analytic::new(Carts);
     assert!(found(motions(&carts, &|rng| carts.sample_state(rng))).is_empty());
+    let screw = Analytic::new(Screw);
+    assert!(found(motions(&screw, &|rng| screw.sample_state(rng))).is_empty());
 }
 
 #[test]

@@ -167,6 +167,38 @@ fn the_rows_of_a_grid_are_told_apart_and_it_has_no_other_size() {
 }
 
 #[test]
+fn the_edges_of_a_grid_are_told_by_all_bonds_together() {
+    // Six rows of five, with bonds along rows, between them, and along one diagonal, of which few samples tell each.
+    let inside = |aside: usize, offset: usize| -> Vec<[usize; 2]> {
+        let pairs = (0..30 - offset).map(|i| [i, i + offset]);
+        pairs.filter(|[i, _]| i % 5 + aside < 5).collect()
+    };
+    let bonds = [(1, 1), (0, 5), (1, 6)].map(|(aside, offset)| Bonds {
+        offset,
+        pairs: inside(aside, offset),
+        basis: Basis::Powers { degree: 3 },
+    });
+    let shape = LatticeShape {
+        bonds: bonds.into(),
+        site: Some(Basis::Powers { degree: 1 }),
+    };
+    let pull = [0.0, 1.0, 0.0, 0.4, 0.0];
+    let parameters = [&[1.0; 30][..], &pull, &pull, &pull, &[0.0, 0.5]].concat();
+    let truth = Lattice::new(Coordinates::lines(30), shape, parameters, None).unwrap();
+    for noise in [0.0, 1e-3] {
+        let fit = fitted(recordings(&truth, 0.8, noise), LatticeConfig::default()).unwrap();
+        let (text, verdict) = law(&fit);
+        assert_eq!(verdict, "law", "{text}");
+        let expected = [0.5, 0.1, 0.5, 0.1, 0.5, 0.1, 0.25];
+        let own = fit.model.parameters();
+        assert_eq!(own.len(), expected.len(), "{text}");
+        for (own, expected) in own.iter().zip(expected) {
+            assert!((own.value - expected).abs() < 0.02 * expected, "{text}");
+        }
+    }
+}
+
+#[test]
 fn inertia_between_sites_is_found_and_kept_by_a_rollout() {
     let mut parameters = lattice(12, &[(1, Ends::Ring)], true).parameters().to_vec();
     parameters[16] = 0.6;

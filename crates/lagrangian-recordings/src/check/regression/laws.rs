@@ -74,7 +74,7 @@ pub(super) struct Laws<'a> {
     sources: Vec<usize>,
     /// The part of its variance that the law of all others leaves, `[coordinates][recordings]`.
     left: Vec<Vec<f64>>,
-    /// The ranges of positions, of angles those of cos and sin, `[recordings]`.
+    /// The ranges of positions, of angles those of cos and sin, and of velocities, `[recordings]`.
     ranges: Vec<Vec<(f64, f64)>>,
     /// Whether their terms are those of a chain: products of high degree fail where only one recording went.
     of_chains: bool,
@@ -97,15 +97,20 @@ struct Suspect {
     others: Vec<Vec<f64>>,
 }
 
-/// The ranges of the positions of a recording, of angles those of their cos and sin.
+/// The ranges of the positions of a recording, of angles those of their cos and sin, and of its velocities.
 fn ranges(stretches: &Stretches<'_>, recording: usize) -> Vec<(f64, f64)> {
     let n = stretches.speeds.len();
     let of = |i: usize| {
         let stretches_of = || stretches.signals.iter().filter(|s| s.source == recording);
         let own = || stretches_of().flat_map(|s| s.q.iter().skip(i).step_by(n).copied());
+        let speed = range(stretches_of().flat_map(|s| s.qd.iter().skip(i).step_by(n).copied()));
         match stretches.coordinates.is_circle(i) {
-            true => vec![range(own().map(f64::cos)), range(own().map(f64::sin))],
-            false => vec![range(own())],
+            true => vec![
+                range(own().map(f64::cos)),
+                range(own().map(f64::sin)),
+                speed,
+            ],
+            false => vec![range(own()), speed],
         }
     };
     (0..n).flat_map(of).collect()

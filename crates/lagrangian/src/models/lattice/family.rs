@@ -79,6 +79,8 @@ const FEWEST: usize = 4;
 const MANY: usize = 8;
 /// The part of the motion that it may leave for a plain fit to take it: of few enough coordinates for other families, and of more.
 const TAKEN: [f64; 2] = [1e-3, 0.02];
+/// The largest number of sites whose masses are listed.
+const LISTED: usize = 64;
 /// The largest number of sites whose neighbours are looked for.
 const MOST: usize = 20_000;
 
@@ -288,6 +290,7 @@ impl FittedModel for LearnedLattice {
 
     fn parameters(&self) -> Vec<Parameter> {
         let mut terms = self.terms();
+        terms.extend(self.masses());
         terms.extend(self.lattice.dissipation().map(|own| Parameter {
             name: "viscous friction of each site".into(),
             value: own.viscous[0],
@@ -300,7 +303,9 @@ impl FittedModel for LearnedLattice {
     fn written(&self) -> Option<WrittenLaw> {
         let text = |style: Style| {
             let damped = self.lattice.dissipation();
-            let first = Coordinates(vec![self.coordinates().0[0].clone()]);
+            let mut first = self.coordinates().0[0].clone();
+            first.name = "q[i]".into();
+            let first = Coordinates(vec![first]);
             let beside = damped.map(|own| friction(&first, (own, &[]), style));
             self.sum(style) + &beside.unwrap_or_default()
         };
@@ -419,6 +424,24 @@ impl LearnedLattice {
         all
     }
 
+    /// The masses of the sites where they differ, of not too many.
+    fn masses(&self) -> impl Iterator<Item = Parameter> + '_ {
+        let masses = self.lattice.masses();
+        let listed = !self.are_equal() && masses.len() <= LISTED;
+        let sites = self.coordinates().0.iter().zip(masses);
+        sites.filter(move |_| listed).map(|(site, mass)| Parameter {
+            name: format!("mass of {}", site.name),
+            value: *mass,
+            unit: "of the mean".into(),
+            standard_error: None,
+        })
+    }
+
+    fn are_equal(&self) -> bool {
+        let masses = self.lattice.masses();
+        masses.iter().all(|own| own.total_cmp(&masses[0]).is_eq())
+    }
+
     /// The Lagrangian of one site.
     fn sum(&self, style: Style) -> String {
         let mut text = match style {
@@ -427,8 +450,7 @@ impl LearnedLattice {
         };
         let masses = self.lattice.masses();
         let rate = style.rate(&self.site(style, 0));
-        let equal = masses.iter().all(|own| own.total_cmp(&masses[0]).is_eq());
-        text.push_str(&match (equal, style) {
+        text.push_str(&match (self.are_equal(), style) {
             (true, _) => format!(" {} {rate}^2", 0.5 * masses[0]),
             (false, Style::Text) => format!(" 0.5 m[i] {rate}^2"),
             (false, Style::Latex) => format!(" \\frac{{1}}{{2}} m_i {rate}^2"),

@@ -96,26 +96,23 @@ pub(crate) fn drifts(dataset: &Dataset) -> Vec<Option<Drift>> {
         all.iter_mut().flatten().for_each(|own| own.kept = false);
         return all;
     }
-    // The momentum of a spin depends on no angle of its axis either, and is that of one coordinate: the one that is felt less.
+    // The momentum of a spin depends on no angle of its axis either, and is that of the coordinate that is surely not felt; that of a screw
+    // is of its turn and its advance together, and of neither alone.
     let values = |i: usize| found[i].as_ref().map_or(&[][..], |own| &own.1);
     let is_one = |i: usize, j: usize| {
         let mut pairs = values(i)
             .iter()
             .flat_map(|a| values(j).iter().map(move |b| (a, b)));
-        pairs.all(|(a, b)| correlation(a, b) > ALIKE)
+        !values(j).is_empty() && pairs.all(|(a, b)| correlation(a, b) > ALIKE)
     };
-    let pairs = kept.iter().enumerate();
-    for (i, j) in pairs.flat_map(|(at, i)| kept[..at].iter().map(move |j| (*i, *j))) {
-        if is_one(i, j) {
+    for i in kept {
+        let mut others = (0..n).filter(|j| *j != i && is_one(i, *j));
+        let less = |j: usize| {
             let [own, other] = [i, j].map(|i| unexplained(dataset, &[i]));
-            // That of a screw is of its turn and its advance together, and of neither alone.
-            let of_none = own.max(other) < FELT * own.min(other) + EXACT;
-            let felt = if own < other { j } else { i };
-            for k in [i, j] {
-                if of_none || k == felt {
-                    all[k].iter_mut().for_each(|own| own.kept = false);
-                }
-            }
+            other < SURELY * own + EXACT
+        };
+        if others.any(less) {
+            all[i].iter_mut().for_each(|own| own.kept = false);
         }
     }
     all
