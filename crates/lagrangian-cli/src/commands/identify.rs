@@ -101,11 +101,11 @@ fn read(args: &IdentifyArgs, robot: &Robot) -> Result<Data> {
     let low_pass = args.estimate.prepare().chosen_low_pass(&check);
     options.low_pass = fit::note_low_pass(low_pass.as_ref()).or(options.low_pass);
     let coordinates = recordings[0].coordinates.clone();
-    let test = match args.test.is_empty() {
-        true => Vec::new(),
-        false => read(&args.test)?,
-    };
-    fitted::require_dof(&test, &coordinates)?;
+    let mut test = Vec::new();
+    if !args.test.is_empty() {
+        test = read(&args.test)?;
+        fitted::require_dof(&test, &coordinates)?;
+    }
     let all = (recordings, test);
     let data = Data::of(all.clone(), args, &options)?;
     let held = args.data.delay.is_empty().then(|| {
