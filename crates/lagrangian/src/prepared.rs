@@ -251,10 +251,7 @@ fn acquit_wheels(check: &mut CheckReport, cyclic: &[usize]) {
 }
 
 /// Copies of recordings, of which a delay and a low-pass may be chosen, and a law be sought beside these.
-fn spare(
-    all: &(Vec<Recording>, Vec<Recording>),
-    spec: &FitSpec,
-) -> [Option<(Vec<Recording>, Vec<Recording>)>; 2] {
+fn spare(all: &Logs, spec: &FitSpec) -> [Option<Logs>; 2] {
     let asked = &spec.prepare;
     let open = asked.delay.is_empty() || asked.low_pass.is_none();
     let forced = all.0.iter().any(|r| !r.tau.is_empty());
@@ -279,7 +276,7 @@ impl Ready {
     /// The same of recordings with the delay and the low-pass that those of a robot ask for, and that delay.
     fn of_robot(
         self,
-        mut spare: (Vec<Recording>, Vec<Recording>),
+        mut spare: Logs,
         (spec, check, estimates): (&FitSpec, &CheckReport, &EstimateOptions),
     ) -> Result<(Self, Option<AutoSetting>)> {
         let Some(robot) = held::robot(&self.dataset, spec) else {
@@ -305,7 +302,7 @@ impl Ready {
     /// is sought there. Returns those on which it is evaluated, which have that shift.
     fn keep_unfiltered(
         &mut self,
-        measured: (Vec<Recording>, Vec<Recording>),
+        measured: Logs,
         delay: Option<&AutoSetting>,
         (spec, check, estimates): (&FitSpec, &CheckReport, &EstimateOptions),
     ) -> Result<Option<Self>> {
@@ -345,7 +342,7 @@ impl Ready {
     }
 
     fn new(
-        (training, validation): (Vec<Recording>, Vec<Recording>),
+        (training, validation): Logs,
         (spec, chosen): (&FitSpec, Option<AutoSetting>),
         (check, options): (&CheckReport, &EstimateOptions),
     ) -> Result<Self> {
@@ -512,14 +509,17 @@ pub fn estimated(recordings: Vec<Recording>, options: &EstimateOptions) -> Resul
     Ok((trajectories, estimates))
 }
 
+/// Recordings to fit, and to compare with.
+type Logs = (Vec<Recording>, Vec<Recording>);
+
 /// How much later a robot moves than its forces act, s, where that is a part of a row, as where a drive holds each force until the next; and
 /// its recordings, to fit and to compare with, with their forces shifted by that.
 #[must_use]
 pub fn held(
     dataset: &Dataset,
     robot: &RigidBodies,
-    recordings: &(Vec<Recording>, Vec<Recording>),
-) -> Option<(AutoSetting, (Vec<Recording>, Vec<Recording>))> {
+    recordings: &Logs,
+) -> Option<(AutoSetting, Logs)> {
     let delay = held::delay(dataset, robot)?;
     let later = held::later(recordings, &delay)?;
     Some((delay, later))

@@ -219,21 +219,25 @@ fn a_wheel_rolls_along_a_line_and_a_carriage_does_not() {
         let names = ["ax", "ay", "bx", "by"];
         let own = found(&names, 8, noise, wheel);
         assert_eq!(own.freedom, 1, "{own:#?}");
-        let mut all = own.found.iter();
-        let rolls = all.find(|own| own.kind == Kind::Velocity).unwrap();
+        let rolls: Vec<_> = { own.found.iter() }
+            .filter(|own| own.kind == Kind::Velocity)
+            .collect();
+        assert_eq!(rolls.len(), 1, "{own:#?}");
         // The relation says something wherever the mark is.
         let size = |k: usize| {
             let angle = 0.1 * k as f64;
             let (sin, cos) = angle.sin_cos();
-            let row = { &rolls.constraint }.row(&[0.0, 0.5, 0.4 * sin, 0.5 + 0.4 * cos]);
+            let row = rolls[0]
+                .constraint
+                .row(&[0.0, 0.5, 0.4 * sin, 0.5 + 0.4 * cos]);
             // Along the hub, and around it.
             let along = row[0] + row[2];
             let around = 0.4 * (row[2] * cos - row[3] * sin);
             along.hypot(around)
         };
         let sizes: Vec<f64> = (0..63).map(size).collect();
-        let [least, most] =
-            [f64::min, f64::max].map(|of| sizes.iter().copied().reduce(of).unwrap());
+        let least = sizes.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = sizes.iter().copied().fold(0.0, f64::max);
         assert!(least > 0.2 * most, "{sizes:?}");
         assert_eq!(found(&names, 8, noise, carriage).freedom, 2);
     }
