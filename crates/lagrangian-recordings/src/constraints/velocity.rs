@@ -446,25 +446,20 @@ impl Look<'_, '_> {
             .step_by(self.all.len().div_ceil(SOME).max(1));
         let sizes = { all.iter() }.map(|own| self.size(own).max(f64::MIN_POSITIVE).sqrt());
         let sizes: Vec<f64> = sizes.collect();
-        let rows: Vec<Vec<Vec<f64>>> = some
-            .map(|at| {
-                let row = |(own, size): (&Constraint, &f64)| {
-                    let row = rest(&at.taken, own.row(&at.q)).into_iter();
-                    row.map(|x| x / size).collect()
-                };
-                all.iter().zip(&sizes).map(row).collect()
-            })
-            .collect();
-        let least = |c: &[f64]| {
-            let square = |rows: &Vec<Vec<f64>>| {
-                let each = (0..rows[0].len()).map(|j| {
-                    let each = rows.iter().zip(c);
-                    each.map(|(row, c)| c * row[j]).sum::<f64>()
-                });
-                each.map(|x| x * x).sum::<f64>()
+        // The products of the rows of all relations at each state, `[k, k]`.
+        let products = |at: &State| -> Vec<f64> {
+            let row = |(own, size): (&Constraint, &f64)| -> Vec<f64> {
+                let row = rest(&at.taken, own.row(&at.q)).into_iter();
+                row.map(|x| x / size).collect()
             };
-            let least = rows.iter().map(square).fold(f64::INFINITY, f64::min);
-            least / mean(&mut rows.iter().map(square))
+            let rows: Vec<Vec<f64>> = all.iter().zip(&sizes).map(row).collect();
+            let each = rows.iter().flat_map(|a| rows.iter().map(|b| dot(a, b)));
+            each.collect()
+        };
+        let products: Vec<Vec<f64>> = some.map(products).collect();
+        let least = |c: &[f64]| {
+            let squares = || products.iter().map(|own| form(own, c));
+            squares().fold(f64::INFINITY, f64::min) / mean(&mut squares())
         };
         let first: Vec<f64> = (0..all.len())
             .map(|k| f64::from(u8::from(k == 0)))

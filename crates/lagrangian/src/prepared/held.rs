@@ -4,6 +4,7 @@
 //! forces, and three shifts tell where it is least. Where a joint turns back, dry friction changes its sign a little before or after the
 //! velocity does, which looks like a delay; so only rows in which a joint moves are counted.
 
+use super::Logs;
 use crate::dataset::{Dataset, Timeline};
 use crate::models::joints;
 use crate::train::{AutoSetting, FitSpec};
@@ -73,10 +74,7 @@ pub(super) fn is_half(delay: &AutoSetting, dataset: &Dataset) -> bool {
 }
 
 /// The recordings with their forces shifted by a chosen delay; `None` where one is too short for it.
-pub(super) fn later(
-    (training, validation): &(Vec<Recording>, Vec<Recording>),
-    delay: &AutoSetting,
-) -> Option<(Vec<Recording>, Vec<Recording>)> {
+pub(super) fn later((training, validation): &Logs, delay: &AutoSetting) -> Option<Logs> {
     let delay = delay.value.as_f64()?;
     let shifted = |all: &[Recording]| -> Option<Vec<Recording>> {
         let all = all.iter().map(|own| own.clone().delayed(&[delay]).ok());

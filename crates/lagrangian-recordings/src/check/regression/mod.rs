@@ -449,13 +449,11 @@ impl Stretches<'_> {
             let own = estimate(&self.parts_above(i, part * self.speeds[i]), shifts, step);
             own.filter(|own| !own.at_end && own.inertia.0 > 0.0 && own.explained.0 > KNOWN)
         };
-        let differs = |own: &JointFit| (own.delay - found.delay).abs() > DIFFERS * own.error;
+        let far = |own: &JointFit| (own.delay - found.delay).abs();
+        let differs = |own: &JointFit| far(own) > DIFFERS * own.error;
         let fast = FAST.into_iter().filter_map(above).filter(differs);
         let others = above(MOVING).into_iter().chain(fast);
-        let farthest = others.max_by(|a, b| {
-            let far = |own: &JointFit| (own.delay - found.delay).abs();
-            far(a).total_cmp(&far(b))
-        });
+        let farthest = others.max_by(|a, b| far(a).total_cmp(&far(b)));
         Some(farthest.map_or(found, |own| found.widened_by(own.delay)))
     }
 
