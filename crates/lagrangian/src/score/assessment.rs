@@ -90,22 +90,23 @@ impl Assessment {
     ) -> Self {
         let inertia = spectrum(model, motions);
         let joints = forwards(model, motions, score);
+        let ahead = match model.driven() {
+            Some(_) => of_positions(motions, score),
+            None => of_forecast((score, forecast), &joints),
+        };
+        // The long rollouts of a law that predicts err by the noise of the first state alone; accelerations of what it explains were estimated.
+        let follows = is_law && ahead.is_none();
+        let estimated = is_law && forecast.is_some() && joints.is_empty();
         let mut reasons = Vec::new();
         reasons.extend(of_numbers(motions, score));
         reasons.extend(of_torques(score, model.coordinates(), &joints));
         reasons.extend(of_nominal(model, motions, score));
-        reasons.extend(of_accelerations(score, &joints));
+        reasons.extend(of_accelerations(score, &joints).filter(|_| !estimated));
         reasons.extend(of_passive(model.coordinates(), score, &joints));
         reasons.extend(of_speed(model, motions, score));
         reasons.extend(of_work(model, motions, score));
         reasons.extend(inertia.and_then(of_inertia));
         reasons.extend(of_poles(model, motions));
-        let ahead = match model.driven() {
-            Some(_) => of_positions(motions, score),
-            None => of_forecast((score, forecast), &joints),
-        };
-        // The long rollouts of a law that predicts err by the noise of the first state alone.
-        let follows = is_law && ahead.is_none();
         reasons.extend(of_motions(score).filter(|_| !follows));
         reasons.extend(ahead);
         let assessment = Self {

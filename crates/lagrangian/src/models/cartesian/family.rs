@@ -325,6 +325,10 @@ impl FittedModel for Cartesian {
                 "expansion",
                 "an expansion and not the law: forces as curves of distances or fields of places, which explain the data to their noise",
             ),
+            Some(misfit) if misfit <= FITS && points.shape.doubtful => (
+                "expansion",
+                "perhaps not the law: it explains the data to their noise, but another power of the distance from its sources does so as well",
+            ),
             Some(misfit)
                 if misfit <= FITS && self.constraints().is_empty() && !points.is_certain() =>
             {

@@ -74,7 +74,7 @@ impl Fit<'_> {
     }
 
     /// Whether motions that were held back are simulated as well, if there are any.
-    fn predicts_as_well_as(&self, other: &Self, dataset: &Dataset) -> bool {
+    pub(super) fn predicts_as_well_as(&self, other: &Self, dataset: &Dataset) -> bool {
         let data = Data {
             samples: &dataset.validation,
             times: &dataset.validation_times,
@@ -111,17 +111,8 @@ impl Fit<'_> {
 
     /// Adds these functions, in place of powers that they have in them.
     fn add(&mut self, group: &[PointTerm]) {
-        let inertias = self.layout.inertias();
-        let stays: Vec<bool> = (self.layout.terms.iter())
-            .map(|own| !is_in(&self.layout, own, group))
-            .collect();
-        let mut at = stays.iter();
-        self.layout.terms.retain(|_| at.next() == Some(&true));
-        let mut coefficients = self.theta.split_off(inertias).into_iter().zip(stays);
-        coefficients
-            .by_ref()
-            .filter(|own| own.1)
-            .for_each(|own| self.theta.push(own.0));
+        let layout = self.layout.clone();
+        self.leave_out(|own| is_in(&layout, own, group));
         self.layout.terms.extend(group.iter().cloned());
         self.theta.resize(self.layout.len(), 0.0);
     }

@@ -6,6 +6,7 @@
 //! | `inertia.rs` | masses, and what the points of a rigid body share |
 //! | `points.rs` | the Lagrangian of the points |
 //! | `radial.rs` | forces along the line between two points, or to the origin |
+//! | `sources.rs` | sources of forces at places that are found |
 //! | `start.rs` | which forces there are between points that nothing holds, and their masses, by rows that need no velocity |
 //! | `system.rs` | accelerations under constraints, and how they change with state and parameters |
 //! | `shooting.rs` | masses and coefficients by simulations whose starts are free, with standard errors |
@@ -19,6 +20,7 @@ mod points;
 mod radial;
 mod search;
 mod shooting;
+mod sources;
 mod start;
 mod system;
 

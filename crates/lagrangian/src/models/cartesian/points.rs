@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::family::NAME;
 use super::inertia::{Shared, inverse_of, mass_matrix};
-use super::radial::{Radial, RadialLaw};
-use crate::models::formula::{Style, push_term};
+use super::radial::{Place, Radial, RadialLaw, places};
+use crate::models::formula::{Style, push_term, with_error};
 use crate::models::learned::Stored;
 use crate::models::named::Parameter;
 use lagrangian_mechanics::expression::{Expressed, Moving};
@@ -39,6 +39,9 @@ pub(super) struct Shape {
     /// χ² over its expectation, where the noise of the data is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) misfit: Option<f64>,
+    /// Whether sources with another power of the distance explain the data as well.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub(super) doubtful: bool,
 }
 
 impl Shape {
@@ -62,10 +65,10 @@ impl Shape {
         }
         let axes = |at: usize| self.points.get(at).map(Vec::len);
         let radial = |own: &&Radial| {
-            let field = matches!(own.law, RadialLaw::Field { .. });
+            let placed = own.law.about().is_some();
             let known = match *own.points {
                 [a] => axes(a).is_some(),
-                [a, b] => !field && a != b && axes(a).is_some() && axes(a) == axes(b),
+                [a, b] => !placed && a != b && axes(a).is_some() && axes(a) == axes(b),
                 _ => false,
             };
             !known || !own.law.is_right()
@@ -86,7 +89,8 @@ impl Shape {
 
     /// What motions without friction keep beside the energy: nothing turns or shifts points whose forces depend on their distances alone.
     pub(super) fn kept(&self) -> &'static str {
-        let free = self.constraints.is_empty() && self.potential.is_empty();
+        let placed = self.radial.iter().any(|own| own.law.about().is_some());
+        let free = self.constraints.is_empty() && self.potential.is_empty() && !placed;
         match self.radial.iter().all(|own| own.points.len() == 2) {
             true if free => "; momentum and angular momentum are conserved",
             false if free => "; angular momentum is conserved",
@@ -119,6 +123,33 @@ impl PointTerm {
     pub(super) fn is_friction(&self) -> bool {
         matches!(self, Self::Friction(_))
     }
+
+    /// The function of a distance that it is.
+    pub(super) fn radial(&self) -> Option<&Radial> {
+        match self {
+            Self::Radial(own) => Some(own),
+            _ => None,
+        }
+    }
+
+    /// The place of its source, where it has one.
+    pub(super) fn source(&self) -> Option<[f64; 3]> {
+        match self.radial()?.law {
+            RadialLaw::Source { about, .. } => Some(about),
+            _ => None,
+        }
+    }
+
+    /// Moves its source.
+    pub(super) fn move_to(&mut self, next: [f64; 3]) {
+        if let Self::Radial(Radial {
+            law: RadialLaw::Source { about, .. },
+            ..
+        }) = self
+        {
+            *about = next;
+        }
+    }
 }
 
 /// Points with masses in a potential, in the order of the parameters: masses, what points share, then coefficients of the potential.
@@ -127,7 +158,7 @@ pub struct Points {
     pub(super) coordinates: Coordinates,
     pub(super) shape: Shape,
     parameters: Vec<f64>,
-    /// The standard error of each parameter; 0 where it is not known.
+    /// The standard error of each parameter, then of each coordinate of a source; 0 where it is not known.
     errors: Vec<f64>,
     /// The mass matrix, `[n, n]`.
     mass: Vec<f64>,
@@ -144,6 +175,8 @@ impl Points {
         let expected = shape.inertias() + shape.potential.len() + shape.radial.len();
         let remedy = "give one for each point and each term of the potential";
         Error::check_shape("parameters", parameters.len(), expected, remedy)?;
+        let expected = expected + places(&shape.points, shape.radial.iter()).len();
+        let remedy = "give one for each parameter, then for each coordinate of a source";
         Error::check_shape("standard errors", errors.len(), expected, remedy)?;
         Error::check_finite("parameters", &parameters)?;
         Error::check_finite("standard errors", &errors)?;
@@ -213,7 +246,8 @@ impl Points {
             let unit = if own.len() == 1 { "N" } else { "N/m" };
             (format!("V: {}", names(own)), unit.to_owned())
         };
-        let of = (&self.coordinates, &self.shape.points[..]);
+        let places = self.places();
+        let of = (&self.coordinates, &self.shape.points[..], &places[..]);
         let radial = self.shape.radial.iter();
         let radial = radial.map(|own| (format!("V: {}", own.written(of, Style::Text)), own.unit()));
         let potential = self.shape.potential.iter().map(term).chain(radial);
@@ -250,7 +284,26 @@ impl Points {
                 unit,
                 standard_error: (*error > 0.0).then_some(*error),
             });
-        each.collect()
+        let axes = self.shape.points.first().map_or(0, Vec::len);
+        let place = |(own, error): (&Place, &f64)| {
+            let axis = match own.axis < axes {
+                true => ["x", "y", "z"][own.axis],
+                false => "height",
+            };
+            Parameter {
+                name: format!("place of {}: {axis}", own.name(Style::Text)),
+                value: own.value(),
+                unit: "m".into(),
+                standard_error: (*error > 0.0).then_some(*error),
+            }
+        };
+        let errors = &self.errors[self.parameters.len()..];
+        each.chain(places.iter().zip(errors).map(place)).collect()
+    }
+
+    /// The coordinates of the places of its sources.
+    fn places(&self) -> Vec<Place> {
+        places(&self.shape.points, self.shape.radial.iter())
     }
 
     /// L as a sum.
@@ -283,10 +336,11 @@ impl Points {
         }
         let (products, radial) = others.split_at(self.shape.potential.len());
         let mut curves: Vec<String> = Vec::new();
+        let places = self.places();
         for ((term, c), error) in self.radial().zip(radial) {
-            let own = term.written((&self.coordinates, &self.shape.points), style);
-            match term.law {
-                RadialLaw::Power(_) => add(-c, *error, &own),
+            let own = term.written((&self.coordinates, &self.shape.points, &places), style);
+            match term.law.is_curve() {
+                false => add(-c, *error, &own),
                 _ if curves.contains(&own) => (),
                 _ => curves.push(own),
             }
@@ -300,6 +354,22 @@ impl Points {
         }
         for own in curves {
             text += &format!(" - {own}");
+        }
+        let errors = &self.errors[self.parameters.len()..];
+        for (at, (own, error)) in places.iter().zip(errors).enumerate() {
+            let (first, last) = (
+                at == 0 || places[at - 1].source != own.source,
+                places
+                    .get(at + 1)
+                    .is_none_or(|next| next.source != own.source),
+            );
+            let sign = if own.value() < 0.0 { "-" } else { "" };
+            let value = with_error(own.value().abs(), *error);
+            match first {
+                true => text += &format!("; {} = ({sign}{value}", own.name(style)),
+                false => text += &format!(", {sign}{value}"),
+            }
+            text += if last { ")" } else { "" };
         }
         text
     }

@@ -34,7 +34,15 @@ pub enum RadialLaw {
     },
     /// r³ from this place: one of the functions of a smooth potential of one point (Duchon 1977).
     Field {
-        /// The place; what a point lacks of coordinates is not used.
+        /// The place.
+        about: [f64; 3],
+    },
+    /// rᵐ from this place, or ln r for m = 0: a source that does not move. Where a point has two coordinates the third is how far it is beside
+    /// their plane.
+    Source {
+        /// The exponent m.
+        exponent: i32,
+        /// The place.
         about: [f64; 3],
     },
 }
@@ -45,43 +53,64 @@ const MOST_EXPONENT: i32 = 24;
 impl RadialLaw {
     /// Whether it is one function of many that are a curve or a field together.
     pub(super) fn is_curve(&self) -> bool {
-        !matches!(self, Self::Power(_))
+        matches!(self, Self::Curve { .. } | Self::Field { .. })
+    }
+
+    /// The exponent of a power of the distance, 0 for its logarithm.
+    fn exponent(&self) -> Option<i32> {
+        match *self {
+            Self::Power(own) | Self::Source { exponent: own, .. } => Some(own),
+            Self::Field { .. } => Some(3),
+            Self::Curve { .. } => None,
+        }
+    }
+
+    /// The place that it is about, where that is not the origin or another point.
+    pub(super) fn about(&self) -> Option<[f64; 3]> {
+        match *self {
+            Self::Field { about } | Self::Source { about, .. } => Some(about),
+            _ => None,
+        }
     }
 
     /// Whether it is one function, of a basis that has it.
     pub(super) fn is_right(&self) -> bool {
         match self {
-            Self::Power(own) => own.abs() <= MOST_EXPONENT,
             Self::Curve { basis, at } => basis.check().is_ok() && *at < basis.count(),
-            Self::Field { about } => about.iter().all(|x| x.is_finite()),
+            _ => {
+                self.exponent().is_some_and(|m| m.abs() <= MOST_EXPONENT)
+                    && self
+                        .about()
+                        .is_none_or(|about| about.iter().all(|x| x.is_finite()))
+            }
         }
     }
 
     fn value(&self, r: f64) -> f64 {
-        match *self {
-            Self::Power(0) => r.ln(),
-            Self::Power(own) => r.powi(own),
-            Self::Curve { basis, at } => one(at, |add| basis.integrals(r.sqrt(), add)),
-            Self::Field { .. } => r.powi(3),
+        match (self.exponent(), *self) {
+            (Some(0), _) => r.ln(),
+            (Some(own), _) => r.powi(own),
+            (None, Self::Curve { basis, at }) => one(at, |add| basis.integrals(r.sqrt(), add)),
+            (None, _) => 0.0,
         }
     }
 
     /// Its derivative, and the slope of this.
     fn slopes(&self, r: f64) -> [f64; 2] {
-        match *self {
-            Self::Power(0) => [1.0 / r, -1.0 / (r * r)],
-            Self::Power(1) => [1.0, 0.0],
-            Self::Power(own) => {
+        match (self.exponent(), *self) {
+            (Some(0), _) => [1.0 / r, -1.0 / (r * r)],
+            (Some(1), _) => [1.0, 0.0],
+            (Some(own), _) => {
                 let m = f64::from(own);
                 [m * r.powi(own - 1), m * (m - 1.0) * r.powi(own - 2)]
             }
-            Self::Curve { basis, at } => {
+            (None, Self::Curve { basis, at }) => {
                 let s = r.sqrt();
                 let own = one(at, |add| basis.values(s, add));
                 let rate = one(at, |add| basis.rates(s, add));
                 [0.5 * own / s, 0.25 * (rate - own / s) / r]
             }
-            Self::Field { .. } => [3.0 * r * r, 6.0 * r],
+            (None, _) => [0.0; 2],
         }
     }
 }
@@ -107,11 +136,7 @@ impl Radial {
     /// The difference of the places.
     pub(super) fn difference(&self, points: &[Vec<usize>], x: &[f64]) -> [f64; 3] {
         let [first, second] = self.axes(points);
-        let mut difference = match self.law {
-            RadialLaw::Field { about } => about.map(|x| -x),
-            _ => [0.0; 3],
-        };
-        difference[first.len()..].fill(0.0);
+        let mut difference = self.law.about().map_or([0.0; 3], |own| own.map(|x| -x));
         for (k, i) in first.iter().enumerate() {
             difference[k] += x[*i] - second.get(k).map_or(0.0, |j| x[*j]);
         }
@@ -148,6 +173,32 @@ impl Radial {
         each.for_each(|(j, force)| add(*j, -force));
     }
 
+    /// The second derivatives of the potential with c = 1 by the difference of the places.
+    fn hessian(&self, points: &[Vec<usize>], q: &[f64]) -> impl Fn(usize, usize) -> f64 + use<> {
+        let difference = self.difference(points, q);
+        let r = dot(&difference, &difference).sqrt().max(f64::MIN_POSITIVE);
+        let [slope, bend] = self.law.slopes(r);
+        let across = slope / r;
+        let turned = difference.map(|x| x / r);
+        move |k, l| {
+            let own = if k == l { across } else { 0.0 };
+            own + (bend - across) * turned[k] * turned[l]
+        }
+    }
+
+    /// Passes the derivative of the force with c = 1 by a coordinate of the place of its source to `add`.
+    pub(super) fn moved(
+        &self,
+        points: &[Vec<usize>],
+        q: &[f64],
+        axis: usize,
+        mut add: impl FnMut(usize, f64),
+    ) {
+        let bend = self.hessian(points, q);
+        let each = self.axes(points)[0].iter().enumerate();
+        each.for_each(|(k, i)| add(*i, bend(k, axis)));
+    }
+
     /// Passes the second derivative of the potential with c = 1 by each pair of coordinates to `add`.
     pub(super) fn bends(
         &self,
@@ -155,15 +206,11 @@ impl Radial {
         q: &[f64],
         mut add: impl FnMut(usize, usize, f64),
     ) {
-        let difference = self.difference(points, q);
-        let r = dot(&difference, &difference).sqrt().max(f64::MIN_POSITIVE);
-        let [slope, bend] = self.law.slopes(r);
-        let across = slope / r;
-        let along = |x: f64, y: f64| (bend - across) * (x / r) * (y / r);
+        let bend = self.hessian(points, q);
         let [first, second] = self.axes(points);
-        for (k, x) in difference.iter().enumerate().take(first.len()) {
-            for (l, y) in difference.iter().enumerate().take(first.len()) {
-                let own = along(*x, *y) + if k == l { across } else { 0.0 };
+        for k in 0..first.len() {
+            for l in 0..first.len() {
+                let own = bend(k, l);
                 add(first[k], first[l], own);
                 if !second.is_empty() {
                     add(second[k], second[l], own);
@@ -174,22 +221,26 @@ impl Radial {
         }
     }
 
-    /// The potential with c = 1 as an expression; `None` for a curve.
+    /// The potential with c = 1 as an expression; `None` for a curve of a basis.
     pub(super) fn expressed<'g>(
         &self,
         points: &[Vec<usize>],
         q: &[Value<'g>],
     ) -> Option<Value<'g>> {
-        let RadialLaw::Power(exponent) = self.law else {
-            return None;
-        };
-        let [first, second] = self.axes(points);
-        let apart = first.iter().enumerate().map(|(k, i)| match second.get(k) {
-            Some(j) => q[*i] - q[*j],
-            None => q[*i],
-        });
+        let exponent = self.law.exponent()?;
         let graph = q.first()?.graph();
-        let square = apart.fold(graph.number(0.0), |sum, x| sum + x * x);
+        let about = self.law.about();
+        let [first, second] = self.axes(points);
+        let apart = first
+            .iter()
+            .enumerate()
+            .map(|(k, i)| match (second.get(k), about) {
+                (Some(j), _) => q[*i] - q[*j],
+                (None, Some(about)) => q[*i] - graph.number(about[k]),
+                (None, None) => q[*i],
+            });
+        let beside = about.map_or(0.0, |own| own[first.len()..].iter().map(|x| x * x).sum());
+        let square = apart.fold(graph.number(beside), |sum, x| sum + x * x);
         let distance = square.map(Function::SquareRoot);
         if exponent == 0 {
             return Some((distance - graph.number(1.0)).map(Function::LogOnePlus));
@@ -211,7 +262,7 @@ impl Radial {
     /// The function as it is written.
     pub(super) fn written(
         &self,
-        (coordinates, points): (&Coordinates, &[Vec<usize>]),
+        (coordinates, points, places): (&Coordinates, &[Vec<usize>], &[Place]),
         style: Style,
     ) -> String {
         let known = Point::named(coordinates);
@@ -222,34 +273,90 @@ impl Radial {
                 None => Point::of(coordinates, points[*at].clone()).name,
             }
         };
-        let names: Vec<String> = self.points.iter().map(name).collect();
+        let mut names: Vec<String> = self.points.iter().map(name).collect();
+        if let RadialLaw::Source { about, .. } = self.law {
+            let own = places.iter().find(|own| is_same(own.about, about));
+            names.extend(own.map(|own| own.name(style)));
+        }
         let names = names.join(" - ");
         let distance = match style {
             Style::Text => format!("|{names}|"),
             Style::Latex => format!("|\\mathbf{{{names}}}|"),
         };
-        match (self.law, style) {
-            (RadialLaw::Power(0), Style::Text) => format!("ln {distance}"),
-            (RadialLaw::Power(0), Style::Latex) => format!("\\ln {distance}"),
-            (RadialLaw::Power(own), style) => style.power(distance, own),
-            (RadialLaw::Curve { .. }, _) => format!("W({distance})"),
+        match (self.law, self.law.exponent()) {
             (RadialLaw::Field { .. }, _) => format!("W({names})"),
+            (_, None) => format!("W({distance})"),
+            (_, Some(0)) if style == Style::Text => format!("ln {distance}"),
+            (_, Some(0)) => format!("\\ln {distance}"),
+            (_, Some(own)) => style.power(distance, own),
         }
     }
 
     /// The unit of its coefficient.
     pub(super) fn unit(&self) -> String {
-        match self.law {
-            RadialLaw::Power(0) => "J".into(),
-            RadialLaw::Power(1) => "N".into(),
-            RadialLaw::Power(2) => "N/m".into(),
-            RadialLaw::Power(-1) => "J·m".into(),
-            RadialLaw::Power(own) if own > 0 => format!("J/m^{own}"),
-            RadialLaw::Power(own) => format!("J·m^{}", -own),
-            RadialLaw::Curve { .. } => "J/m^0.5".into(),
-            RadialLaw::Field { .. } => "J/m^3".into(),
+        match self.law.exponent() {
+            Some(0) => "J".into(),
+            Some(1) => "N".into(),
+            Some(2) => "N/m".into(),
+            Some(-1) => "J·m".into(),
+            Some(own) if own > 0 => format!("J/m^{own}"),
+            Some(own) => format!("J·m^{}", -own),
+            None => "J/m^0.5".into(),
         }
     }
+}
+
+/// A coordinate of the place of a source that is found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Place {
+    /// Where the source is.
+    pub(super) about: [f64; 3],
+    /// Which coordinate it is.
+    pub(super) axis: usize,
+    /// Which of the sources.
+    pub(super) source: usize,
+}
+
+impl Place {
+    /// The name of the source, such as `s1`.
+    pub(super) fn name(&self, style: Style) -> String {
+        style.name(&format!("s{}", self.source + 1))
+    }
+
+    /// The number.
+    pub(super) fn value(&self) -> f64 {
+        self.about[self.axis]
+    }
+}
+
+/// The coordinates of the places of all sources, each source once.
+pub(super) fn places<'a>(
+    points: &[Vec<usize>],
+    radial: impl Iterator<Item = &'a Radial>,
+) -> Vec<Place> {
+    let mut all: Vec<Place> = Vec::new();
+    for own in radial {
+        let RadialLaw::Source { about, .. } = own.law else {
+            continue;
+        };
+        if all.iter().any(|one| is_same(one.about, about)) {
+            continue;
+        }
+        let axes = own.axes(points)[0].len();
+        let source = all.last().map_or(0, |own| own.source + 1);
+        let free = (0..3).filter(|axis| *axis < axes || about[*axis] != 0.0);
+        all.extend(free.map(|axis| Place {
+            about,
+            axis,
+            source,
+        }));
+    }
+    all
+}
+
+/// Whether two places are one.
+pub(super) fn is_same(a: [f64; 3], b: [f64; 3]) -> bool {
+    a.map(f64::to_bits) == b.map(f64::to_bits)
 }
 
 #[cfg(test)]
@@ -267,7 +374,8 @@ mod tests {
         let about = [0.2, -0.4, 1.3];
         let laws = powers.into_iter().chain(curves);
         let pairs = laws.clone().map(|law| (vec![0, 1], law));
-        let single = laws.chain([RadialLaw::Field { about }]);
+        let sources = [-2, 0, 1].map(|exponent| RadialLaw::Source { exponent, about });
+        let single = laws.chain([RadialLaw::Field { about }]).chain(sources);
         for (own, law) in pairs.chain(single.map(|law| (vec![1], law))) {
             let own = Radial { points: own, law };
             let moved =

@@ -6,9 +6,10 @@ use super::CartesianConfig;
 use super::family::Cartesian;
 use super::inertia::Shared;
 use super::points::{MOST_POWERS, PointTerm, Points, Shape};
-use super::radial::{Radial, RadialLaw};
+use super::radial::{Radial, RadialLaw, places};
 use super::shooting::{Data, Problem, Segment};
-use super::start::{self, EXPONENTS, is_curve};
+use super::sources;
+use super::start::{self, EXPONENTS, Start, is_curve};
 use super::system::{Layout, inverse, tangent};
 use crate::dataset::Dataset;
 use crate::models::family::Solution;
@@ -47,7 +48,7 @@ const KNOWN: f64 = 0.03;
 const LIGHT: f64 = 0.02;
 /// A term beyond so many standard errors is added, and one below so many left out, or below this part of the largest force.
 const MISSING: f64 = 4.5;
-const SIGNIFICANT: f64 = 3.5;
+pub(super) const SIGNIFICANT: f64 = 3.5;
 const FAINT: f64 = 1e-6;
 /// Halvings of steps, and those of forces that do not explain the motion.
 const HALVINGS: usize = 7;
@@ -86,6 +87,8 @@ pub(super) struct Fit<'a> {
     noise: Vec<f64>,
     pub(super) segments: Vec<Segment>,
     pub(super) cost: f64,
+    /// Whether sources with another power of the distance explain the motions as well.
+    pub(super) doubtful: bool,
     /// The largest number of halvings of steps.
     halvings: usize,
 }
@@ -124,12 +127,18 @@ pub(super) fn find(
                 tried.push(bodies);
             }
         }
-        if tried.iter().all(|own| own.lacks_forces(dataset)) {
-            for at in 0..tried.len() {
-                tried[at] = tried[at].with_fields(dataset, &mut tell);
-                if !tried[at].lacks_forces(dataset) {
-                    tried.truncate(at + 1);
-                    break;
+        for sources in [true, false] {
+            if tried.iter().all(|own| own.lacks_forces(dataset)) {
+                for at in 0..tried.len() {
+                    tried[at] = match sources {
+                        true => tried[at].with_sources(dataset, &candidates, &mut tell),
+                        false => tried[at].with_fields(dataset, &mut tell),
+                    };
+                    if !tried[at].lacks_forces(dataset) {
+                        tried.swap(0, at);
+                        tried.truncate(1);
+                        break;
+                    }
                 }
             }
         }
@@ -176,12 +185,14 @@ impl<'a> Fit<'a> {
                 constraints: config.known().to_vec(),
                 shared: Vec::new(),
                 terms: Vec::new(),
+                places: Vec::new(),
                 reference: fastest.filter(|_| !dataset.forced),
                 points,
             },
             theta: Vec::new(),
             segments: Vec::new(),
             cost: f64::INFINITY,
+            doubtful: false,
             halvings: HALVINGS,
             data,
         })
@@ -272,7 +283,11 @@ impl<'a> Fit<'a> {
     }
 
     /// Adds the forces that are missing, leaves out those that are nothing, and refines with longer motions.
-    fn complete(&mut self, candidates: &[PointTerm], tell: &mut dyn FnMut(&str, f64) -> bool) {
+    pub(super) fn complete(
+        &mut self,
+        candidates: &[PointTerm],
+        tell: &mut dyn FnMut(&str, f64) -> bool,
+    ) {
         if !self.cost.is_finite() {
             return;
         }
@@ -288,6 +303,9 @@ impl<'a> Fit<'a> {
         if self.data.times.longest() > HORIZONS[0] {
             self.lengthen();
             self.refine(&mut || tell("fitting masses and forces to longer motions", 0.9));
+        }
+        if self.settle_heights() {
+            self.refine(&mut || tell("fitting masses, forces and sources", 0.95));
         }
         // Long motions without needless forces tell best what bodies share.
         if !self.layout.shared.is_empty() && self.drop_small(true) {
@@ -313,10 +331,10 @@ impl<'a> Fit<'a> {
         largest.iter().any(|(_, z)| *z > MISSING)
     }
 
-    /// Whether it leaves less of the motion than another fit with fewer parameters, by more than chance.
-    fn explains_more(&self, other: &Self) -> bool {
+    /// Whether it leaves less of the motion than another fit, by more than chance for the parameters that it has more.
+    pub(super) fn explains_more(&self, other: &Self) -> bool {
         let count = self.problem().expected(&self.segments);
-        let more = self.layout.len().saturating_sub(other.layout.len()).max(1) as f64;
+        let more = self.len().saturating_sub(other.len()).max(1) as f64;
         self.cost.is_finite() && count * (other.left() / self.left()).ln() > MISSING.powi(2) * more
     }
 
@@ -345,38 +363,42 @@ impl<'a> Fit<'a> {
                 "record longer motions, at a higher rate",
             ));
         };
-        if least > REFUSED {
-            return Err(Error::setting(
-                format!(
-                    "no constraint between these coordinates was found, and forces between points leave {:.0} % of their motion",
-                    100.0 * least
-                ),
-                "take another `family`, such as delan; `lagrangian constraints` shows which constraints are looked for",
-            ));
-        }
         let noise = self.known_noise(dataset);
-        let mut best: Option<(f64, Self)> = None;
-        for start in starts {
-            let mut own = self.clone();
-            (own.layout.terms, own.theta) = (start.terms, start.theta);
-            if own.layout.terms.len() > MOST_FITTED {
-                continue;
-            }
-            let misfit = own.tried(&noise, tell);
-            if best.as_ref().is_none_or(|best| misfit < best.0) {
-                best = Some((misfit, own));
-            }
-            if misfit < EXPLAINED || !tell("fitting masses and forces", 0.3) {
+        let mut tried = Tried::default();
+        for start in starts.iter().filter(|_| least <= REFUSED) {
+            if start.terms.len() <= MOST_FITTED && !tried.takes(&self, start, &noise, tell) {
                 break;
             }
         }
-        let (misfit, mut best) = best.ok_or_else(many)?;
+        if !tried.explains() && tell("looking for sources", 0.3) {
+            for start in sources::find(dataset, &self.layout) {
+                tried.takes(&self, &start, &noise, tell);
+            }
+        }
+        let other = tried.other.take();
+        let Some((misfit, mut best)) = tried.best else {
+            return Err(match least > REFUSED {
+                false => many(),
+                true => Error::setting(
+                    format!(
+                        "no constraint between these coordinates was found, and forces between points leave {:.0} % of their motion",
+                        100.0 * least
+                    ),
+                    "take another `family`, such as delan; `lagrangian constraints` shows which constraints are looked for",
+                ),
+            });
+        };
         if misfit > EXPLAINED {
             best.halvings = FEW_HALVINGS;
         }
         let size = misfit.clamp(1.0, 1e12).sqrt();
         best.noise = noise.iter().map(|own| size * own).collect();
         best.refine(&mut || tell("fitting masses and forces", 0.4));
+        if let Some(mut other) = other.filter(|_| best.has_sources()) {
+            other.noise.clone_from(&best.noise);
+            other.refine(&mut || tell("comparing sources", 0.5));
+            best.doubtful = other.len() <= best.len() && !best.explains_more(&other);
+        }
         Ok(best)
     }
 
@@ -389,6 +411,7 @@ impl<'a> Fit<'a> {
 
     /// Fits a part of the segments in a few steps, and returns χ² over its expectation.
     fn tried(&mut self, noise: &[f64], tell: &mut dyn FnMut(&str, f64) -> bool) -> f64 {
+        self.layout.free_places(&mut self.theta);
         let problem = Problem {
             noise: noise.to_vec(),
             ..self.problem()
@@ -405,7 +428,26 @@ impl<'a> Fit<'a> {
         if misfit.is_finite() {
             self.theta = theta;
         }
+        self.layout.settle_places(&mut self.theta);
         misfit
+    }
+
+    /// The number of its parameters, and of the coordinates of its sources.
+    fn len(&self) -> usize {
+        let radial = self.layout.terms.iter().filter_map(PointTerm::radial);
+        self.layout.len() + places(&self.layout.points, radial).len()
+    }
+
+    /// Leaves out some terms.
+    pub(super) fn leave_out(&mut self, which: impl Fn(&PointTerm) -> bool) {
+        let inertias = self.layout.inertias();
+        let stays: Vec<bool> = self.layout.terms.iter().map(|own| !which(own)).collect();
+        let mut coefficients = self.theta.split_off(inertias);
+        let mut at = stays.iter();
+        coefficients.retain(|_| at.next() == Some(&true));
+        let mut at = stays.iter();
+        self.layout.terms.retain(|_| at.next() == Some(&true));
+        self.theta.extend(coefficients);
     }
 
     /// The mean square of what is left, in parts of the motion.
@@ -515,6 +557,7 @@ impl<'a> Fit<'a> {
         } else {
             LATER
         };
+        self.layout.free_places(&mut self.theta);
         let (mut theta, mut segments) = (self.theta.clone(), self.segments.clone());
         let mut problem = self.problem();
         if segments.is_empty() {
@@ -531,6 +574,7 @@ impl<'a> Fit<'a> {
         }
         self.noise = problem.noise.clone();
         (self.theta, self.segments, self.cost) = (theta, segments, cost);
+        self.layout.settle_places(&mut self.theta);
     }
 
     /// Cuts the motions into longer segments that start at the states of the present ones.
@@ -617,14 +661,16 @@ impl<'a> Fit<'a> {
         asked: &[usize],
         friction: usize,
     ) -> Vec<(usize, f64)> {
+        let (mut layout, mut theta) = (layout.clone(), theta.to_vec());
+        layout.free_places(&mut theta);
         let problem = Problem {
-            layout,
+            layout: &layout,
             ..self.problem()
         };
         let samples = self.data.samples.len();
         let every = samples.min(MOST).div_ceil(LOOKED_AT).max(1);
         let some: Vec<Segment> = self.segments.iter().step_by(every).cloned().collect();
-        let Some(normal) = problem.normal(theta, &some) else {
+        let Some(normal) = problem.normal(&theta, &some) else {
             return Vec::new();
         };
         let known: Vec<usize> = (layout.free().into_iter())
@@ -639,11 +685,16 @@ impl<'a> Fit<'a> {
         found.filter(|(_, z)| z.is_finite()).collect()
     }
 
-    /// The standard errors of all parameters; 0 where they are not known. Inertias may be known beforehand to a part of the largest mass.
-    fn errors(&self, known: Option<f64>) -> Vec<f64> {
-        let problem = self.problem();
-        let Some(normal) = problem.normal(&self.theta, &self.segments) else {
-            return vec![0.0; self.theta.len()];
+    /// The standard errors of all parameters, then of the places of sources; 0 where they are not known. Inertias may be known beforehand to a part of the largest mass.
+    pub(super) fn errors(&self, known: Option<f64>) -> Vec<f64> {
+        let (mut layout, mut theta) = (self.layout.clone(), self.theta.clone());
+        layout.free_places(&mut theta);
+        let problem = Problem {
+            layout: &layout,
+            ..self.problem()
+        };
+        let Some(normal) = problem.normal(&theta, &self.segments) else {
+            return vec![0.0; theta.len()];
         };
         let misfit = self.cost / problem.expected(&self.segments);
         let (mut information, _) = normal.information();
@@ -731,8 +782,10 @@ impl<'a> Fit<'a> {
             true => error,
             false => 0.0,
         };
-        let errors = self.errors(None).into_iter().zip(&self.theta);
-        errors.map(known).collect()
+        let mut errors = self.errors(None);
+        let places = errors.split_off(self.theta.len());
+        let errors = errors.into_iter().zip(&self.theta);
+        errors.map(known).chain(places).collect()
     }
 
     /// The model, with its loss in parts of the motion.
@@ -764,20 +817,22 @@ impl<'a> Fit<'a> {
         }
         let damped = viscous.iter().any(|b| *b > 0.0);
         let order = order.concat();
-        let [values, errors] =
+        let [values, mut own]: [Vec<f64>; 2] =
             [&self.theta, &errors].map(|own| order.iter().map(|k| own[*k]).collect());
+        own.extend(&errors[self.theta.len()..]);
         let shape = Shape {
             points: self.layout.points.clone(),
             potential,
             radial,
             shared: self.layout.shared.clone(),
             constraints: self.layout.constraints.clone(),
+            doubtful: self.doubtful,
             // Exact data have no noise to compare with.
             misfit: self
                 .misfit(dataset)
                 .map(|own| if loss < EXACT { own.min(1.0) } else { own }),
         };
-        let points = Points::new(dataset.coordinates.clone(), shape, values, errors)?;
+        let points = Points::new(dataset.coordinates.clone(), shape, values, own)?;
         let friction = damped.then(|| Dissipation::viscous(viscous));
         let inner = Mechanical::with_forces(points, friction, None)?;
         let model: Cartesian = Constrained::new(inner, self.layout.constraints)?;
@@ -804,6 +859,53 @@ impl<'a> Fit<'a> {
             (sum + misfit * (own / known).powi(2), count + 1.0)
         });
         (count > 0.0).then(|| sum / count)
+    }
+}
+
+/// The choice of forces that explains motions best of those that were tried, with its misfit.
+#[derive(Default)]
+struct Tried<'a> {
+    best: Option<(f64, Fit<'a>)>,
+    /// Other sources.
+    other: Option<Fit<'a>>,
+}
+
+impl<'a> Tried<'a> {
+    /// Tries another choice; whether to go on.
+    fn takes(
+        &mut self,
+        fit: &Fit<'a>,
+        start: &Start,
+        noise: &[f64],
+        tell: &mut dyn FnMut(&str, f64) -> bool,
+    ) -> bool {
+        let mut own = fit.clone();
+        (own.layout.terms, own.theta) = (start.terms.clone(), start.theta.clone());
+        let misfit = own.tried(noise, tell);
+        let sources = own.has_sources();
+        // Sources may be places of others' expansions: fewer are better.
+        let rows = (TRIED * noise.len()) as f64;
+        let is_better = |best: &(f64, Fit)| {
+            let more = if sources {
+                own.len() as f64 - best.1.len() as f64
+            } else {
+                0.0
+            };
+            rows * (best.0 / misfit).ln() > more.max(0.0) * rows.ln()
+        };
+        let worse = match self.best.as_ref().is_none_or(is_better) {
+            true => self.best.replace((misfit, own)).map(|best| best.1),
+            false => Some(own),
+        };
+        if sources {
+            self.other = worse.filter(Fit::has_sources);
+        }
+        !self.explains() && tell("fitting masses and forces", 0.3)
+    }
+
+    /// Whether one explains the motions to their noise.
+    fn explains(&self) -> bool {
+        (self.best.as_ref()).is_some_and(|own| own.0 < EXPLAINED)
     }
 }
 

@@ -152,7 +152,7 @@ pub(super) fn find(dataset: &Dataset, layout: &Layout) -> Vec<Start> {
 }
 
 /// The stretches that are clearest and in which distances are resolved.
-fn clear(dataset: &Dataset, layout: &Layout) -> Vec<Moments> {
+pub(super) fn clear(dataset: &Dataset, layout: &Layout) -> Vec<Moments> {
     let distances = pairs(&layout.points).count() + layout.points.len();
     clearest(FEWEST, &|window| {
         let most = VALUES / (window * EXPONENTS.len() * distances);
@@ -232,7 +232,7 @@ fn bodies(all: &[Moments], layout: &Layout, groups: &[Group], forced: bool) -> V
     for some in all.chunks(AT_A_TIME) {
         let forces: Vec<Vec<Vec<f64>>> = some
             .par_iter()
-            .map(|own| integrals(own, layout, groups))
+            .map(|own| integrals(own, layout, groups.iter().flatten()))
             .collect();
         let add = |(body, axes): (&mut Body, &Vec<usize>)| {
             for (own, forces) in some.iter().zip(&forces) {
@@ -258,10 +258,14 @@ fn bodies(all: &[Moments], layout: &Layout, groups: &[Group], forced: bool) -> V
 }
 
 /// ∫ F w of each force with the coefficient 1, `[forces][n]`.
-fn integrals(own: &Moments, layout: &Layout, groups: &[Group]) -> Vec<Vec<f64>> {
+pub(super) fn integrals<'a>(
+    own: &Moments,
+    layout: &Layout,
+    terms: impl IntoIterator<Item = &'a PointTerm>,
+) -> Vec<Vec<f64>> {
     let n = layout.n;
     let mut all = Vec::new();
-    for term in groups.iter().flatten() {
+    for term in terms {
         let mut sum = vec![0.0; n];
         if let PointTerm::Friction(point) = term {
             layout.points[*point]

@@ -3,14 +3,18 @@
 //! M a = F + Jᵀ λ with J a = −J̇ v. Along a direction (δx, δv, δθ), with the same factor of J M⁻¹ Jᵀ,
 //! M δa = δF + Σ λ A δx − δM a + Jᵀ δλ and J δa = −2 vᵀA δv − aᵀA δx (theory.md, section 33).
 
+use std::borrow::Cow;
+
 use super::inertia::{Shared, add_momentum, inverse_of, mass_matrix};
 use super::points::{PointTerm, gradient};
+use super::radial::{Place, is_same, places};
 use lagrangian_mechanics::constrained::Joints;
 use lagrangian_mechanics::integrate::{Dop853, EmbeddedPair};
 use lagrangian_motion::Constraint;
 use lagrangian_motion::solve::dot;
 
-/// The parameters of points: the mass of each, what they share, then the coefficient of each term.
+/// The parameters of points: the mass of each, what they share, the coefficient of each term, then how far sources have moved from the places
+/// of their terms.
 #[derive(Debug, Clone)]
 pub(super) struct Layout {
     pub(super) n: usize,
@@ -18,6 +22,8 @@ pub(super) struct Layout {
     pub(super) shared: Vec<Shared>,
     pub(super) constraints: Vec<Constraint>,
     pub(super) terms: Vec<PointTerm>,
+    /// The coordinates of places that are parameters; none but while they are fitted.
+    pub(super) places: Vec<Place>,
     /// The point whose mass the others are measured by; `None` where forces give the unit.
     pub(super) reference: Option<usize>,
 }
@@ -25,7 +31,44 @@ pub(super) struct Layout {
 impl Layout {
     /// The number of parameters.
     pub(super) fn len(&self) -> usize {
-        self.inertias() + self.terms.len()
+        self.inertias() + self.terms.len() + self.places.len()
+    }
+
+    /// The places of all sources become parameters, after these.
+    pub(super) fn free_places(&mut self, theta: &mut Vec<f64>) {
+        let radial = self.terms.iter().filter_map(PointTerm::radial);
+        self.places = places(&self.points, radial);
+        theta.resize(self.len(), 0.0);
+    }
+
+    /// The sources are where these parameters have them, and no parameters any more.
+    pub(super) fn settle_places(&mut self, theta: &mut Vec<f64>) {
+        if let Cow::Owned(moved) = self.moved(theta) {
+            self.terms = moved;
+        }
+        self.places.clear();
+        theta.truncate(self.len());
+    }
+
+    /// The terms where these parameters have their sources.
+    fn moved(&self, theta: &[f64]) -> Cow<'_, [PointTerm]> {
+        if self.places.is_empty() {
+            return Cow::Borrowed(&self.terms);
+        }
+        let by = self
+            .places
+            .iter()
+            .zip(&theta[self.inertias() + self.terms.len()..]);
+        let mut terms = self.terms.clone();
+        for term in &mut terms {
+            if let Some(about) = term.source() {
+                let mut next = about;
+                let own = by.clone().filter(|(place, _)| is_same(place.about, about));
+                own.for_each(|(place, by)| next[place.axis] += by);
+                term.move_to(next);
+            }
+        }
+        Cow::Owned(terms)
     }
 
     /// The number of inertias: of points, and of what they share.
@@ -97,6 +140,8 @@ impl Layout {
 pub(super) struct System<'a> {
     layout: &'a Layout,
     theta: &'a [f64],
+    /// The terms where the parameters have their sources.
+    terms: Cow<'a, [PointTerm]>,
     /// The parameters along which the motion is differentiated.
     along: &'a [usize],
     inverse: Vec<f64>,
@@ -135,6 +180,7 @@ impl<'a> System<'a> {
         Self {
             joints: Joints::new(layout.n, layout.constraints.len()),
             inverse: layout.inverse(theta).unwrap_or_else(unknown),
+            terms: layout.moved(theta),
             layout,
             theta,
             along,
@@ -173,7 +219,7 @@ impl<'a> System<'a> {
         a.copy_from_slice(tau);
         let (theta, along) = (self.theta, self.along);
         let coefficients = &theta[layout.inertias()..];
-        for (term, c) in layout.terms.iter().zip(coefficients) {
+        for (term, c) in self.terms.iter().zip(coefficients) {
             layout.add_force(term, *c, x, a);
         }
         self.accelerate(a);
@@ -193,7 +239,10 @@ impl<'a> System<'a> {
             if let Some(k) = along.get(at) {
                 match k.checked_sub(layout.inertias()) {
                     None => layout.add_momentum(*k, -1.0, a, force),
-                    Some(term) => layout.add_force(&layout.terms[term], 1.0, x, force),
+                    Some(at) => match self.terms.get(at) {
+                        Some(term) => layout.add_force(term, 1.0, x, force),
+                        None => self.add_moved(at - self.terms.len(), &x[..n], force),
+                    },
                 }
             }
             self.accelerate(force);
@@ -203,6 +252,20 @@ impl<'a> System<'a> {
                 *target = -dot(by_place, place) - dot(by_speed, speed);
             }
             self.joints.correct(force, &self.work.target);
+        }
+    }
+
+    /// Adds the slopes of all forces by a coordinate of the place of a source.
+    fn add_moved(&self, at: usize, q: &[f64], force: &mut [f64]) {
+        let place = self.layout.places[at];
+        let coefficients = &self.theta[self.layout.inertias()..];
+        let before = self.layout.terms.iter().zip(self.terms.iter());
+        for ((before, now), c) in before.zip(coefficients) {
+            let is_there = before.source().is_some_and(|own| is_same(own, place.about));
+            if let Some(now) = now.radial().filter(|_| is_there) {
+                let add = |i: usize, slope: f64| force[i] += c * slope;
+                now.moved(&self.layout.points, q, place.axis, add);
+            }
         }
     }
 
@@ -233,7 +296,7 @@ impl<'a> System<'a> {
             all.resize(size, 0.0);
         }
         let coefficients = &self.theta[self.layout.inertias()..];
-        for (term, c) in self.layout.terms.iter().zip(coefficients) {
+        for (term, c) in self.terms.iter().zip(coefficients) {
             let to = (&mut work.bent[..], &mut work.damped[..]);
             self.layout.add_slopes(term, *c, q, to);
         }

@@ -244,7 +244,7 @@ fn short(value: f64) -> String {
 }
 
 /// A number with its standard error in brackets, in units of the last digits: 9.810(2).
-fn with_error(value: f64, error: f64) -> String {
+pub(super) fn with_error(value: f64, error: f64) -> String {
     if !(error > 0.0 && error.is_finite()) {
         return short(value);
     }
