@@ -27,8 +27,8 @@ const CHUNK: usize = 1 << 16;
 /// commas if columns are not separated by them; the text is UTF-8, UTF-16 or Latin-1; titles, comments and units around the header
 /// are understood. Skipped or changed parts are listed in [`Readings::notes`].
 ///
-/// Empty cells, `nan` and `inf` are kept as values that are not finite, so that `check` can show them; rows without any value of a signal at
-/// the beginning and the end are omitted.
+/// Empty cells, `nan` and `inf` are kept as values that are not finite, so that `check` can show them; rows without any value of a signal are
+/// omitted.
 ///
 /// # Errors
 /// [`Error::Columns`], [`Error::Cell`] with its line, [`Error::Malformed`] for lines of another length or bytes that are not
@@ -175,7 +175,10 @@ impl<'a> Text<'a> {
         }
         let resolved = resolve(&headers, layout)?;
         let (numbers, trajectory) = (resolved.numbers.clone(), resolved.trajectory);
-        let mut rows = Filled::new(Rows::new(resolved, name));
+        let mut rows = Filled {
+            rows: Rows::new(resolved, name),
+            omitted: 0,
+        };
         let mut record = csv::StringRecord::new();
         let mut values = vec![0.0; numbers.len()];
         let mut cells = Cells {
@@ -233,60 +236,26 @@ fn beginning(text: &str, notes: &[String]) -> String {
     format!("{notes}\nthe file begins with{}", shown.collect::<String>())
 }
 
-/// Rows, without those at the beginning and the end that have no value of any signal.
+/// Rows, without those that have no value of any signal, such as frames in which nothing was tracked.
 struct Filled {
     rows: Rows,
-    /// Rows without a value since the last row with one.
-    waiting: Vec<(Option<String>, Vec<f64>)>,
-    began: bool,
     omitted: usize,
 }
 
-/// Largest number of rows without a value that are held until one with a value.
-const MOST_WAITING: usize = 1 << 12;
-
 impl Filled {
-    fn new(rows: Rows) -> Self {
-        Self {
-            rows,
-            waiting: Vec::new(),
-            began: false,
-            omitted: 0,
-        }
-    }
-
     fn push(&mut self, trajectory: Option<&str>, values: &mut [f64]) -> Result<()> {
         if values[1..].iter().all(|x| x.is_nan()) {
-            if !self.began {
-                self.omitted += 1;
-                return Ok(());
-            }
-            let row = (trajectory.map(String::from), values.to_vec());
-            self.waiting.push(row);
-            return match self.waiting.len() < MOST_WAITING {
-                true => Ok(()),
-                false => self.keep(),
-            };
-        }
-        self.began = true;
-        if !self.waiting.is_empty() {
-            self.keep()?;
+            self.omitted += 1;
+            self.rows.skip();
+            return Ok(());
         }
         self.rows.push(trajectory, values)
     }
 
-    fn keep(&mut self) -> Result<()> {
-        let mut waiting = self.waiting.drain(..);
-        waiting.try_for_each(|(name, mut values)| self.rows.push(name.as_deref(), &mut values))
-    }
-
     fn finish(self, mut notes: Vec<String>) -> Result<Readings> {
-        let omitted = self.omitted + self.waiting.len();
-        if omitted > 0 {
-            let rows = counted(omitted, "row");
-            notes.push(format!(
-                "{rows} without a value at the beginning or the end: omitted"
-            ));
+        if self.omitted > 0 {
+            let rows = counted(self.omitted, "row");
+            notes.push(format!("{rows} without a value: omitted"));
         }
         let mut readings = self.rows.finish()?;
         readings.notes.splice(0..0, notes);

@@ -18,6 +18,7 @@ pub mod derivatives;
 mod dialect;
 mod drive;
 mod encoding;
+mod even;
 mod format;
 mod layout;
 pub mod local_polynomial;

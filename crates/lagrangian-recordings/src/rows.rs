@@ -6,6 +6,7 @@ use std::slice::ChunksExactMut;
 
 use super::columns::Resolved;
 use super::derivatives::GAP;
+use super::even;
 use super::sample::{Flaw, Sampled, Stretch, TimeStep, Wrap, drop_stretches};
 use super::{Readings, Recording};
 use lagrangian_motion::Signals;
@@ -296,6 +297,15 @@ impl Partial {
     }
 }
 
+impl Recording {
+    /// Takes the even steps that its stamps are rounded from; the step and the last place of the stamps, s.
+    fn take_even_steps(&mut self) -> Option<(f64, f64)> {
+        let (step, place, times) = even::steps(&self.t)?;
+        self.t = times;
+        Some((step, place))
+    }
+}
+
 /// Whether two rows hold the same numbers.
 fn is_same(a: &[f64], b: &[f64]) -> bool {
     let mut pairs = a.iter().zip(b);
@@ -388,6 +398,13 @@ impl Rows {
         self.put(None, values)
     }
 
+    /// Counts a row without a value.
+    pub(super) fn skip(&mut self) {
+        if let Some(current) = self.partial.get_mut(self.current) {
+            current.rows += 1;
+        }
+    }
+
     /// Adds a row to a trajectory, or to the current log.
     fn put(&mut self, trajectory: Option<&str>, values: &mut [f64]) -> Result<()> {
         let name = trajectory.unwrap_or(&self.logs.name);
@@ -461,8 +478,17 @@ impl Rows {
         self.thin();
         let sampled = self.resolved.sample.is_some();
         let all = self.partial.into_iter();
-        let recordings = all.map(|partial| partial.finish(sampled)).collect();
+        let mut recordings: Vec<Recording> = all.map(|partial| partial.finish(sampled)).collect();
         let mut notes = self.resolved.notes;
+        if !sampled {
+            let rounded = recordings.iter_mut().filter_map(Recording::take_even_steps);
+            let coarsest = rounded.max_by(|a, b| a.1.total_cmp(&b.1));
+            notes.extend(coarsest.map(|(step, place)| {
+                format!(
+                    "stamps of time are rounded to {place} s: even steps of {step:.7} s are taken"
+                )
+            }));
+        }
         if let Some(first) = self.logs.begins.first() {
             let motions = self.logs.begins.len() + 1;
             notes.push(format!(

@@ -35,7 +35,7 @@ fn several_recordings_become_one_file_and_what_is_not_used_is_said() {
     assert_eq!(json["files"][0]["unused"][0], "heat");
     assert_eq!(json["signals"], serde_json::json!(["q"]));
     assert!(outcome.stderr.contains("columns not used: heat"));
-    let omitted = "1 row without a value at the beginning or the end: omitted";
+    let omitted = "1 row without a value: omitted";
     assert!(outcome.stderr.contains(omitted), "{}", outcome.stderr);
 }
 

@@ -332,6 +332,101 @@ fn a_potential_that_is_no_formula_is_a_field_and_no_law() {
     assert!(worst < 0.03, "{worst:.1e} {}", law.text);
 }
 
+/// A puck that two sources attract, one in its plane and one 0.4 m beside it, under a tilt of 0.3 m/s² and friction.
+fn attracted(start: [f64; 4], seconds: f64) -> Vec<f64> {
+    let rate = |[x, y, u, v]: [f64; 4]| {
+        let mut a = [-0.05 * u + 0.3, -0.05 * v];
+        for ([px, py, height], strength) in [([-0.5, 0.9, 0.0], 2.0), ([1.2, -0.3, 0.4], 1.0)] {
+            let [dx, dy] = [x - px, y - py];
+            let r = (dx * dx + dy * dy + f64::powi(height, 2)).sqrt();
+            a = [
+                a[0] - strength * dx / r.powi(3),
+                a[1] - strength * dy / r.powi(3),
+            ];
+        }
+        [u, v, a[0], a[1]]
+    };
+    let plus = |a: [f64; 4], b: [f64; 4], h: f64| [0, 1, 2, 3].map(|i| a[i] + h * b[i]);
+    let (mut state, mut q) = (start, Vec::new());
+    for _ in 0..(seconds / 0.02) as usize {
+        q.extend(&state[..2]);
+        for _ in 0..20 {
+            let a = rate(state);
+            let b = rate(plus(state, a, 5e-4));
+            let c = rate(plus(state, b, 5e-4));
+            let d = rate(plus(state, c, 1e-3));
+            state = plus(
+                state,
+                plus(plus(a, d, 1.0), plus(b, c, 1.0), 2.0),
+                1e-3 / 6.0,
+            );
+        }
+    }
+    q
+}
+
+#[test]
+fn sources_at_unknown_places_are_found_with_their_places() {
+    let mut rng = ChaCha8Rng::seed_from_u64(11);
+    let mut recording = |k: usize| {
+        let (sin, cos) = (0.7 * k as f64).sin_cos();
+        // About both sources, neither of which it passes by within a sample.
+        let start = [0.2 + 2.2 * cos, 0.4 + 2.2 * sin, -1.5 * sin, 1.5 * cos];
+        let q: Vec<f64> = attracted(start, 4.0)
+            .iter()
+            .map(|x| x + 5e-4 * normal(&mut rng))
+            .collect();
+        Recording {
+            t: (0..q.len() / 2).map(|s| 0.02 * s as f64).collect(),
+            signals: Signals {
+                q,
+                ..Signals::default()
+            },
+            coordinates: Coordinates::lines(2),
+            unwrapped: vec![0; 2],
+            ..recordings(1, 0.1, 0.05, 0.0, false).remove(0)
+        }
+    };
+    let config = CartesianConfig {
+        points: vec![vec![0, 1]],
+        constraints: Some(Vec::new()),
+    };
+    let fit = fitted((0..9).map(&mut recording).collect(), config).unwrap();
+    let law = fit.model.written().unwrap();
+    assert_eq!(law.verdict, "law", "{}", law.text);
+    for part in ["- s1|^-1", "- s2|^-1", "; s2 = ("] {
+        assert!(law.text.contains(part), "{}", law.text);
+    }
+    let bytes = fit.model.save(Provenance::default()).unwrap().to_bytes();
+    let loaded = Learned::load(&SavedModel::from_bytes(&bytes.unwrap()).unwrap()).unwrap();
+    let named = loaded.parameters();
+    let value = |name: &str| {
+        let own = named.iter().find(|own| own.name.contains(name)).unwrap();
+        (own.value, own.standard_error.unwrap())
+    };
+    // The stronger source may be the first or the second.
+    let first = value("place of s1: x").0 < 0.0;
+    let [strong, weak] = if first { ["s1", "s2"] } else { ["s2", "s1"] };
+    for (name, truth) in [
+        (format!("- {strong}|^-1"), -2.0),
+        (format!("- {weak}|^-1"), -1.0),
+        (format!("place of {strong}: x"), -0.5),
+        (format!("place of {strong}: y"), 0.9),
+        (format!("place of {weak}: x"), 1.2),
+        (format!("place of {weak}: y"), -0.3),
+        (format!("place of {weak}: height"), 0.4),
+        ("V: q1".to_owned(), -0.3),
+    ] {
+        let (own, error) = value(&name);
+        assert!(
+            (own - truth).abs() < 5.0 * error,
+            "{name} {own} ± {error}: {}",
+            law.text
+        );
+        assert!(error < 0.03, "{name} ± {error}");
+    }
+}
+
 #[test]
 fn a_model_of_points_is_saved_to_the_bit() {
     let fit = fitted(recordings(20, 0.6, 0.1, 0.0, true), rods()).unwrap();

@@ -375,8 +375,7 @@ impl<'a> Fit<'a> {
                 tried.takes(&self, &start, &noise, tell);
             }
         }
-        let other = tried.other.take();
-        let Some((misfit, mut best)) = tried.best else {
+        let Some((misfit, mut best)) = tried.best.take() else {
             return Err(match least > REFUSED {
                 false => many(),
                 true => Error::setting(
@@ -394,10 +393,12 @@ impl<'a> Fit<'a> {
         let size = misfit.clamp(1.0, 1e12).sqrt();
         best.noise = noise.iter().map(|own| size * own).collect();
         best.refine(&mut || tell("fitting masses and forces", 0.4));
-        if let Some(mut other) = other.filter(|_| best.has_sources()) {
-            other.noise.clone_from(&best.noise);
-            other.refine(&mut || tell("comparing sources", 0.5));
-            best.doubtful = other.len() <= best.len() && !best.explains_more(&other);
+        for mut other in tried.others {
+            if other.len() <= best.len() && best.has_sources() && !best.doubtful {
+                other.noise.clone_from(&best.noise);
+                other.refine(&mut || tell("comparing sources", 0.5));
+                best.doubtful = !best.explains_more(&other);
+            }
         }
         Ok(best)
     }
@@ -866,8 +867,8 @@ impl<'a> Fit<'a> {
 #[derive(Default)]
 struct Tried<'a> {
     best: Option<(f64, Fit<'a>)>,
-    /// Other sources.
-    other: Option<Fit<'a>>,
+    /// Other sources that were tried.
+    others: Vec<Fit<'a>>,
 }
 
 impl<'a> Tried<'a> {
@@ -897,9 +898,7 @@ impl<'a> Tried<'a> {
             true => self.best.replace((misfit, own)).map(|best| best.1),
             false => Some(own),
         };
-        if sources {
-            self.other = worse.filter(Fit::has_sources);
-        }
+        self.others.extend(worse.filter(Fit::has_sources));
         !self.explains() && tell("fitting masses and forces", 0.3)
     }
 

@@ -48,8 +48,6 @@ const RIDGE: f64 = 1e-12;
 const INDEPENDENT: f64 = 1e-9;
 /// The samples of which accelerations are compared.
 const SAMPLES: usize = 1500;
-/// The largest number of powers that are tried by simulations.
-const CHOICES: usize = 2;
 
 /// Places of points with weights, and the sums of forces there along some directions.
 #[derive(Clone)]
@@ -446,7 +444,6 @@ pub(super) fn find(dataset: &Dataset, layout: &Layout) -> Vec<Start> {
     };
     let mut all: Vec<(f64, Start)> = EXPONENTS.into_iter().filter_map(own).collect();
     sort_by_number(&mut all, |own| own.0);
-    all.truncate(CHOICES);
     all.into_iter().map(|own| own.1).collect()
 }
 
@@ -684,39 +681,60 @@ impl Fit<'_> {
         let layout = &bare.layout;
         let data = &dataset.train;
         let blocks: Vec<Block> = spread(data, SAMPLES).map(|s| bare.block(data, s)).collect();
+        // Along a line anything explains everything.
+        if blocks.iter().all(|own| own.lines.len() < 2) {
+            return self.clone();
+        }
         let overlap = (blocks.len() * WINDOW) as f64 / data.len() as f64;
         let rows = Rows::new(&layout.points, blocks, overlap.max(1.0));
         let found = EXPONENTS.map(|own| rows.sources(own));
         let mut best = self.clone();
         // Rows of estimated accelerations may ask for more sources than there are.
         for count in 0..MOST {
-            let each = found.iter().filter_map(|own| own.get(count));
-            let Some(own) = each.min_by(|a, b| a.cost.total_cmp(&b.cost)) else {
+            let mut each: Vec<&Sources> = found.iter().filter_map(|own| own.get(count)).collect();
+            sort_by_number(&mut each, |own| own.cost);
+            let mut each = each.into_iter();
+            let mut fitted = || bare.beside(&rows, each.next()?, candidates, tell);
+            let Some(fit) = fitted() else {
                 break;
             };
-            let Some((_, coefficients)) = rows.coefficients(own) else {
-                continue;
-            };
-            let mut fit = bare.clone();
-            let each = coefficients.chunks_exact(layout.points.len());
-            for (about, each) in own.places.iter().zip(each) {
-                for (point, c) in each.iter().enumerate() {
-                    let own = radial(point, source(own.exponent, *about));
-                    fit.layout.terms.push(PointTerm::Radial(own));
-                    fit.theta.push(*c);
-                }
-            }
-            fit.shorten(FITTED_TO);
-            fit.refine(&mut || tell("fitting masses, forces and sources", 0.6));
-            fit.complete(candidates, tell);
             if fit.explains_more(&best) && fit.predicts_as_well_as(self, dataset) {
                 best = fit;
             }
             if !best.lacks_forces(dataset) {
+                while !best.doubtful
+                    && let Some(other) = fitted()
+                {
+                    best.doubtful = other.has_sources() && !best.explains_more(&other);
+                }
                 break;
             }
         }
         best
+    }
+
+    /// With these sources, and what is missing then.
+    fn beside(
+        &self,
+        rows: &Rows<'_>,
+        own: &Sources,
+        candidates: &[PointTerm],
+        tell: &mut dyn FnMut(&str, f64) -> bool,
+    ) -> Option<Self> {
+        let (_, coefficients) = rows.coefficients(own)?;
+        let mut fit = self.clone();
+        let each = coefficients.chunks_exact(self.layout.points.len());
+        for (about, each) in own.places.iter().zip(each) {
+            for (point, c) in each.iter().enumerate() {
+                let own = radial(point, source(own.exponent, *about));
+                fit.layout.terms.push(PointTerm::Radial(own));
+                fit.theta.push(*c);
+            }
+        }
+        fit.shorten(FITTED_TO);
+        fit.refine(&mut || tell("fitting masses, forces and sources", 0.6));
+        fit.complete(candidates, tell);
+        Some(fit)
     }
 
     /// The forces that the motion of sample `s` needs along the directions that constraints leave.
