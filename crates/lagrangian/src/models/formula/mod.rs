@@ -84,7 +84,7 @@ impl NetworkShape for FormulaShape {
             return Err(Error::argument("terms", count, "between 1 and 1000"));
         }
         if let Some(term) = config.terms.iter().find(|term| !term.suits(&coordinates)) {
-            let must = "of harmonics of angles, powers of lines and at most two velocities of these coordinates";
+            let must = "of harmonics, powers and at most two velocities of these coordinates";
             return Err(Error::argument("terms", format!("{term:?}"), must));
         }
         let remedy = "give one for each term";
@@ -303,22 +303,25 @@ impl LearnedLagrangian for Formula {
 impl Formula {
     /// The lines that turn as angles do, in words.
     fn undeclared(&self) -> String {
-        let lines = self.shape.coordinates.0.iter().enumerate();
-        let turns = |i: usize| {
+        let uses = |of: fn(&Term) -> &Vec<i8>, i: usize| {
             let terms = &self.shape.config.terms;
             terms
                 .iter()
-                .any(|own| own.turns.get(i).is_some_and(|k| *k != 0))
+                .any(|own| of(own).get(i).is_some_and(|k| *k != 0))
         };
-        let lines = lines.filter(|(i, own)| own.topology == Topology::Line && turns(*i));
-        let names: Vec<&str> = lines.map(|(_, own)| &*own.name).collect();
-        match names.is_empty() {
+        let named = |topology: Topology, of: fn(&Term) -> &Vec<i8>| {
+            let all = self.shape.coordinates.0.iter().enumerate();
+            let all = all.filter(|(i, own)| own.topology == topology && uses(of, *i));
+            all.map(|(_, own)| &*own.name).collect::<Vec<_>>()
+        };
+        let says = |names: Vec<&str>, what: &str| match names.is_empty() {
             true => String::new(),
-            false => format!(
-                "; {} turns as an angle does, which nobody declared",
-                names.join(", ")
-            ),
-        }
+            false => format!("; {} {what}", names.join(", ")),
+        };
+        let turning = named(Topology::Line, |own| &own.turns);
+        let lying = named(Topology::Circle, |own| &own.powers);
+        says(turning, "turns as an angle does, which nobody declared")
+            + &says(lying, "does not repeat after a turn")
     }
 }
 

@@ -111,20 +111,16 @@ impl Term {
         }
     }
 
-    /// Whether it belongs to these coordinates: as many, powers of lines alone, nothing of which a parameter moves. A line may be an angle
-    /// that nobody declared.
+    /// Whether it belongs to these coordinates: as many, nothing of which a parameter moves. A line may be an angle that nobody declared, and an
+    /// angle one that does not repeat after a turn.
     pub(super) fn suits(&self, coordinates: &Coordinates) -> bool {
         let n = coordinates.dof();
         let sized = |all: &[i8]| all.is_empty() || all.len() == n;
         let small = |all: &[i8]| all.iter().all(|k| k.unsigned_abs() <= MOST);
-        let on_lines = |all: &[i8]| {
-            (all.iter().enumerate()).all(|(i, k)| *k == 0 || !coordinates.is_circle(i))
-        };
         let moves = |i: &usize| *i < n && !coordinates.is_parameter(*i);
         n <= MOST_COORDINATES
             && sized(&self.powers)
             && sized(&self.turns)
-            && on_lines(&self.powers)
             && small(&self.powers)
             && small(&self.turns)
             && self.speeds.len() <= 2

@@ -1,5 +1,7 @@
 //! The terms that a formula may have, the simplest first, without those that the others express.
 
+use std::f64::consts::TAU;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -18,8 +20,9 @@ const SMALLER: i8 = 4;
 /// The part of its size by which a term must differ from those before it.
 const INDEPENDENT: f64 = 1e-6;
 
-/// The coordinates as they were declared, then as they may be: a line whose unit is not known may be an angle. The fewest angles first.
-pub(super) fn readings(coordinates: &Coordinates) -> Vec<Coordinates> {
+/// The coordinates as they were declared, then as they may be: a line whose unit is not known may be an angle, the fewest angles first; angles
+/// that stay within a turn may be on lines, as those of a torsion wire, which does not repeat.
+pub(super) fn readings(coordinates: &Coordinates, data: &Samples) -> Vec<Coordinates> {
     let n = coordinates.dof();
     let may_turn = |i: &usize| {
         let own = &coordinates.0[*i];
@@ -38,7 +41,27 @@ pub(super) fn readings(coordinates: &Coordinates) -> Vec<Coordinates> {
     if open.len() > 1 {
         all.push(turned(&open));
     }
+    let circles: Vec<usize> = (0..n).filter(|i| coordinates.is_circle(*i)).collect();
+    let is_within = |i: &usize| {
+        let [least, most] = range(data, *i);
+        most - least < TAU
+    };
+    if !circles.is_empty() && circles.iter().all(is_within) {
+        let mut own = coordinates.clone();
+        circles
+            .iter()
+            .for_each(|i| own.0[*i].topology = Topology::Line);
+        all.push(own);
+    }
     all
+}
+
+/// The least and the largest value of a coordinate.
+fn range(data: &Samples, i: usize) -> [f64; 2] {
+    let column = data.q.iter().skip(i).step_by(data.n);
+    column.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| {
+        [x.min(a), x.max(b)]
+    })
 }
 
 /// All terms of coordinates that differ in the motion that they give, in the order of their complexity; none depends on a cyclic coordinate.
@@ -97,10 +120,7 @@ pub(super) fn positions(coordinates: &Coordinates, data: &Samples, depth: i8) ->
             true => waves.extend((1..=depth).map(|k| unit(&[(i, k)]))),
             false => {
                 powers.extend((1..=depth).map(|k| unit(&[(i, k)])));
-                let column = data.q.iter().skip(i).step_by(n);
-                let (least, most) = column.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| {
-                    (x.min(a), x.max(b))
-                });
+                let [least, most] = range(data, i);
                 if least > 0.0 || most < 0.0 {
                     powers.extend([-1, -2].map(|k| unit(&[(i, k)])));
                 }

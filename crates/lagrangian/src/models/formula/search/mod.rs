@@ -178,7 +178,7 @@ impl Reading {
 /// coordinates as they were declared where none explains them.
 fn readings(dataset: &Dataset, clock: &Instant, observer: &mut dyn Observer) -> Vec<Reading> {
     let all: Vec<usize> = (0..dataset.coordinates.dof()).collect();
-    let readings = library::readings(&dataset.coordinates).into_iter();
+    let readings = library::readings(&dataset.coordinates, &dataset.train).into_iter();
     let mut tell = |share: f64| !observer.stage("finding terms", share).is_break();
     let mut found: Vec<(f64, usize, Reading)> = Vec::new();
     let single = readings.len() == 1;
