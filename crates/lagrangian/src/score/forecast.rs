@@ -129,6 +129,8 @@ impl Forecast {
         };
         let noise = match self.is_noise() {
             true => ", most of it by the noise of the recorded states",
+            // What is expected of new motions is without it.
+            false if self.error > most => ", part of it by the noise of the recorded states",
             false => "",
         };
         format!(

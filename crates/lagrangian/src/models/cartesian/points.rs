@@ -234,17 +234,17 @@ impl Points {
 
     /// The masses and coefficients with their names.
     pub(super) fn named(&self) -> Vec<Parameter> {
-        let names = |of: &[usize]| {
+        let names = |of: &[usize], between: &str| {
             let each = of.iter().map(|i| &*self.coordinates.0[*i].name);
-            each.collect::<Vec<_>>().join(" ")
+            each.collect::<Vec<_>>().join(between)
         };
         let mass = |own: &Vec<usize>| {
-            let name = format!("mass of ({})", names(own).replace(' ', ", "));
+            let name = format!("mass of ({})", names(own, ", "));
             (name, "kg".to_owned())
         };
         let term = |own: &Vec<usize>| {
             let unit = if own.len() == 1 { "N" } else { "N/m" };
-            (format!("V: {}", names(own)), unit.to_owned())
+            (format!("V: {}", names(own, " ")), unit.to_owned())
         };
         let places = self.places();
         let of = (&self.coordinates, &self.shape.points[..], &places[..]);
@@ -252,9 +252,7 @@ impl Points {
         let radial = radial.map(|own| (format!("V: {}", own.written(of, Style::Text)), own.unit()));
         let potential = self.shape.potential.iter().map(term).chain(radial);
         let share = |own: &Shared| {
-            let [a, b] = own
-                .points
-                .map(|at| names(&self.shape.points[at]).replace(' ', ", "));
+            let [a, b] = own.points.map(|at| names(&self.shape.points[at], ", "));
             let what = if own.turned {
                 "turned inertia"
             } else {

@@ -279,7 +279,9 @@ impl LearnedLagrangian for Formula {
             text: text(Style::Text),
             latex: text(Style::Latex),
             verdict: verdict.name().into(),
-            meaning: verdict.meaning().to_owned() + &self.undeclared(),
+            meaning: verdict.meaning().to_owned()
+                + &self.undeclared()
+                + self.others(friction_beside),
             explains: verdict == LawVerdict::Law,
         })
     }
@@ -301,6 +303,29 @@ impl LearnedLagrangian for Formula {
 }
 
 impl Formula {
+    /// Whether other Lagrangians have the same motions, in words: M A and K A with the A that keep both symmetric.
+    fn others(&self, friction: Option<&Dissipation>) -> &'static str {
+        let evidence = &self.shape.evidence;
+        let mut terms = self.shape.config.terms.iter();
+        let is_linear = terms
+            .clone()
+            .all(|own| own.is_linear() && own.speeds.len() != 1);
+        let together = terms.any(|own| {
+            (0..self.coordinates().dof())
+                .filter(|i| own.uses(*i))
+                .count()
+                > 1
+        });
+        let scaled = evidence.errors.contains(&0.0);
+        let rubs = friction.is_some_and(|own| own.viscous.iter().any(|b| *b > 0.0));
+        match is_linear && together && scaled && !rubs && evidence.verdict == LawVerdict::Law {
+            true => {
+                "; without friction or forces a linear system has other Lagrangians of the same motions, which share its masses out otherwise"
+            }
+            false => "",
+        }
+    }
+
     /// The lines that turn as angles do, in words.
     fn undeclared(&self) -> String {
         let uses = |of: fn(&Term) -> &Vec<i8>, i: usize| {
