@@ -194,9 +194,9 @@ impl Lines<'_> {
             names = self
                 .commented(at, self.cells(at).len())
                 .unwrap_or(self.cells(at));
-            if names.first().is_some_and(String::is_empty)
-                && let Some(below) = self.after(at).filter(|&k| !self.has_numbers(k))
-            {
+            let filled = names.iter().filter(|own| !own.is_empty()).count();
+            let is_above = names[0].is_empty() || filled == 1 && names.len() > 2;
+            if is_above && let Some(below) = self.after(at).filter(|&k| !self.has_numbers(k)) {
                 names = of_masses(&names, self.cells(below), &mut notes);
                 at = below;
             }

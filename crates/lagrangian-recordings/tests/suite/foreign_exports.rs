@@ -172,6 +172,11 @@ fn an_angle_of_two_points_is_read_from_the_marks_of_a_video() {
     }
     assert!(recording.coordinates.is_circle(0));
     assert!(read("tracker_dialog.txt", &layout).is_ok());
+    // The mass may be named above the column of time, and frames without a mark are omitted.
+    let marks = "mass A,,\nt,x,y\n0.000,1.0,0.0\n0.033,0.9,0.3\n0.067,,\n0.100,0.5,0.8\n";
+    let readings = of_text(marks, &layout).unwrap();
+    assert!(has_note(&readings, "mass A") && has_note(&readings, "1 row without a value"));
+    assert_eq!(readings.recordings[0].t, [0.0, 0.033, 0.1]);
 }
 
 #[test]
