@@ -92,6 +92,23 @@ impl Dataset {
         self.unfiltered.as_deref().unwrap_or(self)
     }
 
+    /// The same with positions that are measured from these.
+    pub(crate) fn measured_from(&self, origins: &[f64]) -> Self {
+        let mut own = self.clone();
+        let [train, validation] = [&mut own.train_times, &mut own.validation_times];
+        let measured = [train, validation].map(|times| &mut times.measured[0]);
+        for all in [&mut own.train.q, &mut own.validation.q]
+            .into_iter()
+            .chain(measured)
+        {
+            for q in all.chunks_exact_mut(origins.len().max(1)) {
+                q.iter_mut().zip(origins).for_each(|(q, from)| *q -= from);
+            }
+        }
+        own.unfiltered = None;
+        own
+    }
+
     /// Sets the coordinates that no network may depend on.
     pub(crate) fn keep_from(&mut self, cyclic: Vec<usize>) {
         if let Some(unfiltered) = &mut self.unfiltered {

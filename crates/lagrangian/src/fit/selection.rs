@@ -8,7 +8,7 @@ use crate::dataset::Dataset;
 use crate::fit::refine::{fit_and_refine, noise, to_be_refined};
 use crate::fit::screening::{self, HeldOut, ROUNDING, Screened, WITH_FRICTION, screen};
 use crate::fit::{Fit, FitConfig, OptimizerName, fit};
-use crate::models::{Candidate, Entry, Formula, FormulaConfig, WrittenLaw};
+use crate::models::{Candidate, Entry, Formula, WrittenLaw};
 use crate::saved;
 use crate::score::{CandidateResult, HALF, torque_error};
 use crate::train::checkpoint::Checkpoint;
@@ -63,8 +63,7 @@ impl Selection {
             .lagrangian_as::<Formula>()
             .filter(|_| is_law(self))
         {
-            let terms = law.terms().to_vec();
-            config.family = FormulaConfig { terms }.into();
+            config.family = law.config().clone().into();
         }
         config
     }

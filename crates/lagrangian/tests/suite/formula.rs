@@ -70,6 +70,61 @@ fn the_law_of_a_pendulum_is_found_with_its_standard_error() {
     }
 }
 
+/// A cart on springs that stiffen, q̈ = −(q − from) − 3.2 (q − from)³, with noise.
+fn stiffening(from: f64) -> Vec<Recording> {
+    let mut rng = ChaCha8Rng::seed_from_u64(9);
+    let mut motion = |k: usize| {
+        let (mut x, mut v) = (1.1 * (2.0 * k as f64).cos(), (3.0 * k as f64).sin());
+        let (mut t, mut q) = (Vec::new(), Vec::new());
+        for s in 0..200 {
+            t.push(0.02 * f64::from(s));
+            q.push(from + x + 1e-3 * normal(&mut rng));
+            for _ in 0..200 {
+                // Leapfrog, to 1e-9.
+                x += 5e-5 * v;
+                v -= 1e-4 * (x + 3.2 * x * x * x);
+                x += 5e-5 * v;
+            }
+        }
+        let signals = Signals {
+            q,
+            ..Signals::default()
+        };
+        Recording::new("cart", Coordinates::lines(1), t, signals)
+    };
+    (0..6).map(&mut motion).collect()
+}
+
+#[test]
+fn a_law_does_not_depend_on_where_positions_are_measured_from() {
+    let (_, known) = found(stiffening(0.0));
+    let (fit, written) = found(stiffening(4.0));
+    assert!(
+        known.is_law() && written.is_law(),
+        "{} {}",
+        known.text,
+        written.text
+    );
+    let terms = |text: &str| text.split(';').next().unwrap().matches(" q1").count();
+    assert_eq!(terms(&known.text), terms(&written.text), "{}", written.text);
+    let from = written.text.split("q1 from ").nth(1).unwrap().trim();
+    assert!((from.parse::<f64>().unwrap() - 4.0).abs() < 5e-3, "{from}");
+    let bytes = fit.model.save(Provenance::default()).unwrap().to_bytes();
+    let loaded = Learned::load(&SavedModel::from_bytes(&bytes.unwrap()).unwrap()).unwrap();
+    let options = RolloutOptions::default();
+    let times = times(3.0, 0.02).unwrap();
+    let ends = [&loaded, &fit.model].map(|model| {
+        let own = rollout(model, &[4.8], &[0.3], &times, &free, &options);
+        own.unwrap().trajectory.q.clone()
+    });
+    assert_eq!(ends[0], ends[1]);
+    assert!(
+        ends[0].iter().all(|q| (q - 4.0).abs() < 1.0),
+        "{:?}",
+        ends[0]
+    );
+}
+
 #[test]
 fn an_angle_that_nobody_declared_has_its_law() {
     let mut all = recordings("pendulum", 6, 2e-3);

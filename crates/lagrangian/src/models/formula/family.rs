@@ -117,6 +117,7 @@ impl FormulaShape {
         evidence.friction.extend(errors);
         let config = FormulaConfig {
             terms: kept.iter().map(|k| terms[*k].clone()).collect(),
+            origins: self.config.origins.clone(),
         };
         let shape = Self::new(self.coordinates.clone(), config, evidence)?;
         Ok((shape, of(parameters), between))

@@ -20,9 +20,9 @@ pub(crate) use search::{
     Drift, STRIDE, Stretch, WINDOW, Weight, contradiction, drifts, errors, noise_sizes, positions,
     scores, stretches,
 };
-use term::Position;
 pub(crate) use term::Style;
 pub use term::Term;
+use term::{MOST_COORDINATES, Position, Row};
 
 use crate::models::learned::{Description, LearnedLagrangian, Stored, WrittenLaw};
 use crate::models::named::Parameter;
@@ -44,6 +44,9 @@ pub type Formula = Network<FormulaShape>;
 pub struct FormulaConfig {
     /// The terms; empty where they are to be found.
     pub terms: Vec<Term>,
+    /// Where each coordinate is measured from in the terms, `[n]`; empty for 0.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub origins: Vec<f64>,
 }
 
 /// What the data say of a formula.
@@ -86,6 +89,11 @@ impl NetworkShape for FormulaShape {
         if let Some(term) = config.terms.iter().find(|term| !term.suits(&coordinates)) {
             let must = "of harmonics, powers and at most two velocities of these coordinates";
             return Err(Error::argument("terms", format!("{term:?}"), must));
+        }
+        if !config.origins.is_empty() {
+            let remedy = "give one for each coordinate, or none";
+            Error::check_shape("origins", config.origins.len(), coordinates.dof(), remedy)?;
+            Error::check_finite("origins", &config.origins)?;
         }
         let remedy = "give one for each term";
         Error::check_shape("units", evidence.units.len(), count, remedy)?;
@@ -130,6 +138,26 @@ impl FormulaShape {
     }
 }
 
+impl FormulaShape {
+    /// The same with terms of positions that are measured from these.
+    fn measured_from(self, origins: &[f64]) -> Result<Self> {
+        let config = FormulaConfig {
+            origins: origins.to_vec(),
+            ..self.config
+        };
+        Self::new(self.coordinates, config, self.evidence)
+    }
+
+    /// Positions from the origins of the terms, and zeros.
+    fn centred(&self, q: &[f64]) -> Row<f64> {
+        let mut own = [0.0; MOST_COORDINATES];
+        own.iter_mut().zip(q).for_each(|(own, q)| *own = *q);
+        let from = own.iter_mut().zip(&self.config.origins);
+        from.for_each(|(own, from)| *own -= from);
+        own
+    }
+}
+
 impl Formula {
     /// The terms of L.
     #[must_use]
@@ -161,6 +189,16 @@ impl Formula {
         for ((term, c), error) in self.weighted().zip(&self.shape.evidence.errors) {
             let product = term.written(&self.shape.coordinates, style);
             push_term(&mut text, [c, *error], &product, style);
+        }
+        let coordinates = self.shape.coordinates.0.iter();
+        let moved = coordinates.zip(&self.shape.config.origins);
+        for (own, from) in moved.filter(|own| *own.1 != 0.0) {
+            let sign = if *from < 0.0 { "-" } else { "" };
+            text += &format!(
+                "; {} from {sign}{}",
+                style.name(&own.name),
+                short(from.abs())
+            );
         }
         text
     }
@@ -360,8 +398,10 @@ impl Lagrangian for Formula {
     }
 
     fn expressed<'g>(&self, at: &Moving<'g>) -> Option<Expressed<'g>> {
-        let (q, qd) = (at.q.each(), at.qd.each());
+        let (mut q, qd) = (at.q.each(), at.qd.each());
         let graph = at.q.graph();
+        let from = q.iter_mut().zip(&self.shape.config.origins);
+        from.for_each(|(q, from)| *q = *q - graph.number(*from));
         let terms = self
             .weighted()
             .map(|(term, c)| term.expression(&q, &qd) * graph.number(c));
@@ -387,9 +427,9 @@ impl Jets for FormulaJets<'_> {
             .chain(others)
             .for_each(|field| field.fill(0.0));
         for s in 0..m {
-            let (q, qd) = (&q[s * n..][..n], &qd[s * n..][..n]);
+            let (q, qd) = (self.0.shape.centred(&q[s * n..][..n]), &qd[s * n..][..n]);
             for (term, c) in self.0.weighted() {
-                let Position { value, slope } = term.position(q);
+                let Position { value, slope } = term.position(&q[..n]);
                 let along: f64 = slope.iter().zip(qd).map(|(g, v)| g * v).sum();
                 let speed = term.speed(qd);
                 jet.lagrangian[s] += c * value * speed;
@@ -413,9 +453,9 @@ impl Jets for FormulaJets<'_> {
         curvature.dl_dqdq.fill(0.0);
         curvature.dp_dq.fill(0.0);
         for s in 0..m {
-            let qd = &qd[s * n..][..n];
+            let (q, qd) = (self.0.shape.centred(&q[s * n..][..n]), &qd[s * n..][..n]);
             for j in 0..n {
-                let q = along(&q[s * n..][..n], j);
+                let q = along(&q[..n], j);
                 for (term, c) in self.0.weighted() {
                     let Position { value, slope } = term.position(&q);
                     let speed = c * term.speed(qd);

@@ -28,7 +28,7 @@ use crate::dataset::Dataset;
 use crate::models::family::Solution;
 use crate::train::{Budget, Observer, TrainingTask};
 use eliminate::{Candidate, Inertia, Limits};
-use lagrangian_motion::statistics::{size, sort_by_number};
+use lagrangian_motion::statistics::{column, deviation, mean, size, sort_by_number};
 use lagrangian_motion::{Error, Result};
 use refine::{HeldOut, Refined, Start, part_of};
 use rows::{Noise, Rows};
@@ -54,6 +54,8 @@ const LONGEST: f64 = 30.0;
 /// … and after which no other reading of the coordinates is looked at, or searched.
 const READ: f64 = 6.0;
 const NEXT: f64 = 20.0;
+/// A coordinate is far from 0 where its middle is so many times its deviation.
+const FAR: f64 = 1.0;
 /// Rounds of refinement, each with other terms.
 const ROUNDS: usize = 4;
 /// A coefficient below so many standard errors is left out …
@@ -113,6 +115,62 @@ pub(super) fn find(
     task: &TrainingTask,
     observer: &mut dyn Observer,
 ) -> Result<Solution> {
+    let given = !config.origins.is_empty();
+    let shifted = dataset.measured_from(&config.origins);
+    let own = if given { &shifted } else { dataset };
+    let mut best = searched(own, config, task, observer)?;
+    let mut origins = config.origins.clone();
+    let is_law = |own: &Option<Found>| own.as_ref().is_some_and(Found::is_law);
+    let middle = middle(dataset).filter(|_| config.terms.is_empty() && !is_law(&best));
+    if let Some(middle) = middle {
+        // Powers of a coordinate far from 0 are much alike.
+        let shifted = dataset.measured_from(&middle);
+        let centred = searched(&shifted, config, task, observer)?;
+        let spread = column(&dataset.train.q, dataset.coordinates.dof(), deviation);
+        let rest = centred.as_ref();
+        let rest = rest.and_then(|own| own.start.rest(&own.refined, &spread));
+        let is_better = |own: &Found| best.as_ref().is_none_or(|best| own.order(best).is_lt());
+        if centred.as_ref().is_some_and(is_better) {
+            (best, origins) = (centred, middle.clone());
+        }
+        // … and those from where it rests are the fewest.
+        if let Some(rest) = rest.filter(|own| own.iter().any(|x| *x != 0.0)) {
+            let from: Vec<f64> = middle.iter().zip(rest).map(|(a, b)| a + b).collect();
+            let at_rest = searched(&dataset.measured_from(&from), config, task, observer)?;
+            let is_better = |own: &Found| {
+                let fewer = |best: &Found| own.is_law() && own.start.len() < best.start.len();
+                (best.as_ref()).is_none_or(|best| fewer(best) || own.order(best).is_lt())
+            };
+            if at_rest.as_ref().is_some_and(is_better) {
+                (best, origins) = (at_rest, from);
+            }
+        }
+    }
+    let Found {
+        start,
+        refined,
+        judged,
+    } = best.ok_or_else(nothing)?;
+    refined.solution(dataset, &start, task, judged, &origins)
+}
+
+/// The middle of each coordinate where all are lines, and one stays far from 0.
+fn middle(dataset: &Dataset) -> Option<Vec<f64>> {
+    let coordinates = &dataset.coordinates;
+    let n = coordinates.dof();
+    let is_plain = |i: usize| !coordinates.is_circle(i) && !coordinates.is_parameter(i);
+    let [middle, spread] = [mean, deviation].map(|of| column(&dataset.train.q, n, of));
+    let far = (0..n).any(|i| middle[i].abs() > FAR * spread[i]);
+    (far && (0..n).all(is_plain)).then_some(middle)
+}
+
+/// What is found with these positions.
+fn searched(
+    dataset: &Dataset,
+    config: &FormulaConfig,
+    task: &TrainingTask,
+    observer: &mut dyn Observer,
+) -> Result<Option<Found>> {
     let clock = Instant::now();
     let readings = match config.terms.is_empty() {
         true => readings(dataset, &clock, observer),
@@ -126,19 +184,12 @@ pub(super) fn find(
     for reading in &readings {
         let own = Found::of(dataset, reading, task, observer)?;
         best = best.into_iter().chain(own).min_by(Found::order);
-        let is_law = best
-            .as_ref()
-            .is_some_and(|own| own.judged.0 == LawVerdict::Law);
+        let is_law = best.as_ref().is_some_and(Found::is_law);
         if is_law || clock.elapsed().as_secs_f64() > NEXT.min(seconds_of(task)) {
             break;
         }
     }
-    let Found {
-        start,
-        refined,
-        judged,
-    } = best.ok_or_else(nothing)?;
-    refined.solution(dataset, &start, task, judged)
+    Ok(best)
 }
 
 /// The seconds that a fit may take.
@@ -278,6 +329,10 @@ impl Found {
             refined,
             judged,
         }))
+    }
+
+    fn is_law(&self) -> bool {
+        self.judged.0 == LawVerdict::Law
     }
 
     /// A law before an expansion, and the smaller misfit.

@@ -3,7 +3,7 @@
 use faer::linalg::solvers::{DenseSolveCore, Llt, Solve};
 use faer::{Mat, Side};
 
-use super::super::{Evidence, FormulaConfig, FormulaShape, Term};
+use super::super::{Evidence, FormulaConfig, FormulaShape, Term, along};
 use super::eliminate::Candidate;
 use super::rows::{KINDS, Noise, noise_of_runs};
 use super::{FITS, LawVerdict, seconds_of};
@@ -15,6 +15,7 @@ use crate::train::rollout::Recorded;
 use crate::train::shooting::{self, Problem, Segment, Shooting, descend};
 use crate::train::{ForceTerms, Learner, Loss, Observer, TrainingTask};
 use lagrangian_motion::solve::diagonalise;
+use lagrangian_motion::solve::ridge::Ridge;
 use lagrangian_motion::statistics::{
     column, deviation, mean, root_mean_square, size, sort_by_number,
 };
@@ -215,6 +216,32 @@ impl Start {
         self.terms.is_empty()
     }
 
+    /// Where the lines of its potential rest, near 0 in parts of `spread`; `None` where that is no minimum.
+    pub(super) fn rest(&self, refined: &Refined, spread: &[f64]) -> Option<Vec<f64>> {
+        let n = spread.len();
+        let mut q = vec![0.0; n];
+        for _ in 0..STEPS {
+            let (mut slope, mut bend) = (vec![0.0; n], vec![0.0; n * n]);
+            let still = self.terms.iter().zip(&refined.values);
+            for (term, [c, _]) in still.filter(|own| own.0.speeds.is_empty()) {
+                for j in 0..n {
+                    let own = term.position(&along(&q, j)).slope;
+                    slope[j] -= c * own[j].re;
+                    (0..n).for_each(|i| bend[i * n + j] -= c * own[i].eps);
+                }
+            }
+            let scale = (0..n).map(|i| 1.0 / spread[i]).collect();
+            let step = Ridge::new(|i, j| bend[i * n + j], scale, 0.0)?;
+            let step = step.solve_one(|i| -slope[i])?;
+            let near = (0..n).all(|i| (q[i] + step[i]).abs() < spread[i]);
+            q.iter_mut().zip(&step).for_each(|(q, by)| *q += by);
+            if !near {
+                return None;
+            }
+        }
+        Some(q)
+    }
+
     /// The number of its coefficients.
     pub(super) fn len(&self) -> usize {
         self.terms.len() + self.friction.iter().filter(|b| **b != 0.0).count()
@@ -342,6 +369,7 @@ impl Start {
     fn shape(&self, dataset: &Dataset, evidence: Evidence) -> Result<FormulaShape> {
         let config = FormulaConfig {
             terms: self.terms.clone(),
+            ..FormulaConfig::default()
         };
         FormulaShape::new(dataset.coordinates.clone(), config, evidence)
     }
@@ -779,6 +807,7 @@ impl Refined {
         start: &Start,
         task: &TrainingTask,
         (verdict, held): (LawVerdict, f64),
+        origins: &[f64],
     ) -> Result<Solution> {
         let count = self.units.len();
         let errors: Vec<f64> = self.values.iter().map(|[_, error]| *error).collect();
@@ -790,7 +819,7 @@ impl Refined {
             misfit: self.misfit,
             verdict,
         };
-        let shape = start.shape(dataset, evidence)?;
+        let shape = start.shape(dataset, evidence)?.measured_from(origins)?;
         let (setup, _) = Setup::new(dataset, &task_of(start, task))?;
         let mut parameters = self.parameters.clone();
         for (k, place) in setup.forces.friction_places().into_iter().enumerate() {
