@@ -282,6 +282,11 @@ impl Points {
                 unit,
                 standard_error: (*error > 0.0).then_some(*error),
             });
+        each.chain(self.named_places()).collect()
+    }
+
+    /// The coordinates of the places of its sources with their names.
+    fn named_places(&self) -> Vec<Parameter> {
         let axes = self.shape.points.first().map_or(0, Vec::len);
         let place = |(own, error): (&Place, &f64)| {
             let axis = match own.axis < axes {
@@ -296,7 +301,7 @@ impl Points {
             }
         };
         let errors = &self.errors[self.parameters.len()..];
-        each.chain(places.iter().zip(errors).map(place)).collect()
+        self.places().iter().zip(errors).map(place).collect()
     }
 
     /// The coordinates of the places of its sources.
@@ -353,6 +358,12 @@ impl Points {
         for own in curves {
             text += &format!(" - {own}");
         }
+        text + &self.written_places(style)
+    }
+
+    /// Where its sources are.
+    fn written_places(&self, style: Style) -> String {
+        let (places, mut text) = (self.places(), String::new());
         let errors = &self.errors[self.parameters.len()..];
         for (at, (own, error)) in places.iter().zip(errors).enumerate() {
             let (first, last) = (

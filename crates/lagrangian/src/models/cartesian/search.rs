@@ -393,14 +393,19 @@ impl<'a> Fit<'a> {
         let size = misfit.clamp(1.0, 1e12).sqrt();
         best.noise = noise.iter().map(|own| size * own).collect();
         best.refine(&mut || tell("fitting masses and forces", 0.4));
-        for mut other in tried.others {
-            if other.len() <= best.len() && best.has_sources() && !best.doubtful {
-                other.noise.clone_from(&best.noise);
+        best.compare(tried.others, tell);
+        Ok(best)
+    }
+
+    /// Whether sources with another power of the distance explain the motions as well.
+    fn compare(&mut self, others: Vec<Self>, tell: &mut dyn FnMut(&str, f64) -> bool) {
+        for mut other in others {
+            if other.len() <= self.len() && self.has_sources() && !self.doubtful {
+                other.noise.clone_from(&self.noise);
                 other.refine(&mut || tell("comparing sources", 0.5));
-                best.doubtful = !best.explains_more(&other);
+                self.doubtful = !self.explains_more(&other);
             }
         }
-        Ok(best)
     }
 
     /// The noise of each value, and at least a small part of the motion.
