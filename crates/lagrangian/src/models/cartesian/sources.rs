@@ -9,7 +9,7 @@ use lagrangian_motion::parallel::prelude::*;
 use super::points::PointTerm;
 use super::radial::{Radial, RadialLaw, is_same};
 use super::search::{Fit, SIGNIFICANT, spread};
-use super::start::{Start, clear, integrals, pairs};
+use super::start::{Start, clear, integrals, is_passed_by, pairs};
 use super::system::{Layout, tangent};
 use crate::dataset::Dataset;
 use crate::models::formula::{STRIDE, WINDOW};
@@ -39,8 +39,6 @@ const MORE_STEPS: usize = 40;
 const TRIES: usize = 6;
 /// A step that lowers what is left by less than this part is the last.
 const ENOUGH: f64 = 1e-6;
-/// A stretch is resolved where the distance of a source changes by less than this part from one sample to the next.
-const RESOLVED: f64 = 0.2;
 /// What is left of exact rows, in parts of them.
 const EXACT: f64 = 1e-12;
 const RIDGE: f64 = 1e-12;
@@ -122,11 +120,7 @@ impl<'a> Rows<'a> {
         let near = |own: &Block, law: RadialLaw, point: usize| {
             let of = radial(point, law);
             let each = own.q.chunks_exact(n).map(|q| of.difference(self.points, q));
-            let each: Vec<[f64; 3]> = each.collect();
-            each.windows(2).any(|pair| {
-                let step: [f64; 3] = std::array::from_fn(|k| pair[1][k] - pair[0][k]);
-                dot(&step, &step) > RESOLVED.powi(2) * dot(&pair[0], &pair[0])
-            })
+            is_passed_by(&each.collect::<Vec<_>>())
         };
         let far = |own: &&Block| {
             let each = places.iter().map(|about| source(1, *about));

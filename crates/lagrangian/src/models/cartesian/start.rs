@@ -177,11 +177,7 @@ fn resolved(all: Vec<Moments>, layout: &Layout) -> Vec<Moments> {
             .q
             .chunks_exact(layout.n)
             .map(|q| radial.difference(points, q));
-        let each: Vec<[f64; 3]> = each.collect();
-        each.windows(2).any(|pair| {
-            let step: [f64; 3] = std::array::from_fn(|k| pair[1][k] - pair[0][k]);
-            dot(&step, &step) > RESOLVED.powi(2) * dot(&pair[0], &pair[0])
-        })
+        is_passed_by(&each.collect::<Vec<_>>())
     };
     let apart = |own: &Moments| !pairs(points).any(|pair| near(own, &pair));
     let all: Vec<Moments> = all.into_iter().filter(apart).collect();
@@ -190,6 +186,14 @@ fn resolved(all: Vec<Moments>, layout: &Layout) -> Vec<Moments> {
         true => all.into_iter().filter(|own| far(&own)).collect(),
         false => all,
     }
+}
+
+/// Whether a place whose differences follow each other so is passed by within a few samples.
+pub(super) fn is_passed_by(differences: &[[f64; 3]]) -> bool {
+    differences.windows(2).any(|pair| {
+        let step: [f64; 3] = std::array::from_fn(|k| pair[1][k] - pair[0][k]);
+        dot(&step, &step) > RESOLVED.powi(2) * dot(&pair[0], &pair[0])
+    })
 }
 
 /// The rows of one point.
