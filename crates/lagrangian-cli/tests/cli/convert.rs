@@ -26,16 +26,16 @@ fn several_recordings_become_one_file_and_what_is_not_used_is_said() {
     let json = outcome.json();
     assert_eq!(
         String::from_utf8(bench.read("ab.csv")).unwrap(),
-        "trajectory,t,q1\na,0,1\na,1,NaN\na,2,1\nb,0,3\n"
+        "trajectory,t,q1\na,0,1\na,2,1\nb,0,3\n"
     );
     assert_eq!(
         (&json["rows"], &json["trajectories"]),
-        (&4.into(), &2.into())
+        (&3.into(), &2.into())
     );
     assert_eq!(json["files"][0]["unused"][0], "heat");
     assert_eq!(json["signals"], serde_json::json!(["q"]));
     assert!(outcome.stderr.contains("columns not used: heat"));
-    let omitted = "1 row without a value: omitted";
+    let omitted = "2 rows without a value: omitted";
     assert!(outcome.stderr.contains(omitted), "{}", outcome.stderr);
 }
 

@@ -371,7 +371,8 @@ impl<'a> Fit<'a> {
             }
         }
         if !tried.explains() && tell("looking for sources", 0.3) {
-            for start in sources::find(dataset, &self.layout) {
+            let found = sources::find(dataset, &self.layout).into_iter();
+            for start in found.filter(|own| own.left <= REFUSED) {
                 tried.takes(&self, &start, &noise, tell);
             }
         }
@@ -439,7 +440,7 @@ impl<'a> Fit<'a> {
     }
 
     /// The number of its parameters, and of the coordinates of its sources.
-    fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         let radial = self.layout.terms.iter().filter_map(PointTerm::radial);
         self.layout.len() + places(&self.layout.points, radial).len()
     }

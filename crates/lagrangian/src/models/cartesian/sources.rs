@@ -699,7 +699,8 @@ impl Fit<'_> {
                 while !best.doubtful
                     && let Some(other) = fitted()
                 {
-                    best.doubtful = other.has_sources() && !best.explains_more(&other);
+                    let simple = other.has_sources() && other.len() <= best.len();
+                    best.doubtful = simple && !best.explains_more(&other);
                 }
                 break;
             }
