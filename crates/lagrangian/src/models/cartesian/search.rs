@@ -371,12 +371,12 @@ impl<'a> Fit<'a> {
             }
         }
         if !tried.explains() && tell("looking for sources", 0.3) {
-            let found = sources::find(dataset, &self.layout).into_iter();
-            for start in found.filter(|own| own.left <= REFUSED) {
+            for start in sources::find(dataset, &self.layout) {
                 tried.takes(&self, &start, &noise, tell);
             }
         }
-        let Some((misfit, mut best)) = tried.best.take() else {
+        let useful = least <= REFUSED || tried.explains();
+        let Some((misfit, mut best)) = tried.best.take().filter(|_| useful) else {
             return Err(match least > REFUSED {
                 false => many(),
                 true => Error::setting(
