@@ -304,7 +304,7 @@ impl<'a> Fit<'a> {
             self.lengthen();
             self.refine(&mut || tell("fitting masses and forces to longer motions", 0.9));
         }
-        if self.settle_heights() {
+        if !cfg!(target_family = "wasm") && self.settle_heights() {
             self.refine(&mut || tell("fitting masses, forces and sources", 0.95));
         }
         // Long motions without needless forces tell best what bodies share.
@@ -370,7 +370,9 @@ impl<'a> Fit<'a> {
                 break;
             }
         }
-        if !tried.explains() && tell("looking for sources", 0.3) {
+        // The page in a browser has no room for them.
+        let room = !cfg!(target_family = "wasm");
+        if room && !tried.explains() && tell("looking for sources", 0.3) {
             for start in sources::find(dataset, &self.layout) {
                 tried.takes(&self, &start, &noise, tell);
             }
@@ -394,7 +396,9 @@ impl<'a> Fit<'a> {
         let size = misfit.clamp(1.0, 1e12).sqrt();
         best.noise = noise.iter().map(|own| size * own).collect();
         best.refine(&mut || tell("fitting masses and forces", 0.4));
-        best.compare(tried.others, tell);
+        if room {
+            best.compare(tried.others, tell);
+        }
         Ok(best)
     }
 

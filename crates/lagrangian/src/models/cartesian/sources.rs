@@ -416,8 +416,7 @@ fn radial(point: usize, law: RadialLaw) -> Radial {
 fn may_be(points: &[Vec<usize>]) -> bool {
     let axes = points.first().map_or(0, Vec::len);
     let alike = points.iter().all(|own| own.len() == axes);
-    // The page in a browser has no room for them.
-    !cfg!(target_family = "wasm") && (2..=3).contains(&axes) && alike && points.len() <= MOST_POINTS
+    (2..=3).contains(&axes) && alike && points.len() <= MOST_POINTS
 }
 
 /// Sources that act on points that nothing holds, beside uniform forces, springs to a place, friction, and forces of the same power between the

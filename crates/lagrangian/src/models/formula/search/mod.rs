@@ -121,7 +121,9 @@ pub(super) fn find(
     let mut best = searched(own, config, task, observer)?;
     let mut origins = config.origins.clone();
     let is_law = |own: &Option<Found>| own.as_ref().is_some_and(Found::is_law);
-    let middle = middle(dataset).filter(|_| config.terms.is_empty() && !is_law(&best));
+    // The page in a browser has no room for more.
+    let more = !cfg!(target_family = "wasm") && config.terms.is_empty() && !is_law(&best);
+    let middle = if more { middle(dataset) } else { None };
     if let Some(middle) = middle {
         // Powers of a coordinate far from 0 are much alike.
         let shifted = dataset.measured_from(&middle);
