@@ -36,6 +36,10 @@ impl Layout {
 
     /// The places of all sources become parameters, after these.
     pub(super) fn free_places(&mut self, theta: &mut Vec<f64>) {
+        // Nothing has sources in a page, which has no room for them.
+        if cfg!(target_family = "wasm") {
+            return;
+        }
         let radial = self.terms.iter().filter_map(PointTerm::radial);
         self.places = places(&self.points, radial);
         theta.resize(self.len(), 0.0);
@@ -52,7 +56,7 @@ impl Layout {
 
     /// The terms where these parameters have their sources.
     fn moved(&self, theta: &[f64]) -> Cow<'_, [PointTerm]> {
-        if self.places.is_empty() {
+        if cfg!(target_family = "wasm") || self.places.is_empty() {
             return Cow::Borrowed(&self.terms);
         }
         let by = self
@@ -241,6 +245,7 @@ impl<'a> System<'a> {
                     None => layout.add_momentum(*k, -1.0, a, force),
                     Some(at) => match self.terms.get(at) {
                         Some(term) => layout.add_force(term, 1.0, x, force),
+                        None if cfg!(target_family = "wasm") => (),
                         None => self.add_moved(at - self.terms.len(), &x[..n], force),
                     },
                 }

@@ -115,9 +115,9 @@ pub(super) fn find(
     task: &TrainingTask,
     observer: &mut dyn Observer,
 ) -> Result<Solution> {
-    let given = !config.origins.is_empty();
-    let shifted = dataset.measured_from(&config.origins);
-    let own = if given { &shifted } else { dataset };
+    let given = !cfg!(target_family = "wasm") && !config.origins.is_empty();
+    let shifted = given.then(|| dataset.measured_from(&config.origins));
+    let own = shifted.as_ref().unwrap_or(dataset);
     let mut best = searched(own, config, task, observer)?;
     let mut origins = config.origins.clone();
     let is_law = |own: &Option<Found>| own.as_ref().is_some_and(Found::is_law);
