@@ -115,7 +115,7 @@ pub(super) fn find(
     task: &TrainingTask,
     observer: &mut dyn Observer,
 ) -> Result<Solution> {
-    let given = !cfg!(target_family = "wasm") && !config.origins.is_empty();
+    let given = !config.origins.is_empty();
     let shifted = given.then(|| dataset.measured_from(&config.origins));
     let own = shifted.as_ref().unwrap_or(dataset);
     let mut best = searched(own, config, task, observer)?;
