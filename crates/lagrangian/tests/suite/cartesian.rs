@@ -60,6 +60,16 @@ fn recordings(
     motions.into_iter().map(recording).collect()
 }
 
+/// Positions of a point in a plane at 50 Hz.
+fn of_point(q: Vec<f64>) -> Recording {
+    let t = (0..q.len() / 2).map(|s| 0.02 * s as f64).collect();
+    let signals = Signals {
+        q,
+        ..Signals::default()
+    };
+    Recording::new("swing", Coordinates::lines(2), t, signals)
+}
+
 /// Rods of 1 m from the origin to the first point, and from there to the second.
 fn rods() -> CartesianConfig {
     let own = |i: usize| (i, i, 1.0);
@@ -301,16 +311,7 @@ fn a_potential_that_is_no_formula_is_a_field_and_no_law() {
         let k = k as f64;
         let [q, _] = gusty(1.2 * (2.0 * k).sin(), 2.5 * (3.0 * k + 1.0).cos(), 3.0);
         let q: Vec<f64> = q.iter().map(|x| x + 1e-3 * normal(&mut rng)).collect();
-        Recording {
-            t: (0..q.len() / 2).map(|s| 0.02 * s as f64).collect(),
-            signals: Signals {
-                q,
-                ..Signals::default()
-            },
-            coordinates: Coordinates::lines(2),
-            unwrapped: vec![0; 2],
-            ..recordings(1, 0.1, 0.05, 0.0, false).remove(0)
-        }
+        of_point(q)
     };
     let config = CartesianConfig {
         points: vec![vec![0, 1]],
@@ -376,16 +377,7 @@ fn sources_at_unknown_places_are_found_with_their_places() {
             .iter()
             .map(|x| x + 5e-4 * normal(&mut rng))
             .collect();
-        Recording {
-            t: (0..q.len() / 2).map(|s| 0.02 * s as f64).collect(),
-            signals: Signals {
-                q,
-                ..Signals::default()
-            },
-            coordinates: Coordinates::lines(2),
-            unwrapped: vec![0; 2],
-            ..recordings(1, 0.1, 0.05, 0.0, false).remove(0)
-        }
+        of_point(q)
     };
     let config = CartesianConfig {
         points: vec![vec![0, 1]],

@@ -344,14 +344,18 @@ pub(super) fn places<'a>(
         }
         let axes = own.axes(points)[0].len();
         let source = all.last().map_or(0, |own| own.source + 1);
-        let free = (0..3).filter(|axis| *axis < axes || about[*axis] != 0.0);
-        all.extend(free.map(|axis| Place {
+        all.extend(free_axes(axes, about).map(|axis| Place {
             about,
             axis,
             source,
         }));
     }
     all
+}
+
+/// The free coordinates of a place, of points of so many coordinates: how far it is beside their plane only where it is.
+pub(super) fn free_axes(axes: usize, about: [f64; 3]) -> impl Iterator<Item = usize> {
+    (0..3).filter(move |axis| *axis < axes || about[*axis] != 0.0)
 }
 
 /// Whether two places are one.

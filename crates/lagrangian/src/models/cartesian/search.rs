@@ -6,7 +6,7 @@ use super::CartesianConfig;
 use super::family::Cartesian;
 use super::inertia::Shared;
 use super::points::{MOST_POWERS, PointTerm, Points, Shape};
-use super::radial::{Radial, RadialLaw, places};
+use super::radial::{Radial, RadialLaw};
 use super::shooting::{Data, Problem, Segment};
 use super::sources;
 use super::start::{self, EXPONENTS, Start, is_curve};
@@ -445,8 +445,7 @@ impl<'a> Fit<'a> {
 
     /// The number of its parameters, and of the coordinates of its sources.
     pub(super) fn len(&self) -> usize {
-        let radial = self.layout.terms.iter().filter_map(PointTerm::radial);
-        self.layout.len() + places(&self.layout.points, radial).len()
+        self.layout.len() + self.layout.sources().len()
     }
 
     /// Leaves out some terms.

@@ -7,7 +7,7 @@
 use lagrangian_motion::parallel::prelude::*;
 
 use super::points::PointTerm;
-use super::radial::{Radial, RadialLaw, is_same};
+use super::radial::{Radial, RadialLaw, free_axes, is_same};
 use super::search::{Fit, SIGNIFICANT, spread};
 use super::start::{Start, clear, integrals, is_passed_by, pairs};
 use super::system::{Layout, tangent};
@@ -200,9 +200,7 @@ impl<'a> Rows<'a> {
 
     /// The coordinates of a place that are free.
     fn axes(&self, about: [f64; 3]) -> Vec<usize> {
-        let axes = self.points[0].len();
-        let is_free = |axis: &usize| *axis < axes || about[*axis] != 0.0;
-        (0..3).filter(is_free).collect()
+        free_axes(self.points[0].len(), about).collect()
     }
 
     /// Moves sources to where they leave least, in so many steps.
@@ -630,14 +628,13 @@ impl Fit<'_> {
     /// Moves sources into the plane of the points that are there as far as the motions tell, others to one side of it; whether any is there now.
     pub(super) fn settle_heights(&mut self) -> bool {
         let axes = self.layout.points[0].len();
-        let (mut layout, mut theta) = (self.layout.clone(), self.theta.clone());
-        layout.free_places(&mut theta);
-        if layout.places.iter().all(|own| own.axis < axes) {
+        let places = self.layout.sources();
+        if places.iter().all(|own| own.axis < axes) {
             return false;
         }
         let errors = self.errors(None).split_off(self.theta.len());
         let mut any = false;
-        for (own, error) in layout.places.iter().zip(errors) {
+        for (own, error) in places.iter().zip(errors) {
             let mut next = own.about;
             let height = own.value().abs();
             // What the motions tell is the square of the height.

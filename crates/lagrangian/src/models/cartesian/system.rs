@@ -40,9 +40,14 @@ impl Layout {
         if cfg!(target_family = "wasm") {
             return;
         }
-        let radial = self.terms.iter().filter_map(PointTerm::radial);
-        self.places = places(&self.points, radial);
+        self.places = self.sources();
         theta.resize(self.len(), 0.0);
+    }
+
+    /// The coordinates of the places of all sources.
+    pub(super) fn sources(&self) -> Vec<Place> {
+        let radial = self.terms.iter().filter_map(PointTerm::radial);
+        places(&self.points, radial)
     }
 
     /// The sources are where these parameters have them, and no parameters any more.
