@@ -65,6 +65,8 @@ const NOISELESS: f64 = 1e-7;
 /// Standard errors beyond this part of a value are not known; beyond the value itself where points share inertia that motions may not tell apart.
 const UNKNOWN: f64 = 1e3;
 
+/// The page in a browser has no room for sources.
+const SOURCES: bool = !cfg!(target_family = "wasm");
 /// Seconds after which nothing more is tried, of points that nothing holds and of points under constraints.
 const LONGEST: f64 = 40.0;
 const LONGEST_HELD: f64 = 180.0;
@@ -304,7 +306,7 @@ impl<'a> Fit<'a> {
             self.lengthen();
             self.refine(&mut || tell("fitting masses and forces to longer motions", 0.9));
         }
-        if !cfg!(target_family = "wasm") && self.settle_heights() {
+        if SOURCES && self.settle_heights() {
             self.refine(&mut || tell("fitting masses, forces and sources", 0.95));
         }
         // Long motions without needless forces tell best what bodies share.
@@ -370,9 +372,7 @@ impl<'a> Fit<'a> {
                 break;
             }
         }
-        // The page in a browser has no room for them.
-        let room = !cfg!(target_family = "wasm");
-        if room && !tried.explains() && tell("looking for sources", 0.3) {
+        if SOURCES && !tried.explains() && tell("looking for sources", 0.3) {
             for start in sources::find(dataset, &self.layout) {
                 tried.takes(&self, &start, &noise, tell);
             }
@@ -396,7 +396,7 @@ impl<'a> Fit<'a> {
         let size = misfit.clamp(1.0, 1e12).sqrt();
         best.noise = noise.iter().map(|own| size * own).collect();
         best.refine(&mut || tell("fitting masses and forces", 0.4));
-        if room {
+        if SOURCES {
             best.compare(tried.others, tell);
         }
         Ok(best)
