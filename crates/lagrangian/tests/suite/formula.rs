@@ -552,10 +552,9 @@ fn a_damper_between_two_angles_is_found_with_the_law() {
     }
 }
 
-/// A charge of 1.3 in a field across the plane and in a trap of which one spring hardens, with this noise.
-fn trapped(noise: f64) -> Vec<Recording> {
+/// Motions of two coordinates of these sizes, whose accelerations are the second half of a slope, with noise in parts of the sizes.
+fn of_slope(slope: &dyn Fn([f64; 4]) -> [f64; 4], sizes: [f64; 2], noise: f64) -> Vec<Recording> {
     let mut rng = ChaCha8Rng::seed_from_u64(2);
-    let slope = |[x, y, u, v]: [f64; 4]| [u, v, -x - 0.5 * x.powi(3) + 1.3 * v, -1.5 * y - 1.3 * u];
     let step = |state: [f64; 4]| {
         let plus = |a: [f64; 4], b: [f64; 4], h: f64| [0, 1, 2, 3].map(|i| a[i] + h * b[i]);
         let h = 0.002;
@@ -566,18 +565,45 @@ fn trapped(noise: f64) -> Vec<Recording> {
         [0, 1, 2, 3].map(|i| state[i] + h / 6.0 * (a[i] + 2.0 * (b[i] + c[i]) + d[i]))
     };
     let motion = |k: usize| {
-        let mut state = [0, 1, 2, 3].map(|_| normal(&mut rng));
+        let mut state = [0, 1, 2, 3].map(|i| sizes[i % 2] * normal(&mut rng));
         let mut signals: Signals = Signals::default();
         let t: Vec<f64> = (0..300).map(|s| 0.02 * f64::from(s)).collect();
         for _ in &t {
             signals
                 .q
-                .extend([0, 1].map(|i| state[i] + noise * normal(&mut rng)));
+                .extend([0, 1].map(|i| state[i] + noise * sizes[i] * normal(&mut rng)));
             state = (0..10).fold(state, |state, _| step(state));
         }
         Recording::new(format!("motion {k}"), Coordinates::lines(2), t, signals)
     };
     (0..8).map(motion).collect()
+}
+
+/// A charge of 1.3 in a field across the plane and in a trap of which one spring hardens, with this noise.
+fn trapped(noise: f64) -> Vec<Recording> {
+    let slope = |[x, y, u, v]: [f64; 4]| [u, v, -x - 0.5 * x.powi(3) + 1.3 * v, -1.5 * y - 1.3 * u];
+    of_slope(&slope, [1.0; 2], noise)
+}
+
+/// The pendulum of Wilberforce, of 0.49 kg and 1.39e-4 kg m², with friction: what moves it up and what turns it differ by 10⁴.
+#[test]
+fn coordinates_of_other_sizes_have_their_law_and_their_friction() {
+    let slope = |[z, turn, u, v]: [f64; 4]| {
+        let (up, about) = (2.8 * z + 4.635e-3 * turn, 7.86e-4 * turn + 4.635e-3 * z);
+        [u, v, -(up + 0.02 * u) / 0.49, -(about + 4e-6 * v) / 1.39e-4]
+    };
+    let expected = [0.5 * 1.39e-4, -1.4, -0.5 * 7.86e-4, -4.635e-3, 0.02, 4e-6];
+    for noise in [0.0, 1e-3] {
+        let (fit, written) = found(of_slope(&slope, [0.1, 3.0], noise));
+        assert!(written.is_law(), "{noise}: {}", written.text);
+        let own = fit.model.parameters();
+        assert_eq!(own.len(), 7, "{}", written.text);
+        for (own, exact) in own[1..].iter().zip(expected) {
+            let off = (own.value - exact / 0.49).abs();
+            let error = own.standard_error.unwrap().max(1e-6 * own.value.abs());
+            assert!(off < 5.0 * error, "{noise}: {} {}", own.name, written.text);
+        }
+    }
 }
 
 #[test]

@@ -217,7 +217,7 @@ fn weights(each: &[[f64; 2]]) -> Vec<f64> {
     each.iter().map(weight).collect()
 }
 
-/// What each row leaves, and its noise: that of its copies, drawn to the mean of all, since they are few.
+/// What each row leaves, and its noise: that of its copies, drawn to the mean over its coordinate, since they are few.
 fn residuals(all: &[&Row], active: &[usize], c: &[f64]) -> Vec<[f64; 2]> {
     let sum = |values: &[f64]| {
         active
@@ -226,16 +226,22 @@ fn residuals(all: &[&Row], active: &[usize], c: &[f64]) -> Vec<[f64; 2]> {
             .map(|(i, c)| values[*i] * c)
             .sum::<f64>()
     };
-    let of = |row: &&Row| {
+    let noise = |row: &&Row| {
         let copies = row.noise.chunks_exact(row.values.len());
-        let noise = copies.map(|own| sum(own).powi(2)).sum::<f64>() / COPIES as f64;
-        [sum(&row.values), noise]
+        copies.map(|own| sum(own).powi(2)).sum::<f64>() / COPIES as f64
     };
-    let each: Vec<[f64; 2]> = all.iter().map(of).collect();
-    let mean = each.iter().map(|[_, noise]| noise).sum::<f64>() / each.len().max(1) as f64;
-    let drawn =
-        |[r, noise]: [f64; 2]| [r, f64::midpoint(noise, mean).sqrt().max(f64::MIN_POSITIVE)];
-    each.into_iter().map(drawn).collect()
+    let each: Vec<f64> = all.iter().map(noise).collect();
+    let count = all.iter().map(|row| row.of + 1).max().unwrap_or(0);
+    let mean = |i: usize| {
+        let own = || all.iter().zip(&each).filter(|(row, _)| row.of == i);
+        own().map(|(_, noise)| noise).sum::<f64>() / own().count().max(1) as f64
+    };
+    let means: Vec<f64> = (0..count).map(mean).collect();
+    let drawn = |(row, noise): (&&Row, &f64)| {
+        let noise = f64::midpoint(*noise, means[row.of]).sqrt();
+        [sum(&row.values), noise.max(f64::MIN_POSITIVE)]
+    };
+    all.iter().zip(&each).map(drawn).collect()
 }
 
 /// The inertia of values at some states of the data, in units of its velocities.

@@ -60,8 +60,9 @@ const FAR: f64 = 1.0;
 const ROUNDS: usize = 4;
 /// A coefficient below so many standard errors is left out …
 const SIGNIFICANT: f64 = 3.5;
-/// … and a term beyond so many is added.
+/// … and a term beyond so many is added, of no more than this number at once.
 const MISSING: f64 = 4.5;
+const AT_ONCE: usize = 3;
 /// Of a law each coefficient is at least so many standard errors, and each series of terms ends so abruptly.
 const CERTAIN: f64 = 20.0;
 const ABRUPT: f64 = 40.0;
@@ -559,8 +560,8 @@ impl Search<'_> {
                 let least = missing
                     .first()
                     .map_or(MISSING, |(_, z)| MISSING.max(0.3 * z));
-                let more = missing.iter().take(3).filter(|(_, z)| *z > least);
-                let more: Vec<usize> = more.map(|(value, _)| *value).collect();
+                let more = missing.iter().filter(|(_, z)| *z > least);
+                let more = self.unlike(more.map(|(value, _)| *value));
                 if more.is_empty() {
                     return Ok((start, refined, true));
                 }
@@ -611,6 +612,20 @@ impl Search<'_> {
             true => (start, refined, true),
             false => whole,
         })
+    }
+
+    /// The first of these values, of the frictions of a coordinate only one: they explain the same.
+    fn unlike(&self, values: impl Iterator<Item = usize>) -> Vec<usize> {
+        let n = self.dataset.coordinates.dof();
+        let rubs = |value: usize| value.checked_sub(self.terms.len()).map(|at| at % n);
+        let mut first: Vec<usize> = Vec::new();
+        for value in values {
+            let is_new = |own: &usize| rubs(value).is_none() || rubs(*own) != rubs(value);
+            if first.len() < AT_ONCE && first.iter().all(is_new) {
+                first.push(value);
+            }
+        }
+        first
     }
 
     fn missing(&self, start: &Start, refined: &Refined) -> Result<Vec<(usize, f64)>> {

@@ -34,6 +34,8 @@ const NOISES: usize = 4;
 const ALIKE: f64 = 0.05;
 /// The samples whose forces give the units of coefficients.
 const LOOKED_AT: usize = 500;
+/// A kinetic term tells what the unit is with more than this part of the largest energy.
+const TELLS: f64 = 0.01;
 
 /// What a refinement begins with.
 #[derive(Debug, Clone)]
@@ -143,7 +145,7 @@ impl Start {
                 reference: None,
             });
         }
-        own.scale(&forces);
+        own.scale(&forces, dataset);
         own.complete_damping();
         own
     }
@@ -262,14 +264,27 @@ impl Start {
         self.complete_damping();
     }
 
-    /// Multiplies the part of each group so that the force has the coefficient 1, or its largest kinetic term ½.
-    fn scale(&mut self, forces: &[Option<f64>]) {
+    /// Multiplies the part of each group so that the force has the coefficient 1, or ½ its largest of the kinetic terms that tell: one
+    /// without an effect may have any coefficient.
+    fn scale(&mut self, forces: &[Option<f64>], dataset: &Dataset) {
+        let data = dataset.train.spread(LOOKED_AT);
+        let energy = |i: usize| {
+            let term = &self.terms[i];
+            let own = |s: usize| term.place(data.row(s).q) * term.speed::<f64>(data.row(s).qd);
+            self.coefficients[i].abs() * root_mean_square(&mut (0..data.len()).map(own))
+        };
+        let kinetic = (0..self.terms.len()).map(|i| match self.terms[i].is_kinetic() {
+            true => energy(i),
+            false => 0.0,
+        });
+        let energies: Vec<f64> = kinetic.collect();
         for (group, force) in self.groups.iter_mut().zip(forces) {
             let own = |i: &usize| group.has_part_in(&self.terms[*i]);
             let own: Vec<usize> = (0..self.terms.len()).filter(own).collect();
             let size = |i: &usize| self.coefficients[*i].abs();
-            let kinetic = own.iter().filter(|i| self.terms[**i].is_kinetic());
-            let largest = kinetic.copied().max_by(|a, b| size(a).total_cmp(&size(b)));
+            let most = own.iter().map(|i| energies[*i]).fold(0.0, f64::max);
+            let tell = own.iter().filter(|i| energies[**i] > TELLS * most);
+            let largest = tell.copied().max_by(|a, b| size(a).total_cmp(&size(b)));
             group.reference = if force.is_some() { None } else { largest };
             let unit = match (force, largest) {
                 (Some(force), _) => *force,
@@ -300,8 +315,19 @@ impl Start {
         self.coefficients = kept.iter().map(|i| refined.values[*i][0]).collect();
         self.terms = kept.iter().map(|i| self.terms[*i].clone()).collect();
         let n = self.friction.len() / KINDS;
+        // Kinds of friction on one coordinate are alike: none of several may be significant beside the others.
+        let size = |at: usize| refined.values[count + at][0] / refined.values[count + at][1];
+        let of_several = |at: usize| {
+            let kinds = (0..KINDS).map(|kind| kind * n + at % n);
+            let own: Vec<usize> = kinds.filter(|at| self.friction[*at] != 0.0).collect();
+            let best = own
+                .iter()
+                .copied()
+                .max_by(|a, b| size(*a).total_cmp(&size(*b)));
+            own.len() > 1 && best == Some(at) && !own.iter().any(|at| keeps(count + at))
+        };
         let friction = (0..self.friction.len()).map(|i| {
-            let stays = keeps(count + i) || (i < n && self.is_damped(i));
+            let stays = keeps(count + i) || (i < n && self.is_damped(i)) || of_several(i);
             let own = refined.values[count + i][0];
             if stays { own } else { 0.0 }
         });
@@ -310,8 +336,10 @@ impl Start {
         self.complete_damping();
         let pairs = self.friction.iter().zip(&before);
         let gone = kept.len() < count || { pairs }.any(|(new, old)| *new == 0.0 && *old != 0.0);
-        let force = |own: &Group| own.reference.is_none().then_some(1.0);
-        self.scale(&self.groups.iter().map(force).collect::<Vec<_>>());
+        for group in &mut self.groups {
+            let reference = group.reference;
+            group.reference = reference.and_then(|own| kept.iter().position(|i| *i == own));
+        }
         gone
     }
 
@@ -753,7 +781,11 @@ impl Refined {
     /// The smallest coefficient of all in units of its standard error.
     pub(super) fn certainty(&self, start: &Start) -> f64 {
         let references = start.references();
-        let shown = |i: &usize| !references.contains(i) && self.values[*i][0] != 0.0;
+        let count = start.terms.len();
+        let shown = |i: &usize| match i.checked_sub(count) {
+            Some(friction) => start.friction[friction] != 0.0,
+            None => !references.contains(i) && self.values[*i][0] != 0.0,
+        };
         let shown = (0..self.values.len()).filter(shown);
         shown
             .map(|i| self.certainty_of(i))
