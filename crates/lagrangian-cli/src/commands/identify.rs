@@ -248,8 +248,12 @@ fn omitted(changes: &Changes) -> String {
         let all: Vec<String> = changes.joints.iter().filter_map(of).collect();
         all.join(", ")
     };
+    let springs = match figures("spring") {
+        none if none.is_empty() => none,
+        some => format!("springs {some}; "),
+    };
     format!(
-        "Not in the URDF, which has no place for them: rotors {}; constant torques {}; the speed over which friction changes its sign.",
+        "Not in the URDF, which has no place for them: rotors {}; constant torques {}; {springs}the speed over which friction changes its sign.",
         figures("rotor"),
         figures("offset"),
     )

@@ -19,8 +19,8 @@ const SMOOTHING: f64 = 0.05;
 /// Rigid bodies in a tree on a fixed base, L = ½ q̇ᵀM(q)q̇ − U(q) (theory.md, 40).
 ///
 /// Revolute and continuous joints are angles on the circle, rad; prismatic joints lines, m; each coordinate has the name of
-/// its joint. Optional terms of each joint: the inertia of a rotor that turns with it, ½ r q̇², and a constant torque o,
-/// −o q. Friction is not part of a Lagrangian: [`RigidBodies::with_friction`] adds that of the description.
+/// its joint. Optional terms of each joint: the inertia of a rotor that turns with it, ½ r q̇², a constant torque o, −o q, and a
+/// spring, −½ k q². Friction is not part of a Lagrangian: [`RigidBodies::with_friction`] adds that of the description.
 ///
 /// ```
 /// use lagrangian_mechanics::Quantities;
@@ -39,6 +39,7 @@ pub struct RigidBodies {
     gravity: Vec3,
     rotor: Vec<f64>,
     offset: Vec<f64>,
+    springs: Vec<f64>,
 }
 
 impl RigidBodies {
@@ -69,6 +70,7 @@ impl RigidBodies {
             gravity: GRAVITY,
             rotor: vec![0.0; n],
             offset: vec![0.0; n],
+            springs: vec![0.0; n],
         })
     }
 
@@ -117,6 +119,18 @@ impl RigidBodies {
             Error::check_finite(what, list)?;
         }
         (self.rotor, self.offset) = (rotor, offset);
+        Ok(self)
+    }
+
+    /// This robot with springs that pull each joint to 0, N·m/rad (N/m where a joint slides), `[n]`; a constant torque moves their rest.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] for another length; [`Error::NotFinite`].
+    pub fn with_springs(mut self, springs: Vec<f64>) -> Result<Self> {
+        let what = "springs";
+        Error::check_shape(what, springs.len(), self.dof(), "give one for each joint")?;
+        Error::check_finite(what, &springs)?;
+        self.springs = springs;
         Ok(self)
     }
 
@@ -303,6 +317,18 @@ impl RigidBodies {
     #[must_use]
     pub fn offset(&self) -> &[f64] {
         &self.offset
+    }
+
+    /// Springs, `[n]`.
+    #[must_use]
+    pub fn springs(&self) -> &[f64] {
+        &self.springs
+    }
+
+    /// Whether a joint has a spring.
+    #[must_use]
+    pub fn is_sprung(&self) -> bool {
+        self.springs.iter().any(|k| *k != 0.0)
     }
 
     /// Algorithms of this robot, one state a call.

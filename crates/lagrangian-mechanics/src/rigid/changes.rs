@@ -60,7 +60,7 @@ pub struct Changes {
     /// Links that move with a joint, each with all that is fixed to it: mass, centre of mass and, about the centre,
     /// inertia, in the axes of the link.
     pub links: Vec<PartChange>,
-    /// Joints: rotor, constant torque and friction of each.
+    /// Joints: rotor, constant torque, friction and spring of each.
     pub joints: Vec<PartChange>,
 }
 
@@ -170,6 +170,9 @@ impl Known<'_> {
             kinds.push((FRICTION, Some(tree.friction[i]), friction.coulomb[i]));
             kinds.extend(friction.load.iter().map(|load| (LOAD_SHARE, None, load[i])));
         }
+        if robot.is_sprung() {
+            kinds.push((SPRING, None, robot.springs()[i]));
+        }
         let kinds = kinds.into_iter().enumerate();
         let quantity = |(kind, (of, before, after)): (usize, (OfJoint, Option<f64>, f64))| {
             let k = PER_BODY * n + kind * n + i;
@@ -237,6 +240,7 @@ impl OfJoint {
 }
 
 const ROTOR: OfJoint = OfJoint::new("rotor", "kg·m²", "kg");
+const SPRING: OfJoint = OfJoint::new("spring", "N·m/rad", "N/m");
 const OFFSET: OfJoint = OfJoint::new("offset", "N·m", "N");
 const DAMPING: OfJoint = OfJoint::new("damping", "N·m·s/rad", "N·s/m").in_urdf();
 const FRICTION: OfJoint = OfJoint::new("friction", "N·m", "N").in_urdf();

@@ -75,14 +75,15 @@ pub enum Coefficient {
 impl Prior {
     /// Bodies that differ only in their place, 3 kg with a radius of gyration of 0.1 m, and `of_joint` coefficients of
     /// each joint: rotors of 0.1 kg·m², offsets of 0 ± 0.1 and friction of a tenth in units of the deviation `scale` of the torques, `[n]`,
-    /// and friction of 3 % of the load.
-    pub fn generic(scale: &[f64], of_joint: usize) -> Self {
+    /// and friction of 3 % of the load; or, last, springs of 0 ± 1 of these units.
+    pub fn generic(scale: &[f64], (of_joint, springs): (usize, bool)) -> Self {
         let (mass, gyration) = (3.0, 0.1);
         let moment = 2.0 * mass * gyration * gyration;
         let body = [mass, 0.0, 0.0, 0.0, moment, 0.0, 0.0, moment, 0.0, moment];
         let coefficient = |kind: usize, scale: f64| match kind {
             0 => Coefficient::Positive(0.1),
             1 => Coefficient::Around0(0.1 * scale),
+            last if springs && last + 1 == of_joint => Coefficient::Around0(scale),
             4 => Coefficient::Positive(0.03),
             _ => Coefficient::Positive(0.1 * scale),
         };

@@ -218,7 +218,7 @@ impl<'a> RigidDynamics<'a> {
         self.inwards(tau);
         let (rotor, offset) = (self.robot.rotor(), self.robot.offset());
         for (i, tau) in tau.iter_mut().enumerate() {
-            *tau += rotor[i] * qdd[i] + offset[i];
+            *tau += rotor[i] * qdd[i] + offset[i] + self.robot.springs()[i] * q[i];
         }
     }
 
@@ -311,14 +311,8 @@ impl<'a> RigidDynamics<'a> {
             own.gravity = turn(&own.frame.turn, gravity);
             energy += body.inertia.mass * own.height - dot(body.inertia.first, own.gravity);
         }
-        energy
-            + self
-                .robot
-                .offset()
-                .iter()
-                .zip(q)
-                .map(|(o, q)| o * q)
-                .sum::<f64>()
+        let joints = self.robot.offset().iter().zip(self.robot.springs()).zip(q);
+        energy + joints.map(|((o, k), q)| (o + 0.5 * k * q) * q).sum::<f64>()
     }
 
     /// L and its derivatives at one state, in two sweeps (theory.md, 42 to 44): with H the momentum of all that a joint
@@ -347,7 +341,8 @@ impl<'a> RigidDynamics<'a> {
             dl_dq[k] = dot(across.angular, own.momentum.moment)
                 + dot(across.linear, own.momentum.force)
                 + body.along(&weight)
-                - self.robot.offset()[k];
+                - self.robot.offset()[k]
+                - self.robot.springs()[k] * q[k];
             drift[k] += dl_dq[k];
         }
         let kinetic: f64 = momentum.iter().zip(qd).map(|(p, v)| 0.5 * p * v).sum();

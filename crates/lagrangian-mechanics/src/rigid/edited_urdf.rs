@@ -22,7 +22,7 @@ impl RigidBodies {
     /// The URDF `text` of this robot with its inertial parameters and, where `friction` is given, viscous and Coulomb friction
     /// (`damping`, `friction`); everything else stays byte for byte.
     ///
-    /// Read again, the text gives this robot except for what URDF cannot store: inertias of rotors, constant torques, the speed
+    /// Read again, the text gives this robot except for what URDF cannot store: inertias of rotors, constant torques, springs, the speed
     /// over which Coulomb friction changes its sign, and Stribeck friction. Fixed links keep their inertia where the
     /// remainder for the moving link is a possible body, otherwise a part of it.
     ///

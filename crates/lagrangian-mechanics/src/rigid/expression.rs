@@ -175,7 +175,11 @@ impl RigidBodies {
         let space = |v: Vec3| v.map(number);
         let base = State::of_base(space(self.gravity()));
         let (q, qd, qdd) = (at.q.each(), at.qd.each(), at.qdd.each());
+        let springs = graph.constant(self.springs()) * at.q;
         let mut potential = (graph.constant(self.offset()) * at.q).sum();
+        if self.is_sprung() {
+            potential = potential + number(0.5) * springs.dot(at.q);
+        }
         let mut kinetic = (graph.constant(self.rotor()) * at.qd).dot(at.qd);
         let mut states: Vec<State<'g>> = Vec::new();
         let mut frames = Vec::new();
@@ -213,10 +217,15 @@ impl RigidBodies {
         }
         let along = |wrenches: Vec<Pair<'g>>| graph.join(&self.inwards(&frames, wrenches));
         let (rotor, offset) = (graph.constant(self.rotor()), graph.constant(self.offset()));
+        let forces = along(wrenches) + rotor * at.qdd + offset;
         Expressed {
             lagrangian: number(0.5) * kinetic - potential,
             momentum: along(momenta) + rotor * at.qd,
-            forces: along(wrenches) + rotor * at.qdd + offset,
+            forces: if self.is_sprung() {
+                forces + springs
+            } else {
+                forces
+            },
         }
     }
 

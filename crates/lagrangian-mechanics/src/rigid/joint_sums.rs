@@ -2,7 +2,7 @@
 //!
 //! | symbol | meaning | shape |
 //! |---|---|---|
-//! | yⱼ | regressor of joint j: the inertial parameters of all bodies, then the joint's own rotor, offset, viscous friction, and Coulomb friction and friction by the load for each smoothing speed | P = 10 n + 3 + 2 S |
+//! | yⱼ | regressor of joint j: the inertial parameters of all bodies, then the joint's own rotor, offset, viscous friction, Coulomb friction and friction by the load for each smoothing speed, and spring | P = 10 n + 4 + 2 S |
 //! | Gⱼ, rⱼ | Σ yⱼ yⱼᵀ and Σ yⱼ τⱼ | P × P, P |
 //! | π | bodies, rotors, offsets, then viscous friction and Coulomb friction for each speed in use | K |
 
@@ -23,7 +23,7 @@ const BLOCK: usize = 512;
 /// The part of the first guess of the inertia of a passive joint that holds it up before there are residuals.
 const FIRST: f64 = 1e-2;
 
-/// Friction terms of the joints.
+/// Friction terms of the joints, and springs.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Friction {
     /// Without friction.
@@ -32,16 +32,21 @@ pub enum Friction {
     Coulomb(Vec<usize>),
     /// As `Coulomb`, with friction in proportion to the torque.
     Loaded(Vec<usize>),
+    /// As `Coulomb`, with a spring between each joint and its base.
+    Sprung(Vec<usize>),
     /// Viscous friction, and Coulomb friction with all smoothing speeds at once.
-    Every,
+    Every {
+        /// Whether each joint has a spring.
+        springs: bool,
+    },
 }
 
 impl Friction {
     /// Index of the smoothing speed of each joint, `[n]`, if chosen.
     pub fn speeds(&self) -> Option<&[usize]> {
         match self {
-            Self::Coulomb(speeds) | Self::Loaded(speeds) => Some(speeds),
-            Self::Frictionless | Self::Every => None,
+            Self::Coulomb(speeds) | Self::Loaded(speeds) | Self::Sprung(speeds) => Some(speeds),
+            Self::Frictionless | Self::Every { .. } => None,
         }
     }
 }
@@ -210,7 +215,7 @@ impl JointSums {
 
     /// Sums over an empty set of samples.
     pub fn zero(n: usize, speeds: usize) -> Self {
-        let size = PER_BODY * n + 3 + 2 * speeds;
+        let size = PER_BODY * n + of_joint(speeds);
         Self {
             samples: 0,
             speeds,
@@ -270,7 +275,7 @@ impl JointSums {
     #[must_use]
     pub fn driving(&self, speeds: &[usize]) -> Vec<f64> {
         let of_joint = |(own, k): (&Quadratic, &usize)| {
-            let by_load = own.right[own.size() - self.speeds + k];
+            let by_load = own.right[own.size() - 1 - self.speeds + k];
             by_load / own.square.max(f64::MIN_POSITIVE)
         };
         self.joints.iter().zip(speeds).map(of_joint).collect()
@@ -284,7 +289,7 @@ impl JointSums {
     ) -> Self {
         let (n, rows) = (robot.dof(), range.len());
         let bodies = PER_BODY * n;
-        let mut regressors = vec![Mat::<f64>::zeros(rows, bodies + 3 + 2 * speeds.len()); n];
+        let mut regressors = vec![Mat::<f64>::zeros(rows, bodies + of_joint(speeds.len())); n];
         let (mut dynamics, mut own) = (robot.dynamics(), vec![0.0; n * bodies]);
         for (row, s) in range.clone().enumerate() {
             let x = samples.row(s);
@@ -308,12 +313,13 @@ impl JointSums {
                     y[(row, bodies + 3 + k)] = direction;
                     y[(row, bodies + 3 + speeds.len() + k)] = direction * x.tau[j].abs();
                 }
+                y[(row, bodies + 3 + 2 * speeds.len())] = x.q[j];
             }
         }
         let passive = |j: usize| range.clone().all(|s| samples.row(s).tau[j] == 0.0);
         let inertia = |j: usize| match passive(j) {
             true => own_inertia(samples, range.clone(), (robot, j), speeds.len()),
-            false => vec![0.0; bodies + 3 + 2 * speeds.len()],
+            false => vec![0.0; bodies + of_joint(speeds.len())],
         };
         let sums = |(j, y): (usize, &Mat<f64>)| {
             let mut sums = of_rows(y);
@@ -347,8 +353,8 @@ impl JointSums {
         match friction {
             Friction::Frictionless => 2,
             Friction::Coulomb(_) => 4,
-            Friction::Loaded(_) => 5,
-            Friction::Every => 3 + self.speeds,
+            Friction::Loaded(_) | Friction::Sprung(_) => 5,
+            Friction::Every { springs } => 3 + self.speeds + usize::from(*springs),
         }
     }
 
@@ -361,7 +367,11 @@ impl JointSums {
             Friction::Loaded(speeds) => {
                 vec![0, 1, 2, 3 + speeds[j], 3 + self.speeds + speeds[j]]
             }
-            Friction::Every => (0..3 + self.speeds).collect(),
+            Friction::Sprung(speeds) => vec![0, 1, 2, 3 + speeds[j], 3 + 2 * self.speeds],
+            Friction::Every { springs } => {
+                let spring = springs.then_some(3 + 2 * self.speeds);
+                (0..3 + self.speeds).chain(spring).collect()
+            }
         };
         let own = of_joint
             .into_iter()
@@ -472,6 +482,11 @@ impl JointSums {
     }
 }
 
+/// The number of a joint's own terms.
+fn of_joint(speeds: usize) -> usize {
+    4 + 2 * speeds
+}
+
 /// The sums Yᵀ Y of a regressor.
 fn of_rows(y: &Mat<f64>) -> Quadratic {
     let size = y.ncols();
@@ -496,7 +511,7 @@ fn own_inertia(
     let (mut dynamics, rest) = (robot.dynamics(), vec![0.0; n]);
     let mut unit = rest.clone();
     unit[j] = 1.0;
-    let mut sum = vec![0.0; bodies + 3 + 2 * speeds];
+    let mut sum = vec![0.0; bodies + of_joint(speeds)];
     sum[bodies] = range.len() as f64;
     let mut y = vec![0.0; n * bodies];
     for s in range {

@@ -95,7 +95,7 @@ pub(super) fn robot(dataset: &Dataset, spec: &FitSpec) -> Option<RigidBodies> {
     let given = own.settings.get("robot").filter(|own| !own.is_null());
     let config = match given {
         Some(value) => serde_json::from_value::<RobotConfig>(value.clone()).ok()?,
-        None => joints(dataset, SEARCHES, spec.seed, &mut ()).ok()?,
+        None => joints(dataset, (SEARCHES, spec.seed), false, &mut ()).ok()?,
     };
     config.bodies(&dataset.coordinates).ok()
 }

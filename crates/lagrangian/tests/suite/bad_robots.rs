@@ -363,6 +363,7 @@ fn changes_at_run_time_are_checked_too() {
     assert!(arm().with_payload("hand", f64::NAN, [0.0; 3]).is_err());
     assert!(arm().with_gravity([0.0, f64::INFINITY, 0.0]).is_err());
     assert!(arm().with_drives(vec![0.0; 3], vec![0.0; 2]).is_err());
+    assert!(arm().with_springs(vec![f64::NAN; 2]).is_err());
     assert!(
         arm()
             .with_drives(vec![0.0; 2], vec![0.0, f64::NAN])

@@ -176,17 +176,9 @@ fn an_arm_is_found_from_its_torques_alone_and_every_mass_matrix_is_positive_defi
     .model;
 
     let unseen = samples(&truth, 300, 3);
-    let mut tau = vec![0.0; unseen.tau.len()];
-    assert!(
-        found
-            .evaluator()
-            .inverse_dynamics(&unseen.q, &unseen.qd, &unseen.qdd, &mut tau)
-            .is_supported()
-    );
-    let square = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
-    let errors: Vec<f64> = tau.iter().zip(&unseen.tau).map(|(a, b)| a - b).collect();
-    let nmse = square(&errors) / square(&unseen.tau);
+    let (tau, nmse) = torques(&found, &unseen);
     assert!(nmse < 1e-3, "{nmse:e}");
+    let square = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
 
     for s in 0..unseen.len() {
         let (q, qd) = (unseen.row(s).q, unseen.row(s).qd);
@@ -209,6 +201,46 @@ fn an_arm_is_found_from_its_torques_alone_and_every_mass_matrix_is_positive_defi
             .is_supported()
     );
     assert_eq!(tau, other, "to the bit");
+}
+
+/// The torques of a model at these samples, and the square of their error in parts of that of the samples.
+fn torques(model: &dyn Model, samples: &Samples) -> (Vec<f64>, f64) {
+    let mut tau = vec![0.0; samples.tau.len()];
+    assert!(
+        model
+            .evaluator()
+            .inverse_dynamics(&samples.q, &samples.qd, &samples.qdd, &mut tau)
+            .is_supported()
+    );
+    let square = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
+    let errors: Vec<f64> = tau.iter().zip(&samples.tau).map(|(a, b)| a - b).collect();
+    let nmse = square(&errors) / square(&samples.tau);
+    (tau, nmse)
+}
+
+#[test]
+fn axes_in_any_direction_and_springs_are_found() {
+    let skew = ARM
+        .replacen(r#"axis xyz="0 0 1""#, r#"axis xyz="-0.35 0.45 0.82""#, 1)
+        .replacen(r#"axis xyz="0 1 0""#, r#"axis xyz="0.6 0.5 0.62""#, 1)
+        .replacen(r#"axis xyz="0 1 0""#, r#"axis xyz="-0.5 0.6 0.62""#, 1);
+    for spring in [0.0, 25.0] {
+        let truth =
+            arm().with(|_| RigidBodies::from_urdf(&skew)?.with_springs(vec![0.0, 0.0, spring]));
+        let truth = truth.unwrap();
+        let (train, validation) = (samples(&truth, 600, 1), samples(&truth, 150, 2));
+        let coordinates = truth.coordinates().clone();
+        let found = learned(coordinates, train, validation, Loss::TORQUE).unwrap();
+        let (_, nmse) = torques(&found.model, &samples(&truth, 300, 3));
+        assert!(nmse < 1e-3, "{spring}: {nmse:e}");
+        let all = found.model.parameters();
+        let own = all.iter().find(|own| own.name == "spring_elbow");
+        assert_eq!(own.is_some(), spring > 0.0);
+        assert!(
+            own.is_none_or(|own| (own.value - spring).abs() < 0.5),
+            "{own:?}"
+        );
+    }
 }
 
 #[test]

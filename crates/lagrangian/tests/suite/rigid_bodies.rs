@@ -72,7 +72,9 @@ fn robots() -> Vec<RigidBodies> {
     let branched = RigidBodies::from_urdf(BRANCHED).unwrap();
     let n = branched.dof();
     let drives = (vec![0.3; n], (0..n).map(|i| 0.1 * i as f64).collect());
-    robots.push(branched.with_drives(drives.0, drives.1).unwrap());
+    let springs = vec![2.5; branched.dof()];
+    let driven = branched.with_drives(drives.0, drives.1).unwrap();
+    robots.push(driven.with_springs(springs).unwrap());
     robots
 }
 

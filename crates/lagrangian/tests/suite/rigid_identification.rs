@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use lagrangian::mechanics::{Dissipation, Mechanical};
+use lagrangian::mechanics::{Dissipation, Mechanical, Quantities};
 use lagrangian::models::{Family, RigidConfig};
 use lagrangian::rigid::{
     self, IdentifiedRobot, IdentifyOptions, Quantity, RigidBodies, RobotConfig,
@@ -277,6 +277,54 @@ fn an_identified_robot_is_saved_whole() {
     let mut damaged = saved;
     damaged.header.architecture["robot"]["urdf"] = "<robot/>".into();
     assert!(matches!(Learned::load(&damaged), Err(Error::Robot { .. })));
+}
+
+#[test]
+fn springs_of_joints_are_identified_where_there_are_any() {
+    let arm = robot("two_link_arm");
+    for springs in [vec![0.0, 0.0], vec![0.0, 14.0]] {
+        let is_sprung = springs[1] > 0.0;
+        let truth = arm.clone().with_springs(springs).unwrap();
+        let friction = Dissipation::viscous(vec![0.4; 2]);
+        let braked = Mechanical::dissipative(truth, friction).unwrap();
+        let urdf = rigid::example("two_link_arm").unwrap();
+        let found = fit(
+            &dataset(&braked, 300, 0.01),
+            &config(urdf, true),
+            None,
+            &mut (),
+        )
+        .unwrap();
+        let all = found.model.parameters();
+        let own: Vec<_> = all
+            .iter()
+            .filter(|own| own.name.starts_with("spring"))
+            .collect();
+        assert_eq!(own.len(), if is_sprung { 2 } else { 0 });
+        for (own, exact) in own.into_iter().zip([0.0, 14.0]) {
+            assert_eq!(own.unit, "N·m/rad");
+            let off = (own.value - exact).abs();
+            assert!(off < 4.0 * own.standard_error.unwrap(), "{off}");
+        }
+        assert!(torque_nmse(&found.model, &braked) < 1e-4);
+        let bytes = found
+            .model
+            .save(Provenance::of_seed(0))
+            .unwrap()
+            .to_bytes()
+            .unwrap();
+        let again = Learned::load(&SavedModel::from_bytes(&bytes).unwrap()).unwrap();
+        let (q, v, tau) = ([0.4, -1.1], [1.2, 0.3], [0.5, -2.0]);
+        let of = |model: &Learned| model.forward_dynamics(&q, &v, &tau).unwrap();
+        assert_eq!(of(&again), of(&found.model));
+        // At rest the torque is the slope of the energy.
+        let ends = [q[1] - 1e-4, q[1] + 1e-4].map(|bent| {
+            let energies = again.energy(&[q[0], bent], &[0.0; 2]).unwrap();
+            energies[0]
+        });
+        let held = again.inverse_dynamics(&q, &[0.0; 2], &[0.0; 2]).unwrap()[1];
+        assert!(((ends[1] - ends[0]) / 2e-4 - held).abs() < 1e-6 * held.abs());
+    }
 }
 
 #[test]

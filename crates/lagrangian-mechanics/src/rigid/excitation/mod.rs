@@ -314,7 +314,7 @@ fn noise(states: &Samples, bounds: &[Bounds], config: &ExcitationConfig) -> Vec<
 fn expected(robot: &RigidBodies, weights: &[f64], samples: &Samples) -> Result<Changes> {
     let n = robot.dof();
     let scale: Vec<f64> = weights.iter().map(|w| 100.0 / w).collect();
-    let mut prior = Prior::generic(&scale, 4);
+    let mut prior = Prior::generic(&scale, (4, false));
     let described = robot.inertial_parameters();
     let own = described.as_chunks::<PER_BODY>().0.iter();
     for (body, own) in prior

@@ -4,7 +4,7 @@ use super::search::screws;
 use super::{ChainConfig, joints};
 use crate::dataset::Dataset;
 use crate::models::family::{self, Abilities, Candidate, Entry, Family, Plan};
-use crate::models::rigid::robot::{self, Recursive};
+use crate::models::rigid::robot::{self, Identification, Recursive};
 use crate::train::{Loss, TrainingTask};
 use lagrangian_mechanics::rigid::screws::Screw;
 use lagrangian_mechanics::rigid::{MAX_JOINTS, RigidBodies};
@@ -75,7 +75,13 @@ impl Family for ChainConfig {
         let mut known: Option<Vec<Screw>> = None;
         let search = move |dataset: &Dataset| {
             // Each time from other random directions, and from what was found before.
-            let found = screws(dataset, (searches, seed), known.as_deref(), &mut ()).ok()?;
+            let found = screws(
+                dataset,
+                (searches, seed),
+                (known.as_deref(), false),
+                &mut (),
+            )
+            .ok()?;
             seed += 1;
             let robot = RigidBodies::of_screws(&found, &dataset.coordinates).ok();
             known = Some(found);
@@ -87,12 +93,24 @@ impl Family for ChainConfig {
     fn prepare(&self, _dataset: &Dataset, task: &TrainingTask) -> Result<Plan> {
         let (own, seed) = (self.clone(), task.seed);
         Ok(Plan::Solve(Box::new(move |dataset, observer| {
-            let robot = joints(dataset, own.searches, seed, observer)?;
             let options = robot::IdentifyOptions {
                 smoothing: own.smoothing,
                 ..robot::IdentifyOptions::default()
             };
-            Ok(robot::identify(dataset, &robot, &options)?.into())
+            let mut found = |springs: bool| -> Result<Identification> {
+                let robot = joints(dataset, (own.searches, seed), springs, observer)?;
+                robot::identify(dataset, &robot, &options)
+            };
+            let mut best = found(false)?;
+            if best.model.motion().lagrangian.is_sprung() {
+                // The joints that were found without springs did a part of their work.
+                let sprung = found(true)?;
+                let error = |own: &Identification| own.validation.unwrap_or(own.loss);
+                if error(&sprung) < error(&best) {
+                    best = sprung;
+                }
+            }
+            Ok(best.into())
         })))
     }
 }

@@ -40,16 +40,16 @@ impl Default for ChainConfig {
     }
 }
 
-/// The joints of a machine that is taken for a chain, the best of so many searches.
+/// The joints of a machine that is taken for a chain, with or without springs, the best of so many searches.
 ///
 /// # Errors
 /// As the search: without forces, or with too few samples, or none that has a solution.
 pub(crate) fn joints(
     dataset: &Dataset,
-    searches: usize,
-    seed: u64,
+    (searches, seed): (usize, u64),
+    springs: bool,
     observer: &mut dyn Observer,
 ) -> Result<RobotConfig> {
-    let screws = search::screws(dataset, (searches, seed), None, observer)?;
+    let screws = search::screws(dataset, (searches, seed), (None, springs), observer)?;
     Ok(RobotConfig::of_screws(&screws, &dataset.coordinates))
 }

@@ -48,6 +48,7 @@ pub(super) struct Refinement<'a> {
     pub(super) coordinates: &'a Coordinates,
     pub(super) samples: &'a Samples,
     pub(super) scale: &'a TorqueScale,
+    pub(super) friction: &'a Friction,
     /// Whether the axes keep their directions.
     pub(super) aligned: bool,
 }
@@ -100,7 +101,7 @@ impl Refinement<'_> {
         let mut errors = vec![0.0; screws.len()];
         for (own, others) in blocks.iter().zip(JointSums::without_each(&blocks)) {
             let (_, values) = self.reweighted(&others)?;
-            let own = self.scale.relative(own, &values, &Friction::Every);
+            let own = self.scale.relative(own, &values, self.friction);
             let pairs = errors.iter_mut().zip(own);
             pairs.for_each(|(error, own)| *error += own / BLOCKS as f64);
         }
@@ -109,11 +110,11 @@ impl Refinement<'_> {
 
     /// Weights of the joints by their residuals after a few rounds, and the parameters of the last.
     fn reweighted(&self, sums: &JointSums) -> Option<(Weighting, Vec<f64>)> {
-        let prior = Prior::generic(&self.scale.torques, sums.of_joint(&Friction::Every));
+        let prior = self.prior(sums);
         let mut weights = self.scale.first();
         let mut values = prior.values();
         for _ in 0..ROUNDS {
-            let data = weights.quadratic(sums, &Friction::Every);
+            let data = weights.quadratic(sums, self.friction);
             values = minimise(&data, &prior, STRENGTH, &values)?.values;
             weights = self.weighting(sums, &values);
         }
@@ -129,8 +130,13 @@ impl Refinement<'_> {
     }
 
     fn weighting(&self, sums: &JointSums, values: &[f64]) -> Weighting {
-        let at = (values, &Friction::Every);
+        let at = (values, self.friction);
         self.scale.weighting_at(sums, at, SMALLEST)
+    }
+
+    fn prior(&self, sums: &JointSums) -> Prior {
+        let springs = *self.friction == Friction::Every { springs: true };
+        Prior::generic(&self.scale.torques, (sums.of_joint(self.friction), springs))
     }
 
     fn sums(&self, robot: &RigidBodies) -> JointSums {
@@ -146,8 +152,8 @@ impl Refinement<'_> {
     ) -> Option<Point> {
         let robot = RigidBodies::of_screws(&screws, self.coordinates).ok()?;
         let sums = self.sums(&robot);
-        let prior = Prior::generic(&self.scale.torques, sums.of_joint(&Friction::Every));
-        let data = weights.quadratic(&sums, &Friction::Every);
+        let prior = self.prior(&sums);
+        let data = weights.quadratic(&sums, self.friction);
         let minimum = minimise(&data, &prior, STRENGTH, start)?;
         let robot = robot
             .with_inertial_parameters(minimum.values.get(..PER_BODY * screws.len())?)
@@ -195,7 +201,7 @@ impl Refinement<'_> {
         for (j, inverse, factor) in weights.held() {
             let slopes = self.inertia_slopes(point, j);
             let slopes: Vec<f64> = slopes.iter().map(|slope| inverse * slope).collect();
-            let row = point.sums.inertia(j, &Friction::Every);
+            let row = point.sums.inertia(j, self.friction);
             let row: Vec<(usize, f64)> = row.map(|(k, x)| (k, inverse * x)).collect();
             let terms = row.iter().map(|(k, x)| point.minimum.values[*k] * x);
             let excess = terms.sum::<f64>() - 2.0;
@@ -400,7 +406,10 @@ impl<'a> Rows<'a> {
             );
             let (qd, qdd) = (x.qd[j], x.qdd[j]);
             let coulomb = |speed: &f64| (qd / self.data.samples.smoothing(*speed, qdd)).tanh();
+            let spring =
+                (*self.data.friction == Friction::Every { springs: true }).then_some(x.q[j]);
             let values = [qdd, 1.0, qd].into_iter().chain(SPEEDS.iter().map(coulomb));
+            let values = values.chain(spring);
             for (kind, value) in values.enumerate() {
                 let column = columns + kind * n + j;
                 row.push((column, value));

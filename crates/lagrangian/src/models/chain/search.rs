@@ -1,7 +1,7 @@
 //! The search for the screws of a chain: for given screws the torques are linear in everything else.
 //!
 //! Coordinate descent over directions ±x, ±y, ±z, offsets of 0 or 0.3 m along these, and turning or sliding where no unit says which, from
-//! several random starts. A set of screws is scored by a ridge regression over blocks of time: the sum over the joints of the logarithm of the mean
+//! several random starts; the best go on with the directions halfway between these. A set of screws is scored by a ridge regression over blocks of time: the sum over the joints of the logarithm of the mean
 //! square error on the block that was omitted. Joints are weighted by that error, so that one with much friction does
 //! not hide the information in the others.
 
@@ -26,6 +26,8 @@ use lagrangian_motion::{Coordinates, Error, Result, Topology};
 const SAMPLES: usize = 240;
 /// The number of samples of a refinement.
 const REFINED: usize = 1500;
+/// The number of searches that go on with directions between those of x, y and z.
+const WIDER: usize = 4;
 /// The number of searches whose result is refined.
 const BEST: usize = 3;
 /// The number of blocks that are omitted in turn.
@@ -45,6 +47,8 @@ pub(super) const SMALLEST: f64 = 1e-4;
 const SLIDES: f64 = 0.05;
 /// Axes along x, y and z may leave this part more: robots are built so.
 const SIMPLER: f64 = 0.01;
+/// Searches whose scores differ by less have found the same robot, turned about the vertical or seen in a mirror.
+const ALIKE: f64 = 1e-3;
 /// The smallest decrease of the score that counts.
 const GAIN: f64 = 1e-6;
 
@@ -57,7 +61,25 @@ const DIRECTIONS: [[f64; 3]; 6] = [
     [0.0, 0.0, -1.0],
 ];
 
-/// The screws of the best of `searches` searches and of those that are known, or of those that were done when the observer ended it.
+/// The best of so many robots that differ.
+fn different(found: &mut Vec<(f64, Vec<Joint>)>, most: usize) {
+    sort_by_number(found, |own| own.0);
+    found.dedup_by(|a, b| (a.0 - b.0).abs() < ALIKE);
+    found.truncate(most);
+}
+
+/// Those directions and all halfway between two or three of them.
+fn between() -> Vec<[f64; 3]> {
+    let part = |k: usize, axis: u32| f64::from((k / 3_usize.pow(axis) % 3) as u8) - 1.0;
+    let all = (0..27).map(|k| [0, 1, 2].map(|axis| part(k, axis)));
+    let unit = |own: [f64; 3]| {
+        let size = own.iter().map(|x| x * x).sum::<f64>().sqrt();
+        (size > 0.0).then(|| own.map(|x| x / size))
+    };
+    all.filter_map(unit).collect()
+}
+
+/// The screws, with or without springs, of the best of `searches` searches and of those that are known, or of those that were done when the observer ended it.
 ///
 /// # Errors
 /// [`Error::Argument`] where the data hold no forces or fewer samples than blocks; [`Error::NotFinite`] where no
@@ -65,16 +87,16 @@ const DIRECTIONS: [[f64; 3]; 6] = [
 pub(super) fn screws(
     dataset: &Dataset,
     (searches, seed): (usize, u64),
-    known: Option<&[Screw]>,
+    (known, springs): (Option<&[Screw]>, bool),
     observer: &mut dyn Observer,
 ) -> Result<Vec<Screw>> {
     if !dataset.forced {
         let must = "recorded (`tau`): a chain is found from torques";
         return Err(Error::argument("forces", "none", must));
     }
-    let search = Search::new(dataset)?;
+    let search = Search::new(dataset, springs)?;
     let searches = searches.max(1);
-    let all = (searches + 2 * BEST.min(searches)) as f64;
+    let all = (searches + WIDER.min(searches) + 2 * BEST.min(searches)) as f64;
     let stages = SharedObserver::new(observer, 0.0);
     let done = |what: &str| {
         stages.tell(|observer, done| {
@@ -91,10 +113,24 @@ pub(super) fn screws(
             found
         })
         .collect();
-    sort_by_number(&mut found, |own| own.0);
-    found.dedup_by(|a, b| (a.0 - b.0).abs() < GAIN);
+    different(&mut found, WIDER);
+    found = found
+        .into_par_iter()
+        .enumerate()
+        .map(|(k, (score, mut joints))| {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            rng.set_stream(k as u64);
+            let score = match stages.ended() {
+                true => score,
+                false => search.sweep(&mut joints, &between(), &mut rng),
+            };
+            done("the joints of the chain are searched for");
+            (score, joints)
+        })
+        .collect();
+    different(&mut found, BEST);
     let samples = evenly(&dataset.train, REFINED);
-    let best = found.iter().take(BEST).map(|(_, joints)| screws_of(joints));
+    let best = found.iter().map(|(_, joints)| screws_of(joints));
     let starts: Vec<Vec<Screw>> = best.chain(known.map(<[Screw]>::to_vec)).collect();
     let pairs = starts.iter().flat_map(|own| [(own, false), (own, true)]);
     let pairs: Vec<(&Vec<Screw>, bool)> = pairs.collect();
@@ -103,6 +139,7 @@ pub(super) fn screws(
             coordinates: &dataset.coordinates,
             samples: &samples,
             scale: &search.scale,
+            friction: &search.friction,
             aligned,
         };
         let refined = match stages.ended() {
@@ -146,10 +183,11 @@ struct Search<'a> {
     coordinates: &'a Coordinates,
     samples: Samples,
     scale: TorqueScale,
+    friction: Friction,
 }
 
 impl<'a> Search<'a> {
-    fn new(dataset: &'a Dataset) -> Result<Self> {
+    fn new(dataset: &'a Dataset, springs: bool) -> Result<Self> {
         let samples = evenly(&dataset.train, SAMPLES);
         if samples.len() < 2 * BLOCKS {
             let must = "at least 12 samples";
@@ -158,6 +196,7 @@ impl<'a> Search<'a> {
         Ok(Self {
             coordinates: &dataset.coordinates,
             scale: torque_scale(dataset),
+            friction: Friction::Every { springs },
             samples,
         })
     }
@@ -180,28 +219,40 @@ impl<'a> Search<'a> {
             offset: [0.0; 3],
         };
         let mut joints: Vec<Joint> = (0..n).map(&mut joint).collect();
-        let mut order: Vec<usize> = (0..n).collect();
+        let best = self.sweep(&mut joints, &DIRECTIONS, &mut rng);
+        (best, joints)
+    }
+
+    /// Improves all joints in turn along these directions, until nothing is gained.
+    fn sweep(&self, joints: &mut Vec<Joint>, axes: &[[f64; 3]], rng: &mut ChaCha8Rng) -> f64 {
+        let mut order: Vec<usize> = (0..joints.len()).collect();
         let mut weights = self.scale.first().weights;
         let mut best = f64::INFINITY;
         for _ in 0..SWEEPS {
-            if let Some((errors, squares)) = self.errors(&joints, &weights) {
+            if let Some((errors, squares)) = self.errors(joints, &weights) {
                 weights = self.scale.weighting(&errors, &squares, SMALLEST).weights;
             }
-            let before = self.score(&joints, &weights);
+            let before = self.score(joints, &weights);
             best = before;
-            shuffle(&mut order, &mut rng);
+            shuffle(&mut order, rng);
             for &j in &order {
-                best = self.improve(&mut joints, j, &weights, best);
+                best = self.improve(joints, (j, axes), &weights, best);
             }
             if best >= before - 1e-3 || best.is_nan() {
                 break;
             }
         }
-        (best, joints)
+        best
     }
 
-    /// Tries all directions and then all offsets of one joint.
-    fn improve(&self, joints: &mut Vec<Joint>, j: usize, weights: &[f64], mut best: f64) -> f64 {
+    /// Tries all these directions and then all offsets of one joint.
+    fn improve(
+        &self,
+        joints: &mut Vec<Joint>,
+        (j, axes): (usize, &[[f64; 3]]),
+        weights: &[f64],
+        mut best: f64,
+    ) -> f64 {
         let try_with = |joints: &mut Vec<Joint>, joint: Joint, best: &mut f64| {
             let before = std::mem::replace(&mut joints[j], joint);
             let score = self.score(joints, weights);
@@ -212,7 +263,7 @@ impl<'a> Search<'a> {
             }
         };
         for &kind in self.kinds(j) {
-            for axis in DIRECTIONS {
+            for &axis in axes {
                 let joint = Joint {
                     kind,
                     axis,
@@ -258,9 +309,7 @@ impl<'a> Search<'a> {
     fn errors(&self, joints: &[Joint], weights: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
         let robot = RigidBodies::of_screws(&screws_of(joints), self.coordinates).ok()?;
         let blocks = blocks(&self.samples, &robot);
-        let parts = blocks
-            .iter()
-            .map(|b| b.quadratic(weights, &Friction::Every));
+        let parts = blocks.iter().map(|b| b.quadratic(weights, &self.friction));
         let parts: Vec<Quadratic> = parts.collect();
         // Each quadratic is a mean; all blocks count by their samples.
         let m = self.samples.len() as f64;
@@ -269,8 +318,8 @@ impl<'a> Search<'a> {
         let (mut errors, mut squares) = (vec![0.0; joints.len()], vec![0.0; joints.len()]);
         for (left, own) in blocks.iter().enumerate() {
             let values = ridge(&sum(&parts, &shares, Some(left)), &all)?;
-            let scale = self.scale.squares(own, &values, &Friction::Every);
-            let own = own.mean_squares(&values, &Friction::Every);
+            let scale = self.scale.squares(own, &values, &self.friction);
+            let own = own.mean_squares(&values, &self.friction);
             for j in 0..joints.len() {
                 errors[j] += shares[left] * own[j];
                 squares[j] += shares[left] * scale[j];

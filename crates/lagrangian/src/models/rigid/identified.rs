@@ -82,6 +82,8 @@ pub(super) fn parameter(name: String, value: f64, turns: bool) -> Parameter {
         (Some("gravity"), _) => "J",
         (Some("viscous"), true) => "N·m·s/rad",
         (Some("viscous"), false) => "N·s/m",
+        (Some("spring"), true) => "N·m/rad",
+        (Some("spring"), false) => "N/m",
         (Some("load"), _) => "",
         (_, true) => "N·m",
         (_, false) => "N",

@@ -291,6 +291,7 @@ fn robots_say_the_same_as_expressions() {
         let n = robot.dof();
         let drives = |first: f64| (0..n).map(|i| first + 0.1 * i as f64).collect::<Vec<_>>();
         let robot = robot.with_drives(drives(0.1), drives(-0.4)).unwrap();
+        let robot = robot.with_springs(drives(1.7)).unwrap();
         let (friction, actuation) = forces(n);
         let model = Mechanical::with_forces(robot, Some(friction), Some(actuation)).unwrap();
         let equations = Mechanics::of(Graph::new(), &model.lagrangian, &model.applied()).unwrap();

@@ -3,7 +3,7 @@
 //!
 //! | symbol | meaning |
 //! |---|---|
-//! | π | ten inertial parameters of each body, then rotors, constant torques, viscous and Coulomb friction, parts of the load |
+//! | π | ten inertial parameters of each body, then rotors, constant torques, viscous and Coulomb friction, parts of the load or springs |
 //! | wⱼ | weight of joint j: one over the root mean square of its residual |
 //! | γ | strength of the prior |
 //!
@@ -98,12 +98,14 @@ pub fn identify(
     }
     let problem = Problem::new(dataset, robot, options);
     let without = Frictions::new(&problem, problem.friction.clone());
-    let with = problem.loaded().map(|f| Frictions::new(&problem, f));
+    let others = problem.others();
+    let others = others.map(|all| all.map(|own| Frictions::new(&problem, own)));
     let best = without.best(&problem);
     let best = best.ok_or_else(|| Error::not_finite("the sums of squares of the samples", 0))?;
     let worth = best.score - NEARLY * problem.robot.dof() as f64;
-    let loaded = with.as_ref().and_then(|with| with.best(&problem));
-    let best = loaded.filter(|own| own.score < worth).unwrap_or(best);
+    let others = others.iter().flatten().filter_map(|own| own.best(&problem));
+    let other = others.min_by(|a, b| a.score.total_cmp(&b.score));
+    let best = other.filter(|own| own.score < worth).unwrap_or(best);
     problem.assemble(dataset, best)
 }
 
@@ -175,8 +177,12 @@ pub(super) fn motion(
         viscous: next(),
         coulomb: next(),
         smoothing: speeds.iter().map(|&k| smoothings[k]).collect(),
-        load: matches!(friction, Friction::Loaded(_)).then(next),
+        load: matches!(friction, Friction::Loaded(_)).then(&mut next),
         ..Dissipation::default()
+    };
+    let robot = match friction {
+        Friction::Sprung(_) => robot.with_springs(next())?,
+        _ => robot,
     };
     Mechanical::dissipative(robot, dissipation)
 }
@@ -255,10 +261,11 @@ impl Problem {
         }
     }
 
-    /// This friction with terms in proportion to the load, where held-out samples can show whether they help.
-    fn loaded(&self) -> Option<Friction> {
-        let speeds = self.friction.speeds()?;
-        (self.validation.samples > 0).then(|| Friction::Loaded(speeds.to_vec()))
+    /// This friction with terms in proportion to the load, and with springs, where held-out samples can show whether they help.
+    fn others(&self) -> Option<[Friction; 2]> {
+        let speeds = || self.friction.speeds().unwrap_or_default().to_vec();
+        let is_known = self.validation.samples > 0 && self.friction.speeds().is_some();
+        is_known.then(|| [Friction::Loaded(speeds()), Friction::Sprung(speeds())])
     }
 
     /// The description as a prior; bodies that it does not describe are generic.
@@ -280,7 +287,11 @@ impl Problem {
 
     /// A prior for unknown bodies.
     fn generic(&self, friction: &Friction) -> Prior {
-        Prior::generic(&self.scale.torques, self.train.of_joint(friction))
+        let springs = matches!(friction, Friction::Sprung(_));
+        Prior::generic(
+            &self.scale.torques,
+            (self.train.of_joint(friction), springs),
+        )
     }
 
     /// The minima under `prior`, from the strongest to the weakest.

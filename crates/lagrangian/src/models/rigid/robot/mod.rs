@@ -28,7 +28,7 @@ use lagrangian_mechanics::rigid::{RigidBodies, RobotShape};
 use lagrangian_motion::Result;
 
 /// A robot with identified parameters: ten of each body in the frame of its joint (`mass_elbow` …), then of each joint its
-/// rotor, constant torque, and viscous and Coulomb friction where they were identified.
+/// rotor, constant torque, viscous and Coulomb friction and spring where they were identified.
 ///
 /// Parameters that the data do not determine keep the values of the description; their errors are large.
 pub type IdentifiedRobot = IdentifiedBodies<RigidBodies>;
@@ -90,6 +90,9 @@ impl Identifiable for RigidBodies {
             values.extend(friction.viscous.iter().chain(&friction.coulomb));
             values.extend(friction.load.iter().flatten());
         }
+        if robot.is_sprung() {
+            values.extend(robot.springs());
+        }
         let (named, turns) = (names.into_iter().zip(values).enumerate(), robot.turns());
         let parameter = |(k, (name, value)): (usize, (String, f64))| {
             let mut parameter = parameter(name, value, turns[k % turns.len()]);
@@ -114,7 +117,11 @@ impl Identifiable for RigidBodies {
         let weights = self.inertial_parameters();
         let stored = Stored::new(SAVED_AS, &RobotShape::of(self), &Value::Null, &weights)?;
         let stored = stored.with(ROTOR, self.rotor());
-        Ok(stored.with(OFFSET, self.offset()))
+        let stored = stored.with(OFFSET, self.offset());
+        Ok(match self.is_sprung() {
+            true => stored.with(SPRINGS, self.springs()),
+            false => stored,
+        })
     }
 }
 
@@ -140,8 +147,10 @@ fn names(robot: &RigidBodies, friction: Option<&Dissipation>) -> Vec<String> {
         Some(Dissipation { load: None, .. }) => &kinds[..4],
         Some(_) => &kinds[..],
     };
+    let springs = robot.is_sprung().then_some(&"spring");
     let of_joints = kinds
         .iter()
+        .chain(springs)
         .flat_map(|kind| joints.iter().map(move |joint| format!("{kind}_{joint}")));
     of_bodies.chain(of_joints).collect()
 }
@@ -152,6 +161,7 @@ pub(crate) const SAVED_AS: &str = "robot";
 /// The tensors of a robot beside its inertial parameters.
 const ROTOR: &str = "rotor";
 const OFFSET: &str = "offset";
+const SPRINGS: &str = "springs";
 
 /// The saved robot.
 pub(crate) fn load(saved: &SavedModel) -> Result<IdentifiedRobot> {
@@ -160,10 +170,22 @@ pub(crate) fn load(saved: &SavedModel) -> Result<IdentifiedRobot> {
     if !header.scaling.is_null() {
         return Err(saved::damaged("a robot has no scaling".into()));
     }
-    let [weights, rotor, offset, errors] = saved.vectors([WEIGHTS, ROTOR, OFFSET, ERRORS])?;
+    let is_sprung = saved.tensors.contains_key(SPRINGS);
+    let ([weights, rotor, offset, errors], springs) = match is_sprung {
+        true => {
+            let [a, b, c, springs, d] = saved.vectors([WEIGHTS, ROTOR, OFFSET, SPRINGS, ERRORS])?;
+            ([a, b, c, d], springs)
+        }
+        false => {
+            let all = saved.vectors([WEIGHTS, ROTOR, OFFSET, ERRORS])?;
+            let none = vec![0.0; all[1].len()];
+            (all, none)
+        }
+    };
     let bodies = shape
         .bodies(&header.coordinates)?
         .with_inertial_parameters(&weights)?
-        .with_drives(rotor, offset)?;
+        .with_drives(rotor, offset)?
+        .with_springs(springs)?;
     IdentifiedRobot::new(saved.moving(bodies)?, errors)
 }

@@ -254,7 +254,7 @@ impl Recursive {
             accelerations: vec![1.0; n],
             driven: vec![true; n],
         };
-        let prior = Prior::generic(&scale.torques, self.sums.of_joint(&friction));
+        let prior = Prior::generic(&scale.torques, (self.sums.of_joint(&friction), false));
         let weights = self.weights.clone().unwrap_or_else(|| scale.first());
         let data = self.data(&weights, before);
         let mut values = prior.values();
