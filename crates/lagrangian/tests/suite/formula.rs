@@ -585,6 +585,21 @@ fn trapped(noise: f64) -> Vec<Recording> {
     of_slope(&slope, [1.0; 2], noise)
 }
 
+/// A pendulum under a torque that does not change, as a Josephson junction is, beside a spring.
+#[test]
+fn an_angle_under_a_constant_torque_has_its_law() {
+    let slope = |[q, y, u, v]: [f64; 4]| [u, v, 1.2 - 4.0 * q.sin() - 0.05 * u, -2.0 * y];
+    for noise in [0.0, 1e-3] {
+        let (fit, written) = found(of_slope(&slope, [1.0; 2], noise));
+        assert!(written.is_law(), "{noise}: {}", written.text);
+        let own = fit.model.parameters();
+        let value = |name: &str| own.iter().find(|own| own.name == name).unwrap().value;
+        let [cosine, torque] = ["cos(q1)", "q1"].map(value);
+        let is_near = (cosine - 4.0).abs() < 4e-3 && (torque - 1.2).abs() < 2e-3;
+        assert!(is_near && own.len() == 6, "{noise}: {}", written.text);
+    }
+}
+
 /// The pendulum of Wilberforce, of 0.49 kg and 1.39e-4 kg m², with friction: what moves it up and what turns it differ by 10⁴.
 #[test]
 fn coordinates_of_other_sizes_have_their_law_and_their_friction() {

@@ -34,11 +34,13 @@ pub(crate) const ENTRY: Entry = Entry {
 
 pub(crate) const NAME: &str = "formula";
 
-/// The largest number of coordinates of a system whose law is sought where no family is named.
+/// The largest number of coordinates of a system whose law is sought where no family is named: with recorded forces, and of free motions.
 pub(crate) const FEW: usize = 3;
+const FREE: usize = 4;
 
 fn can_be_searched(data: &Dataset) -> bool {
-    data.coordinates.dof() <= FEW && data.train_times.longest() >= search::WINDOW
+    let most = if data.forced { FEW } else { FREE };
+    data.coordinates.dof() <= most && data.train_times.longest() >= search::WINDOW
 }
 
 impl Family for FormulaConfig {

@@ -98,10 +98,21 @@ pub(super) fn library(dataset: &Dataset, coordinates: &Coordinates) -> Vec<Term>
             all.extend(positions.iter().map(term));
         }
     }
+    all.extend(moving.iter().filter_map(|i| steady(coordinates, *i)));
     all.extend(Term::dampers(coordinates));
     all.retain(|term| cyclic.iter().all(|i| !term.depends_on(*i)));
     sort_by_number(&mut all, Term::complexity);
     independent(all, coordinates, data)
+}
+
+/// The potential of a torque that does not change, of an angle; what it says of a full turn is no matter to the motion.
+fn steady(coordinates: &Coordinates, i: usize) -> Option<Term> {
+    let mut powers = vec![0; coordinates.dof()];
+    powers[i] = 1;
+    coordinates.is_circle(i).then(|| Term {
+        powers,
+        ..Term::default()
+    })
 }
 
 /// The functions of q up to this depth: harmonics and powers of one coordinate, of two, and a power times a harmonic.
@@ -122,7 +133,9 @@ pub(super) fn positions(coordinates: &Coordinates, data: &Samples, depth: i8) ->
                 powers.extend((1..=depth).map(|k| unit(&[(i, k)])));
                 let [least, most] = range(data, i);
                 if least > 0.0 || most < 0.0 {
-                    powers.extend([-1, -2].map(|k| unit(&[(i, k)])));
+                    // Magnets attract with the potential of the third.
+                    let least = if depth > DEPTHS[1] { -3 } else { -2 };
+                    powers.extend((least..0).rev().map(|k| unit(&[(i, k)])));
                 }
             }
         }

@@ -63,9 +63,11 @@ const SIGNIFICANT: f64 = 3.5;
 /// … and a term beyond so many is added, of no more than this number at once.
 const MISSING: f64 = 4.5;
 const AT_ONCE: usize = 3;
-/// Of a law each coefficient is at least so many standard errors, and each series of terms ends so abruptly.
+/// Of a law each coefficient is at least so many standard errors, and each series of terms ends so abruptly …
 const CERTAIN: f64 = 20.0;
 const ABRUPT: f64 = 40.0;
+/// … and each of another formula so many.
+const TOLD: f64 = 2.0;
 /// The largest misfit of a law beside chance, and chance in standard errors.
 const FITS: f64 = 1.06;
 const CHANCE: f64 = 4.5;
@@ -327,6 +329,10 @@ impl Found {
         };
         start.take_friction(&refined, SIGNIFICANT);
         let judged = search.judged((&start, &refined), complete)?;
+        // Nor have those that their errors exceed.
+        if judged.0 != LawVerdict::Law && refined.certainty(&start) < TOLD {
+            return Ok(None);
+        }
         Ok(Some(Self {
             start,
             refined,
