@@ -108,7 +108,11 @@ pub(super) fn advice(headers: &[String]) -> Option<String> {
             .filter(|own| own.len() <= most)
             .unwrap_or_default()
     };
-    let forces = of(is_force, q.len());
+    let mut forces = of(is_force, q.len());
+    // Currents beside charges are their rates.
+    if q.iter().any(|name| Stated::of(name).written == "C") {
+        forces.retain(|name| Stated::of(name).written != "A");
+    }
     let mut named = setting("t", &[time]) + &setting("q", &q) + &setting("angles", &angles);
     named += &setting("tau", &forces);
     named += &setting("trajectory", &of(is_run, 1));
@@ -118,10 +122,16 @@ pub(super) fn advice(headers: &[String]) -> Option<String> {
     (!q.is_empty()).then(|| format!("perhaps{named}"))
 }
 
+/// Parts of names of forces.
+const FORCES: [&str; 4] = ["tau", "torque", "effort", "force"];
+
 fn is_force(header: &str) -> bool {
-    Stated::of(header)
-        .unit
-        .is_some_and(|unit| unit.is_of_force())
+    let name = bare(header);
+    let mut parts = name.split(|c: char| !c.is_alphabetic());
+    match Stated::of(header).unit {
+        Some(unit) => unit.is_of_force(),
+        None => parts.any(|part| FORCES.contains(&part)),
+    }
 }
 
 fn is_run(header: &str) -> bool {
@@ -197,7 +207,8 @@ pub fn coordinates(headers: &[String]) -> Vec<String> {
         let other = stated.unit.is_some_and(|unit| !unit.is_of_position());
         let rate = stated.unit.is_none() && stated.written.to_lowercase().contains("hz");
         let name = bare(header);
-        let known = OTHERS.iter().any(|other| name.starts_with(other)) || is_run(header);
+        let known = OTHERS.iter().any(|other| name.starts_with(other));
+        let known = known || is_run(header) || is_force(header);
         Some(*header) != time.as_ref() && !other && !rate && !known
     };
     let rest: Vec<&String> = headers.iter().filter(is_position).collect();
@@ -225,6 +236,23 @@ fn is_angle(header: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn forces_are_known_by_their_names_where_they_state_no_unit() {
+        let each = |what: &str| [1, 2].map(|joint| format!("joint{joint}_{what}"));
+        let headers = [
+            vec!["time".into()],
+            each("pos").into(),
+            each("tau_cmd").into(),
+        ]
+        .concat();
+        assert_eq!(
+            advice(&headers).as_deref(),
+            Some(
+                "perhaps `t` 'time' `q` 'joint1_pos,joint2_pos' `tau` 'joint1_tau_cmd,joint2_tau_cmd'"
+            )
+        );
+    }
 
     #[test]
     fn the_three_angles_of_a_body_are_coordinates() {

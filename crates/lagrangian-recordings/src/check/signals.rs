@@ -272,7 +272,7 @@ fn noise(recording: &Recording, columns: &[Column<'_>]) -> Item {
     // Measured accelerations need no neighbours.
     let loud = recording.qdd.is_empty() && known.peek().is_some() && known.all(|x| x < PREDICTED);
     let finding = "the positions are noise: neighbouring samples do not predict one another";
-    let remedy = "check which columns are positions, the order of the rows, and the sampling rate";
+    let remedy = "omit a recording at rest; else check which columns are positions, the order of the rows, and the sampling rate";
     let failed = loud.then(|| Item::fail("noise", finding, remedy));
     failed.unwrap_or(item)
 }

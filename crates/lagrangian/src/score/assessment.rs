@@ -17,6 +17,8 @@ use lagrangian_recordings::check::{CheckReport, Item, LARGEST};
 
 /// A model explains a signal well where the squared error is below this part of the variance.
 pub(super) const GOOD: f64 = 0.1;
+/// Accelerations of which more than this part is left are predicted no better than by their mean.
+const NO_BETTER: f64 = 0.9;
 /// A model of torques that leaves more than this part of their variance is of no use.
 pub(crate) const HALF: f64 = 0.5;
 /// A model learned on top of a nominal one makes it worse where errors are more than this multiple of the nominal ones.
@@ -323,7 +325,7 @@ fn of_accelerations(score: &Score, joints: &[Forward]) -> Option<Reason> {
     let most = if noise < 1.0 { 1.0 - noise } else { 1.0 };
     let (grade, remedy) = match mean - noise {
         x if x <= GOOD => return None,
-        x if x < most => (
+        x if x < NO_BETTER * most => (
             Grade::Fair,
             "fit longer, or record more motions with less noise",
         ),

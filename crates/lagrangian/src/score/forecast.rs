@@ -152,7 +152,7 @@ impl Forecast {
         } else if self.motions < FEW {
             "more motions that are held back, or given for validation, would narrow the range; fit longer, or record more motions"
         } else {
-            "noise explains little of it: something may be missing, such as friction (`forces`), play, or a coordinate or force that was not recorded; or fit longer, or record more motions"
+            "noise explains little of it: something may be missing, such as friction or a spring of a joint, play, or a coordinate or force that was not recorded; or fit longer, or record more motions"
         }
     }
 }
