@@ -99,11 +99,12 @@ pub fn identify(
     let problem = Problem::new(dataset, robot, options);
     let without = Frictions::new(&problem, problem.friction.clone());
     let others = problem.others();
-    let others = others.map(|all| all.map(|own| Frictions::new(&problem, own)));
+    let others = others.into_iter().flatten();
+    let others: Vec<Frictions> = others.map(|own| Frictions::new(&problem, own)).collect();
     let best = without.best(&problem);
     let best = best.ok_or_else(|| Error::not_finite("the sums of squares of the samples", 0))?;
     let worth = best.score - NEARLY * problem.robot.dof() as f64;
-    let others = others.iter().flatten().filter_map(|own| own.best(&problem));
+    let others = others.iter().filter_map(|own| own.best(&problem));
     let other = others.min_by(|a, b| a.score.total_cmp(&b.score));
     let best = other.filter(|own| own.score < worth).unwrap_or(best);
     problem.assemble(dataset, best)
@@ -262,10 +263,14 @@ impl Problem {
     }
 
     /// This friction with terms in proportion to the load, and with springs, where held-out samples can show whether they help.
-    fn others(&self) -> Option<[Friction; 2]> {
+    fn others(&self) -> Option<Vec<Friction>> {
         let speeds = || self.friction.speeds().unwrap_or_default().to_vec();
         let is_known = self.validation.samples > 0 && self.friction.speeds().is_some();
-        is_known.then(|| [Friction::Loaded(speeds()), Friction::Sprung(speeds())])
+        // The page in a browser has no room for both.
+        is_known.then(|| match cfg!(target_family = "wasm") {
+            true => vec![Friction::Loaded(speeds())],
+            false => vec![Friction::Loaded(speeds()), Friction::Sprung(speeds())],
+        })
     }
 
     /// The description as a prior; bodies that it does not describe are generic.
