@@ -22,7 +22,7 @@ use lagrangian_mechanics::rigid::joint_sums::{Friction, JointSums, TorqueScale, 
 use lagrangian_mechanics::rigid::regressor::PER_BODY;
 use lagrangian_mechanics::rigid::{RigidBodies, RobotConfig};
 use lagrangian_motion::Samples;
-use lagrangian_motion::statistics::{column, root_mean_square};
+use lagrangian_motion::statistics::{column, deviation, root_mean_square};
 use lagrangian_motion::{Error, Result};
 
 /// Strengths of the prior that are tried, each from the minimum of the one before.
@@ -44,6 +44,8 @@ const ROUNDS: usize = 3;
 const NEARLY: f64 = 0.05;
 /// An eigenvalue of the regressor's sums, in parts of the largest, below which a combination of parameters has no effect.
 const NO_EFFECT: f64 = 1e-9;
+/// A spring pulls with at least this part of its joint's torque.
+const PULLS: f64 = 0.05;
 /// The largest part of its torque that a gear may lose.
 const LARGEST_SHARE: f64 = 0.7;
 /// The lower bound of a mean square error in a weight, in parts of the square of its scale.
@@ -105,6 +107,7 @@ pub fn identify(
     let best = best.ok_or_else(|| Error::not_finite("the sums of squares of the samples", 0))?;
     let worth = best.score - NEARLY * problem.robot.dof() as f64;
     let others = others.iter().filter_map(|own| own.best(&problem));
+    let others = others.filter(|own| problem.pulls(own));
     let other = others.min_by(|a, b| a.score.total_cmp(&b.score));
     let best = other.filter(|own| own.score < worth).unwrap_or(best);
     problem.assemble(dataset, best)
@@ -235,6 +238,8 @@ struct Problem {
     train: JointSums,
     validation: JointSums,
     scale: TorqueScale,
+    /// The deviation of each coordinate, `[n]`.
+    spread: Vec<f64>,
     speeds: Vec<f64>,
     friction: Friction,
 }
@@ -254,6 +259,7 @@ impl Problem {
         let (train, validation) = (sums(&dataset.train), sums(&dataset.validation));
         Self {
             scale: torque_scale(dataset),
+            spread: column(&dataset.train.q, robot.dof(), deviation),
             robot,
             train,
             validation,
@@ -367,6 +373,15 @@ impl Problem {
             let [drives, brakes] = [1.0, -1.0].map(|sign| (1.0 - sign * share).powi(-2));
             *error *= 0.5 * ((1.0 + driving) * drives + (1.0 - driving) * brakes);
         }
+    }
+
+    /// Whether the springs, where there are any, do more than make up for what is not exact.
+    fn pulls(&self, own: &Candidate<'_>) -> bool {
+        let n = self.robot.dof();
+        let springs = &own.values[own.values.len() - n..];
+        let torques = springs.iter().zip(&self.spread).map(|(k, q)| k * q);
+        let pulls = |(torque, scale): (f64, &f64)| torque.abs() > PULLS * scale;
+        !matches!(own.friction, Friction::Sprung(_)) || torques.zip(&self.scale.torques).any(pulls)
     }
 
     /// Whether every gear passes enough of its torque on.
