@@ -109,6 +109,10 @@ pub(super) fn advice(headers: &[String]) -> Option<String> {
             .unwrap_or_default()
     };
     let mut forces = of(is_force, q.len());
+    // A name alone tells of as many as there are coordinates.
+    if forces.len() != q.len() {
+        forces.retain(|name| Stated::of(name).unit.is_some());
+    }
     // Currents beside charges are their rates.
     if q.iter().any(|name| Stated::of(name).written == "C") {
         forces.retain(|name| Stated::of(name).written != "A");
