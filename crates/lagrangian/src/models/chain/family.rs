@@ -102,7 +102,7 @@ impl Family for ChainConfig {
                 robot::identify(dataset, &robot, &options)
             };
             let mut best = found(false)?;
-            if !cfg!(target_family = "wasm") && best.model.motion().lagrangian.is_sprung() {
+            if best.model.motion().lagrangian.is_sprung() {
                 // The joints that were found without springs did a part of their work.
                 let sprung = found(true)?;
                 let error = |own: &Identification| own.validation.unwrap_or(own.loss);

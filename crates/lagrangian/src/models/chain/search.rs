@@ -113,24 +113,21 @@ pub(super) fn screws(
             found
         })
         .collect();
-    // The page in a browser has no room for it.
-    if !cfg!(target_family = "wasm") {
-        different(&mut found, WIDER);
-        found = found
-            .into_par_iter()
-            .enumerate()
-            .map(|(k, (score, mut joints))| {
-                let mut rng = ChaCha8Rng::seed_from_u64(seed);
-                rng.set_stream(k as u64);
-                let score = match stages.ended() {
-                    true => score,
-                    false => search.sweep(&mut joints, &between(), &mut rng),
-                };
-                done("the joints of the chain are searched for");
-                (score, joints)
-            })
-            .collect();
-    }
+    different(&mut found, WIDER);
+    found = found
+        .into_par_iter()
+        .enumerate()
+        .map(|(k, (score, mut joints))| {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            rng.set_stream(k as u64);
+            let score = match stages.ended() {
+                true => score,
+                false => search.sweep(&mut joints, &between(), &mut rng),
+            };
+            done("the joints of the chain are searched for");
+            (score, joints)
+        })
+        .collect();
     different(&mut found, BEST);
     let samples = evenly(&dataset.train, REFINED);
     let best = found.iter().map(|(_, joints)| screws_of(joints));

@@ -269,14 +269,10 @@ impl Problem {
     }
 
     /// This friction with terms in proportion to the load, and with springs, where held-out samples can show whether they help.
-    fn others(&self) -> Option<Vec<Friction>> {
+    fn others(&self) -> Option<[Friction; 2]> {
         let speeds = || self.friction.speeds().unwrap_or_default().to_vec();
         let is_known = self.validation.samples > 0 && self.friction.speeds().is_some();
-        // The page in a browser has no room for both.
-        is_known.then(|| match cfg!(target_family = "wasm") {
-            true => vec![Friction::Loaded(speeds())],
-            false => vec![Friction::Loaded(speeds()), Friction::Sprung(speeds())],
-        })
+        is_known.then(|| [Friction::Loaded(speeds()), Friction::Sprung(speeds())])
     }
 
     /// The description as a prior; bodies that it does not describe are generic.
