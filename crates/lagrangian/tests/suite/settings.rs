@@ -179,6 +179,8 @@ fn unseen(family: &str, setting: &str) -> bool {
         (_, "patience") => true,
         // Another number of searches finds the same joints of these waves.
         ("chain", "searches") => true,
+        // … with accelerations that no added inertia makes better.
+        ("chain", "forward") => true,
         _ => false,
     }
 }

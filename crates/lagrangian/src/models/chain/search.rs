@@ -96,7 +96,7 @@ pub(super) fn screws(
     }
     let search = Search::new(dataset, springs)?;
     let searches = searches.max(1);
-    let all = (searches + WIDER.min(searches) + 2 * BEST.min(searches)) as f64;
+    let all = (searches + WIDER.min(searches) + 2 * (1 + BEST.min(searches))) as f64;
     let stages = SharedObserver::new(observer, 0.0);
     let done = |what: &str| {
         stages.tell(|observer, done| {
@@ -114,6 +114,8 @@ pub(super) fn screws(
         })
         .collect();
     different(&mut found, WIDER);
+    // Robots are built with axes along x, y and z: of a joint without a drive others may seem to explain more.
+    let straight = found.first().cloned();
     found = found
         .into_par_iter()
         .enumerate()
@@ -129,6 +131,7 @@ pub(super) fn screws(
         })
         .collect();
     different(&mut found, BEST);
+    found.extend(straight);
     let samples = evenly(&dataset.train, REFINED);
     let best = found.iter().map(|(_, joints)| screws_of(joints));
     let starts: Vec<Vec<Screw>> = best.chain(known.map(<[Screw]>::to_vec)).collect();
