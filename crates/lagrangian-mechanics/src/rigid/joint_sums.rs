@@ -9,7 +9,7 @@
 use std::ops::Range;
 
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, Par};
+use faer::{Accum, Mat, Par, RowMut};
 use lagrangian_motion::parallel::prelude::*;
 
 use super::bodies::RigidBodies;
@@ -305,15 +305,8 @@ impl JointSums {
                 for (k, value) in of_bodies.iter().enumerate() {
                     y[(row, k)] = *value;
                 }
-                y[(row, bodies)] = x.qdd[j];
-                y[(row, bodies + 1)] = 1.0;
-                y[(row, bodies + 2)] = x.qd[j];
-                for (k, speed) in speeds.iter().enumerate() {
-                    let direction = (x.qd[j] / samples.smoothing(*speed, x.qdd[j])).tanh();
-                    y[(row, bodies + 3 + k)] = direction;
-                    y[(row, bodies + 3 + speeds.len() + k)] = direction * x.tau[j].abs();
-                }
-                y[(row, bodies + 3 + 2 * speeds.len())] = x.q[j];
+                let terms = y.row_mut(row).subcols_mut(bodies, of_joint(speeds.len()));
+                own_terms((samples, s, j), speeds, terms);
             }
         }
         let passive = |j: usize| range.clone().all(|s| samples.row(s).tau[j] == 0.0);
@@ -485,6 +478,18 @@ impl JointSums {
 /// The number of a joint's own terms.
 fn of_joint(speeds: usize) -> usize {
     4 + 2 * speeds
+}
+
+/// The terms of a joint's own at a sample: rotor, offset, friction and spring.
+fn own_terms((samples, s, j): (&Samples, usize, usize), speeds: &[f64], mut to: RowMut<'_, f64>) {
+    let x = samples.row(s);
+    (to[0], to[1], to[2]) = (x.qdd[j], 1.0, x.qd[j]);
+    for (k, speed) in speeds.iter().enumerate() {
+        let direction = (x.qd[j] / samples.smoothing(*speed, x.qdd[j])).tanh();
+        to[3 + k] = direction;
+        to[3 + speeds.len() + k] = direction * x.tau[j].abs();
+    }
+    to[3 + 2 * speeds.len()] = x.q[j];
 }
 
 /// The sums Yᵀ Y of a regressor.

@@ -61,6 +61,38 @@ const DIRECTIONS: [[f64; 3]; 6] = [
     [0.0, 0.0, -1.0],
 ];
 
+/// What the best of so many searches found.
+fn robots(
+    search: &Search<'_>,
+    (searches, seed): (usize, u64),
+    (ended, done): (impl Fn() -> bool + Sync, impl Fn(&str) + Sync),
+) -> Vec<Vec<Screw>> {
+    const WHAT: &str = "the joints of the chain are searched for";
+    let descend = |start: u64| {
+        let wanted = start == 0 || !ended();
+        let found = wanted.then(|| search.descend(start, seed));
+        done(WHAT);
+        found
+    };
+    let found = (0..searches as u64).into_par_iter().filter_map(descend);
+    let mut found: Vec<(f64, Vec<Joint>)> = found.collect();
+    different(&mut found, WIDER);
+    // Robots are built with axes along x, y and z: of a joint without a drive others may seem to explain more.
+    let straight = found.first().cloned();
+    let widen = |(k, (score, mut joints)): (usize, (f64, Vec<Joint>))| {
+        let score = match ended() {
+            true => score,
+            false => search.widen(&mut joints, (k as u64, seed)),
+        };
+        done(WHAT);
+        (score, joints)
+    };
+    found = found.into_par_iter().enumerate().map(widen).collect();
+    different(&mut found, BEST);
+    let all = found.iter().chain(&straight);
+    all.map(|(_, joints)| screws_of(joints)).collect()
+}
+
 /// The best of so many robots that differ.
 fn different(found: &mut Vec<(f64, Vec<Joint>)>, most: usize) {
     sort_by_number(found, |own| own.0);
@@ -99,42 +131,15 @@ pub(super) fn screws(
     let all = (searches + WIDER.min(searches) + 2 * (1 + BEST.min(searches))) as f64;
     let stages = SharedObserver::new(observer, 0.0);
     let done = |what: &str| {
-        stages.tell(|observer, done| {
+        let _ = stages.tell(|observer, done| {
             *done += 1.0;
             observer.stage(what, *done / all)
-        })
+        });
     };
-    let mut found: Vec<(f64, Vec<Joint>)> = (0..searches as u64)
-        .into_par_iter()
-        .filter_map(|start| {
-            let wanted = start == 0 || !stages.ended();
-            let found = wanted.then(|| search.descend(start, seed));
-            done("the joints of the chain are searched for");
-            found
-        })
-        .collect();
-    different(&mut found, WIDER);
-    // Robots are built with axes along x, y and z: of a joint without a drive others may seem to explain more.
-    let straight = found.first().cloned();
-    found = found
-        .into_par_iter()
-        .enumerate()
-        .map(|(k, (score, mut joints))| {
-            let mut rng = ChaCha8Rng::seed_from_u64(seed);
-            rng.set_stream(k as u64);
-            let score = match stages.ended() {
-                true => score,
-                false => search.sweep(&mut joints, &between(), &mut rng),
-            };
-            done("the joints of the chain are searched for");
-            (score, joints)
-        })
-        .collect();
-    different(&mut found, BEST);
-    found.extend(straight);
+    let ended = || stages.ended();
+    let mut starts = robots(&search, (searches, seed), (ended, &done));
+    starts.extend(known.map(<[Screw]>::to_vec));
     let samples = evenly(&dataset.train, REFINED);
-    let best = found.iter().map(|(_, joints)| screws_of(joints));
-    let starts: Vec<Vec<Screw>> = best.chain(known.map(<[Screw]>::to_vec)).collect();
     let pairs = starts.iter().flat_map(|own| [(own, false), (own, true)]);
     let pairs: Vec<(&Vec<Screw>, bool)> = pairs.collect();
     let refined = pairs.into_par_iter().filter_map(|(screws, aligned)| {
@@ -224,6 +229,13 @@ impl<'a> Search<'a> {
         let mut joints: Vec<Joint> = (0..n).map(&mut joint).collect();
         let best = self.sweep(&mut joints, &DIRECTIONS, &mut rng);
         (best, joints)
+    }
+
+    /// Goes on with the directions between those of x, y and z.
+    fn widen(&self, joints: &mut Vec<Joint>, (start, seed): (u64, u64)) -> f64 {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        rng.set_stream(start);
+        self.sweep(joints, &between(), &mut rng)
     }
 
     /// Improves all joints in turn along these directions, until nothing is gained.

@@ -323,17 +323,19 @@ impl Found {
             }
         }
         // Coefficients of what explains nothing are numbers without a meaning.
-        let Some((mut start, refined, complete)) = best.filter(|own| own.1.misfit < HOPELESS)
-        else {
-            return Ok(None);
-        };
+        let explains = best.filter(|own| own.1.misfit < HOPELESS);
+        explains.map_or(Ok(None), |own| Self::judged(&search, own))
+    }
+
+    /// A formula and what it is; `None` where its coefficients are no better known than nothing.
+    fn judged(
+        search: &Search<'_>,
+        (mut start, refined, complete): (Start, Refined, bool),
+    ) -> Result<Option<Self>> {
         start.take_friction(&refined, SIGNIFICANT);
         let judged = search.judged((&start, &refined), complete)?;
-        // Nor have those that their errors exceed.
-        if judged.0 != LawVerdict::Law && refined.certainty(&start) < TOLD {
-            return Ok(None);
-        }
-        Ok(Some(Self {
+        let is_told = judged.0 == LawVerdict::Law || refined.certainty(&start) >= TOLD;
+        Ok(is_told.then_some(Self {
             start,
             refined,
             judged,
