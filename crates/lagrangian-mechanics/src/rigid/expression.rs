@@ -175,10 +175,12 @@ impl RigidBodies {
         let space = |v: Vec3| v.map(number);
         let base = State::of_base(space(self.gravity()));
         let (q, qd, qdd) = (at.q.each(), at.qd.each(), at.qdd.each());
-        let springs = graph.constant(self.springs()) * at.q;
+        let springs = self
+            .is_sprung()
+            .then(|| graph.constant(self.springs()) * at.q);
         let mut potential = (graph.constant(self.offset()) * at.q).sum();
-        if self.is_sprung() {
-            potential = potential + number(0.5) * springs.dot(at.q);
+        if let Some(pull) = springs {
+            potential = potential + number(0.5) * pull.dot(at.q);
         }
         let mut kinetic = (graph.constant(self.rotor()) * at.qd).dot(at.qd);
         let mut states: Vec<State<'g>> = Vec::new();
@@ -221,11 +223,7 @@ impl RigidBodies {
         Expressed {
             lagrangian: number(0.5) * kinetic - potential,
             momentum: along(momenta) + rotor * at.qd,
-            forces: if self.is_sprung() {
-                forces + springs
-            } else {
-                forces
-            },
+            forces: springs.map_or(forces, |pull| forces + pull),
         }
     }
 

@@ -13,6 +13,7 @@ use faer::{Accum, Mat, Par, RowMut};
 use lagrangian_motion::parallel::prelude::*;
 
 use super::bodies::RigidBodies;
+use super::consistent::Prior;
 use super::regressor::PER_BODY;
 use lagrangian_motion::Samples;
 use lagrangian_motion::solve::quadratic::Quadratic;
@@ -48,6 +49,11 @@ impl Friction {
             Self::Coulomb(speeds) | Self::Loaded(speeds) | Self::Sprung(speeds) => Some(speeds),
             Self::Frictionless | Self::Every { .. } => None,
         }
+    }
+
+    /// Whether each joint has a spring, the last of its coefficients.
+    pub fn springs(&self) -> bool {
+        matches!(self, Self::Sprung(_) | Self::Every { springs: true })
     }
 }
 
@@ -215,7 +221,7 @@ impl JointSums {
 
     /// Sums over an empty set of samples.
     pub fn zero(n: usize, speeds: usize) -> Self {
-        let size = PER_BODY * n + of_joint(speeds);
+        let size = PER_BODY * n + own_count(speeds);
         Self {
             samples: 0,
             speeds,
@@ -289,7 +295,7 @@ impl JointSums {
     ) -> Self {
         let (n, rows) = (robot.dof(), range.len());
         let bodies = PER_BODY * n;
-        let mut regressors = vec![Mat::<f64>::zeros(rows, bodies + of_joint(speeds.len())); n];
+        let mut regressors = vec![Mat::<f64>::zeros(rows, bodies + own_count(speeds.len())); n];
         let (mut dynamics, mut own) = (robot.dynamics(), vec![0.0; n * bodies]);
         for (row, s) in range.clone().enumerate() {
             let x = samples.row(s);
@@ -305,14 +311,14 @@ impl JointSums {
                 for (k, value) in of_bodies.iter().enumerate() {
                     y[(row, k)] = *value;
                 }
-                let terms = y.row_mut(row).subcols_mut(bodies, of_joint(speeds.len()));
+                let terms = y.row_mut(row).subcols_mut(bodies, own_count(speeds.len()));
                 own_terms((samples, s, j), speeds, terms);
             }
         }
         let passive = |j: usize| range.clone().all(|s| samples.row(s).tau[j] == 0.0);
         let inertia = |j: usize| match passive(j) {
             true => own_inertia(samples, range.clone(), (robot, j), speeds.len()),
-            false => vec![0.0; bodies + of_joint(speeds.len())],
+            false => vec![0.0; bodies + own_count(speeds.len())],
         };
         let sums = |(j, y): (usize, &Mat<f64>)| {
             let mut sums = of_rows(y);
@@ -349,6 +355,11 @@ impl JointSums {
             Friction::Loaded(_) | Friction::Sprung(_) => 5,
             Friction::Every { springs } => 3 + self.speeds + usize::from(*springs),
         }
+    }
+
+    /// The prior of generic bodies with these coefficients, for torques of this size, `[n]`.
+    pub fn prior(&self, scale: &[f64], friction: &Friction) -> Prior {
+        Prior::generic(scale, (self.of_joint(friction), friction.springs()))
     }
 
     /// Columns of yⱼ that are in use, each with its index in π.
@@ -455,17 +466,16 @@ impl JointSums {
         let laws: Vec<_> = laws.map(Option::unwrap_or_default).collect();
         let (mut dynamics, mut all) = (robot.dynamics(), vec![0.0; robot.dof() * bodies]);
         let mut sums = vec![0.0; speeds.len()];
+        let mut own = vec![0.0; own_count(speeds.len())];
         for s in 0..samples.len() {
             let x = samples.row(s);
             dynamics.inertial_regressor(x.q, x.qd, x.qdd, &mut all);
-            let (of_bodies, v) = (&all[j * bodies..][..bodies], x.qd[j]);
-            for ((sum, law), speed) in sums.iter_mut().zip(&laws).zip(speeds) {
+            own_terms((samples, s, j), speeds, RowMut::from_slice_mut(&mut own));
+            let of_bodies = &all[j * bodies..][..bodies];
+            for (sum, law) in sums.iter_mut().zip(&laws) {
                 let column = |k: usize| match k.checked_sub(bodies) {
                     None => of_bodies[k],
-                    Some(0) => x.qdd[j],
-                    Some(1) => 1.0,
-                    Some(2) => v,
-                    Some(_) => (v / samples.smoothing(*speed, x.qdd[j])).tanh(),
+                    Some(at) => own[at],
                 };
                 let tau: f64 = law.iter().map(|(k, value)| value * column(*k)).sum();
                 *sum += (tau - x.tau[j]).abs() / samples.len() as f64;
@@ -476,7 +486,7 @@ impl JointSums {
 }
 
 /// The number of a joint's own terms.
-fn of_joint(speeds: usize) -> usize {
+fn own_count(speeds: usize) -> usize {
     4 + 2 * speeds
 }
 
@@ -516,7 +526,7 @@ fn own_inertia(
     let (mut dynamics, rest) = (robot.dynamics(), vec![0.0; n]);
     let mut unit = rest.clone();
     unit[j] = 1.0;
-    let mut sum = vec![0.0; bodies + of_joint(speeds)];
+    let mut sum = vec![0.0; bodies + own_count(speeds)];
     sum[bodies] = range.len() as f64;
     let mut y = vec![0.0; n * bodies];
     for s in range {

@@ -238,6 +238,12 @@ fn noise_and_few_samples_leave_what_is_known_of_the_robot_in_place() {
     assert!(many < 0.02 * 2.5e-3, "{many:e}");
 }
 
+/// What is read from the file of a model.
+fn saved(model: &Learned) -> SavedModel {
+    let bytes = model.save(Provenance::of_seed(0)).unwrap().to_bytes();
+    SavedModel::from_bytes(&bytes.unwrap()).unwrap()
+}
+
 #[test]
 fn an_identified_robot_is_saved_whole() {
     let truth = robot("panda").with_payload("hand", 1.0, [0.0; 3]).unwrap();
@@ -249,13 +255,7 @@ fn an_identified_robot_is_saved_whole() {
         &mut (),
     )
     .unwrap();
-    let bytes = found
-        .model
-        .save(Provenance::of_seed(0))
-        .unwrap()
-        .to_bytes()
-        .unwrap();
-    let saved = SavedModel::from_bytes(&bytes).unwrap();
+    let saved = saved(&found.model);
     let again = Learned::load(&saved).unwrap();
     assert_eq!(again.family(), "rigid");
     let data = samples(&braked, 50, 0.0, 5);
@@ -307,13 +307,7 @@ fn springs_of_joints_are_identified_where_there_are_any() {
             assert!(off < 4.0 * own.standard_error.unwrap(), "{off}");
         }
         assert!(torque_nmse(&found.model, &braked) < 1e-4);
-        let bytes = found
-            .model
-            .save(Provenance::of_seed(0))
-            .unwrap()
-            .to_bytes()
-            .unwrap();
-        let again = Learned::load(&SavedModel::from_bytes(&bytes).unwrap()).unwrap();
+        let again = Learned::load(&saved(&found.model)).unwrap();
         let (q, v, tau) = ([0.4, -1.1], [1.2, 0.3], [0.5, -2.0]);
         let of = |model: &Learned| model.forward_dynamics(&q, &v, &tau).unwrap();
         assert_eq!(of(&again), of(&found.model));

@@ -17,7 +17,7 @@ use faer::{Mat, Side};
 use super::search::{BLOCKS, SMALLEST, SPEEDS, blocks, mean_logarithm};
 use lagrangian_mechanics::Evaluator;
 use lagrangian_mechanics::rigid::RigidBodies;
-use lagrangian_mechanics::rigid::consistent::{Minimum, Prior, minimise};
+use lagrangian_mechanics::rigid::consistent::{Minimum, minimise};
 use lagrangian_mechanics::rigid::joint_sums::{Friction, JointSums, TorqueScale, Weighting};
 use lagrangian_mechanics::rigid::placement::Tangents;
 use lagrangian_mechanics::rigid::regressor::PER_BODY;
@@ -110,7 +110,7 @@ impl Refinement<'_> {
 
     /// Weights of the joints by their residuals after a few rounds, and the parameters of the last.
     fn reweighted(&self, sums: &JointSums) -> Option<(Weighting, Vec<f64>)> {
-        let prior = self.prior(sums);
+        let prior = sums.prior(&self.scale.torques, self.friction);
         let mut weights = self.scale.first();
         let mut values = prior.values();
         for _ in 0..ROUNDS {
@@ -134,11 +134,6 @@ impl Refinement<'_> {
         self.scale.weighting_at(sums, at, SMALLEST)
     }
 
-    fn prior(&self, sums: &JointSums) -> Prior {
-        let springs = *self.friction == Friction::Every { springs: true };
-        Prior::generic(&self.scale.torques, (sums.of_joint(self.friction), springs))
-    }
-
     fn sums(&self, robot: &RigidBodies) -> JointSums {
         JointSums::over(self.samples, 0..self.samples.len(), robot, &SPEEDS)
     }
@@ -152,7 +147,7 @@ impl Refinement<'_> {
     ) -> Option<Point> {
         let robot = RigidBodies::of_screws(&screws, self.coordinates).ok()?;
         let sums = self.sums(&robot);
-        let prior = self.prior(&sums);
+        let prior = sums.prior(&self.scale.torques, self.friction);
         let data = weights.quadratic(&sums, self.friction);
         let minimum = minimise(&data, &prior, STRENGTH, start)?;
         let robot = robot
@@ -406,8 +401,7 @@ impl<'a> Rows<'a> {
             );
             let (qd, qdd) = (x.qd[j], x.qdd[j]);
             let coulomb = |speed: &f64| (qd / self.data.samples.smoothing(*speed, qdd)).tanh();
-            let spring =
-                (*self.data.friction == Friction::Every { springs: true }).then_some(x.q[j]);
+            let spring = self.data.friction.springs().then_some(x.q[j]);
             let values = [qdd, 1.0, qd].into_iter().chain(SPEEDS.iter().map(coulomb));
             let values = values.chain(spring);
             for (kind, value) in values.enumerate() {

@@ -9,7 +9,9 @@ use rand_chacha::ChaCha8Rng;
 
 use lagrangian_motion::Coordinates;
 use lagrangian_motion::noise::normal;
-use lagrangian_motion::statistics::{median_size, root_mean_square, sort_by_number, sort_numbers};
+use lagrangian_motion::statistics::{
+    mean, median_size, root_mean_square, sort_by_number, sort_numbers,
+};
 
 use super::refine::sign;
 use super::rows::{COPIES, FORCES, Row};
@@ -232,11 +234,11 @@ fn residuals(all: &[&Row], active: &[usize], c: &[f64]) -> Vec<[f64; 2]> {
     };
     let each: Vec<f64> = all.iter().map(noise).collect();
     let count = all.iter().map(|row| row.of + 1).max().unwrap_or(0);
-    let mean = |i: usize| {
-        let own = || all.iter().zip(&each).filter(|(row, _)| row.of == i);
-        own().map(|(_, noise)| noise).sum::<f64>() / own().count().max(1) as f64
+    let of_coordinate = |i: usize| {
+        let own = all.iter().zip(&each).filter(|(row, _)| row.of == i);
+        mean(&mut own.map(|(_, noise)| *noise))
     };
-    let means: Vec<f64> = (0..count).map(mean).collect();
+    let means: Vec<f64> = (0..count).map(of_coordinate).collect();
     let drawn = |(row, noise): (&&Row, &f64)| {
         let noise = f64::midpoint(*noise, means[row.of]).sqrt();
         [sum(&row.values), noise.max(f64::MIN_POSITIVE)]

@@ -273,11 +273,9 @@ impl Start {
             let own = |s: usize| term.place(data.row(s).q) * term.speed::<f64>(data.row(s).qd);
             self.coefficients[i].abs() * root_mean_square(&mut (0..data.len()).map(own))
         };
-        let kinetic = (0..self.terms.len()).map(|i| match self.terms[i].is_kinetic() {
-            true => energy(i),
-            false => 0.0,
-        });
-        let energies: Vec<f64> = kinetic.collect();
+        let kinetic = |i: usize| self.terms[i].is_kinetic();
+        let of = |i: usize| if kinetic(i) { energy(i) } else { 0.0 };
+        let energies: Vec<f64> = (0..self.terms.len()).map(of).collect();
         for (group, force) in self.groups.iter_mut().zip(forces) {
             let own = |i: &usize| group.has_part_in(&self.terms[*i]);
             let own: Vec<usize> = (0..self.terms.len()).filter(own).collect();

@@ -184,9 +184,9 @@ pub(super) fn motion(
         load: matches!(friction, Friction::Loaded(_)).then(&mut next),
         ..Dissipation::default()
     };
-    let robot = match friction {
-        Friction::Sprung(_) => robot.with_springs(next())?,
-        _ => robot,
+    let robot = match friction.springs() {
+        true => robot.with_springs(next())?,
+        false => robot,
     };
     Mechanical::dissipative(robot, dissipation)
 }
@@ -294,11 +294,7 @@ impl Problem {
 
     /// A prior for unknown bodies.
     fn generic(&self, friction: &Friction) -> Prior {
-        let springs = matches!(friction, Friction::Sprung(_));
-        Prior::generic(
-            &self.scale.torques,
-            (self.train.of_joint(friction), springs),
-        )
+        self.train.prior(&self.scale.torques, friction)
     }
 
     /// The minima under `prior`, from the strongest to the weakest.
@@ -377,7 +373,7 @@ impl Problem {
         let springs = &own.values[own.values.len() - n..];
         let torques = springs.iter().zip(&self.spread).map(|(k, q)| k * q);
         let pulls = |(torque, scale): (f64, &f64)| torque.abs() > PULLS * scale;
-        !matches!(own.friction, Friction::Sprung(_)) || torques.zip(&self.scale.torques).any(pulls)
+        !own.friction.springs() || torques.zip(&self.scale.torques).any(pulls)
     }
 
     /// Whether every gear passes enough of its torque on.

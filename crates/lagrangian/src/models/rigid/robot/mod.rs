@@ -171,21 +171,21 @@ pub(crate) fn load(saved: &SavedModel) -> Result<IdentifiedRobot> {
         return Err(saved::damaged("a robot has no scaling".into()));
     }
     let is_sprung = saved.tensors.contains_key(SPRINGS);
-    let ([weights, rotor, offset, errors], springs) = match is_sprung {
+    let (all, springs) = match is_sprung {
         true => {
-            let [a, b, c, springs, d] = saved.vectors([WEIGHTS, ROTOR, OFFSET, SPRINGS, ERRORS])?;
-            ([a, b, c, d], springs)
+            let [springs, all @ ..] = saved.vectors([SPRINGS, WEIGHTS, ROTOR, OFFSET, ERRORS])?;
+            (all, Some(springs))
         }
-        false => {
-            let all = saved.vectors([WEIGHTS, ROTOR, OFFSET, ERRORS])?;
-            let none = vec![0.0; all[1].len()];
-            (all, none)
-        }
+        false => (saved.vectors([WEIGHTS, ROTOR, OFFSET, ERRORS])?, None),
     };
+    let [weights, rotor, offset, errors] = all;
     let bodies = shape
         .bodies(&header.coordinates)?
         .with_inertial_parameters(&weights)?
-        .with_drives(rotor, offset)?
-        .with_springs(springs)?;
+        .with_drives(rotor, offset)?;
+    let bodies = match springs {
+        Some(springs) => bodies.with_springs(springs)?,
+        None => bodies,
+    };
     IdentifiedRobot::new(saved.moving(bodies)?, errors)
 }

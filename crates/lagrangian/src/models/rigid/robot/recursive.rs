@@ -9,7 +9,7 @@ use crate::dataset::{Dataset, force_scale};
 use crate::models::Learned;
 use lagrangian_mechanics::rigid::RigidBodies;
 use lagrangian_mechanics::rigid::changes::Certainty;
-use lagrangian_mechanics::rigid::consistent::{Prior, minimise};
+use lagrangian_mechanics::rigid::consistent::minimise;
 use lagrangian_mechanics::rigid::joint_sums::{Friction, JointSums, TorqueScale, Weighting};
 use lagrangian_mechanics::rigid::regressor::PER_BODY;
 use lagrangian_motion::solve::quadratic::Quadratic;
@@ -254,7 +254,7 @@ impl Recursive {
             accelerations: vec![1.0; n],
             driven: vec![true; n],
         };
-        let prior = Prior::generic(&scale.torques, (self.sums.of_joint(&friction), false));
+        let prior = self.sums.prior(&scale.torques, &friction);
         let weights = self.weights.clone().unwrap_or_else(|| scale.first());
         let data = self.data(&weights, before);
         let mut values = prior.values();
